@@ -8,6 +8,7 @@
     python3 dev.py bench [NAME]     every benchmark, or the one named
     python3 dev.py shot             take the pictures of docs/ from the real window
     python3 dev.py docs [--links]   docs/ as a site in build/site; or whether links out of it work
+    python3 dev.py lock [--upgrade]  the lock files after a change of pyproject.toml; or all renewed
 
 Every command sets up first; when nothing is to do that takes a moment. ARGS go to the program
 started. Only the standard library is used here, since nothing else is installed yet.
@@ -57,6 +58,11 @@ STAMP = VENV / "twist-inspector.stamp"
 OUT = ROOT / "out"
 PACKAGES = ["inspector", "twistcore"]
 OLDEST_PYTHON = (3, 11)
+# Which version of every package is installed here, each file by its hash, for every system and
+# Python from the oldest on; and the same for what a bundle is made of. `pip install` of the program
+# knows nothing of them: in somebody's environment it must get on with what else is there.
+LOCK, BUNDLE_LOCK = ROOT / "requirements.lock", ROOT / "packaging" / "bundle.lock"
+LOCKED_EXTRAS = {LOCK: "dev", BUNDLE_LOCK: "bundle"}
 
 # The virtual screen, and the software OpenGL driver that draws on it.
 XVFB_PACKAGES = ["xvfb", "libgl1-mesa-dri"]
@@ -74,6 +80,7 @@ BROWSER = {"chromium": ["chromium"]}
 # What finds faults of a report's pages for people who hear them or have keys only: one script, out
 # of a package whose own needs are not wanted. Beside the environment's packages, not among them.
 AXE, AXE_FOLDER = "axe-playwright-python==0.1.8", VENV / "axe"
+AXE_HASH = "fdd263c998388f1a8e67cad02677e612d946248bd44d163be5e8650ea31f95f8"
 QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
 # The modules of window tests that take longest: first, so that all lanes end together.
 LONG = (
@@ -90,6 +97,11 @@ CERTIFICATE = re.compile(r"certificate|SSLError|UnknownIssuer", re.IGNORECASE)
 CONNECTION = re.compile(
     r"connection|network|resolv|\bdns\b|timed out|unreachable|no route",
     re.IGNORECASE,
+)
+# What pip says where a file is another than the lock file's, and where that has none that fits.
+HASH_DIFFERS = re.compile(r"DO NOT MATCH THE HASHES")
+NOT_LOCKED = re.compile(
+    r"No matching distribution|Could not find a version|versions pinned with =="
 )
 
 # Of graphics drivers that look for hardware which a virtual screen has not, and go on without.
@@ -177,7 +189,8 @@ def venv_version() -> str:
 
 def fingerprint() -> str:
     """Changes whenever the installation has to be repeated, a moved checkout included."""
-    parts = [(ROOT / "pyproject.toml").read_text("utf-8"), venv_version(), str(ROOT)]
+    files = [ROOT / "pyproject.toml", LOCK]
+    parts = [*(file.read_text("utf-8") for file in files), venv_version(), str(ROOT)]
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
 
@@ -193,27 +206,66 @@ def make_venv(uv: str | None) -> None:
 
 
 def install_project(uv: str | None) -> None:
-    """Install the project, editable, with its tools: by uv where possible, else by pip."""
+    """Install what the lock file says, then the project, editable; nothing whose hash differs."""
     say(f"Installing the Python packages ({VENV_GB:g} GB on the disk the first time)")
-    python, target = str(PYTHON), ["--editable", f"{ROOT}[dev]"]
-    with_uv = ["pip", "install", "--compile-bytecode", "--python", python, *target]
-    if uv and not quietly([uv, *with_uv]):
-        return
-    pip = [python, "-m", "pip"]
-    if quietly([*pip, "--version"]):  # an environment that uv made has no pip
-        quietly([python, "-m", "ensurepip"])
-    # uv installs several times faster than pip, so that fetching it first pays off.
-    got_uv = not uv and not quietly([*pip, "install", "--retries", "1", "uv"])
-    if got_uv and not quietly([python, "-m", "uv", *with_uv]):
-        return
-    # pip has the last word: it knows settings, such as a mirror in pip.conf, that uv does not.
-    problem = quietly([*pip, "install", "--retries", "2", *target])
+    problem = install(["--require-hashes", "--requirement", str(LOCK)], uv)
+    if problem and NOT_LOCKED.search(problem) and not CONNECTION.search(problem):
+        say(
+            f"{LOCK.name} does not fit this system or this index; the newest versions that "
+            f"pyproject.toml allows are installed instead, unverified.\n{problem}"
+        )
+        problem = install(["--editable", f"{ROOT}[dev]"], uv)
+    elif not problem:  # what builds it is locked, too, and there now
+        problem = install(["--no-deps", "--no-build-isolation", "--editable", str(ROOT)], uv)
     if problem:
         raise SetupError(f"{why_not_installed(problem)}\npip's last lines:\n{problem}")
 
 
+def install(words: Sequence[str], uv: str | None) -> str:
+    """Install into .venv by uv where possible, else by pip. Empty, or why not in pip's words."""
+    python = str(PYTHON)
+    with_uv = ["pip", "install", "--compile-bytecode", "--python", python, *words]
+    if uv and not quietly([uv, *with_uv]):
+        return ""
+    pip = [python, "-m", "pip"]
+    if quietly([*pip, "--version"]):  # an environment that uv made has no pip
+        quietly([python, "-m", "ensurepip"])
+    # uv installs several times faster than pip, so that fetching it first pays off.
+    if not uv and not fetch_uv() and not quietly([python, "-m", "uv", *with_uv]):
+        return ""
+    # pip has the last word: it knows settings, such as a mirror in pip.conf, that uv does not.
+    return quietly([*pip, "install", "--retries", "2", *words])
+
+
+def fetch_uv() -> str:
+    """The uv of the lock file, into .venv. Empty if it is there, else why not."""
+    if not quietly([str(PYTHON), "-m", "uv", "--version"]):
+        return ""
+    return install_hashed(locked("uv"), "--retries", "1")
+
+
+def locked(name: str) -> str:
+    """What the lock file says of a package: its version, and its hashes on further lines."""
+    entries = re.split(r"\n(?=\S)", LOCK.read_text("utf-8"))
+    return "\n".join(entry for entry in entries if entry.startswith(f"{name}=="))
+
+
+def install_hashed(requirement: str, *options: str) -> str:
+    """Install by pip what is given with its hashes. Empty, or why not."""
+    with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder:
+        file = Path(folder) / "requirements.txt"
+        file.write_text(requirement, "utf-8")
+        words = ["install", "--require-hashes", "--no-deps", "--requirement", str(file), *options]
+        return quietly([str(PYTHON), "-m", "pip", *words])
+
+
 def why_not_installed(problem: str) -> str:
     """What pip's last lines say is wrong, in words."""
+    if HASH_DIFFERS.search(problem):
+        return (
+            "The Python packages could not be installed: what the package index gave is not what "
+            f"{LOCK.name} expects. Somebody may have changed it on the way; it was not installed."
+        )
     if CERTIFICATE.search(problem):
         return (
             "The Python packages could not be installed: pip does not trust the certificate of "
@@ -255,11 +307,8 @@ def ensure_axe() -> None:
     """Fetch the script; where it cannot be had the pages are not looked at with it."""
     if any(AXE_FOLDER.rglob("axe.min.js")):
         return
-    wanted = ["--no-deps", "--target", str(AXE_FOLDER), AXE]
-    uv, pip = shutil.which("uv"), [str(PYTHON), "-m", "pip", "install", "--retries", "1"]
-    if uv and not quietly([uv, "pip", "install", "--python", str(PYTHON), *wanted]):
-        return
-    if problem := quietly([*pip, *wanted]):
+    options = ["--target", str(AXE_FOLDER), "--retries", "1"]
+    if problem := install_hashed(f"{AXE} --hash=sha256:{AXE_HASH}", *options):
         say(f"{AXE} could not be fetched; tests that need it are left out.\n{problem}")
 
 
@@ -650,6 +699,24 @@ def command_docs(args: list[str]) -> int:
     return status
 
 
+def command_lock(args: list[str]) -> int:
+    """Write the lock files anew; what they name stays as it is where it still fits."""
+    if args not in ([], ["--upgrade"]):
+        raise SetupError(f"lock takes --upgrade or nothing, but got: {' '.join(args)}")
+    oldest = ".".join(map(str, OLDEST_PYTHON))
+    words = ["pip", "compile", "--universal", "--python-version", oldest, "--generate-hashes"]
+    words += ["--no-emit-index-url", "--no-annotate", "--no-config", "--quiet", *args]
+    words += ["--custom-compile-command", "python3 dev.py lock"]
+    for file, extra in LOCKED_EXTRAS.items():
+        # One version of each package, wherever it is installed.
+        same = ["--constraint", LOCK.name] if file != LOCK else []
+        to = ["--extra", extra, *same, "pyproject.toml", "--output-file", str(file)]
+        status = start([str(PYTHON), "-m", "uv", *words, *to], dict(os.environ))
+        if status:
+            return status
+    return 0
+
+
 COMMANDS = {
     "run": command_run,
     "test": command_test,
@@ -657,6 +724,7 @@ COMMANDS = {
     "bench": command_bench,
     "shot": command_shot,
     "docs": command_docs,
+    "lock": command_lock,
 }
 
 
@@ -674,7 +742,7 @@ def main(argv: list[str]) -> int:
         return 2
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that the screen is put away
     try:
-        ensure_system(windows=name not in {"check", "docs"}, tests=name == "test")
+        ensure_system(windows=name not in {"check", "docs", "lock"}, tests=name == "test")
         ensure_venv()
         if name == "test":
             ensure_axe()

@@ -1,8 +1,9 @@
 """Our export in Blender: python -m benchmarks.blender_check FILE-OR-FOLDER… [--blender PYTHON].
 
-Every rotation number of each clip is written anew from quaternions; Blender imports the file, and
-the heads of its bones are compared with our joints in up to 40 frames, of the skeleton's height
-(expected ≤ 1e-3). Exit status 1 if any is further away.
+Every rotation number of each clip is written anew from quaternions, and the clip is corrected of
+all that `refine` finds; Blender imports both files, and the heads of bones are compared with our
+joints in up to 40 frames, of the skeleton's height (expected ≤ 1e-3). Exit status 1 if any is
+further away. In corrected files, frames that were corrected are among those.
 
 PYTHON is an interpreter that can import bpy; it may be another than this one, since bpy comes for
 one version of Python only: python3.11 -m venv v && v/bin/pip install bpy==4.5.* numpy
@@ -17,30 +18,48 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from twistcore.clip import Clip
 
 MOST = 1e-3
 FRAMES = 40
 
 
-def export(source: Path, folder: Path) -> Path:
-    """Write the clip anew into `folder`, and beside it where its joints are."""
+def export(source: Path, folder: Path) -> list[Path]:
+    """Write the clip anew and corrected into `folder`, and beside each where its joints are."""
+    from benchmarks._refined import EVERYTHING, refine_file
     from benchmarks.bvh_crosscheck import rewritten
     from twistcore.bvh import read_bvh
-    from twistcore.motion import forward_kinematics
 
     clip = read_bvh(source)
-    out = folder / "again.bvh"
-    out.write_bytes(rewritten(clip))
+    again, corrected = folder / "again.bvh", folder / "corrected.bvh"
+    again.write_bytes(rewritten(clip))
+    note_joints(again, clip, ())
+    refine_file(source, corrected, *EVERYTHING)
+    after = read_bvh(corrected)
+    changed = (clip.motion.rotations != after.motion.rotations).any(axis=(1, 2))
+    note_joints(corrected, after, np.flatnonzero(changed))
+    return [again, corrected]
+
+
+def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) -> None:
+    """Leave the places of joints beside a file: in frames evenly spread, and in some of `also`."""
+    from twistcore.motion import forward_kinematics
+
     positions = forward_kinematics(clip.motion)[1]
-    frames = np.arange(0, len(positions), max(1, len(positions) // FRAMES))
+    spread = np.arange(0, len(positions), max(1, len(positions) // FRAMES))
+    among = np.asarray(also, dtype=int)[:: max(1, len(also) // FRAMES)]
+    frames = np.union1d(spread, among)
     height = clip.skeleton.height
     np.savez(out.with_suffix(".npz"), frames=frames, positions=positions[frames] / height)
     out.with_suffix(".json").write_text(json.dumps([list(clip.skeleton.names), height]))
-    return out
 
 
 def in_blender(path: Path) -> dict[str, Any]:
@@ -63,21 +82,24 @@ def in_blender(path: Path) -> dict[str, Any]:
                 continue
             head = np.array(rig.matrix_world @ rig.pose.bones[name].head) / height
             distance = float(np.abs(head - position).max())
-            if distance > worst:
+            if not distance <= worst:  # no number is the worst
                 worst, where = distance, f"{name}, frame {frame}"
     version = bpy.app.version_string
     return {"worst": worst, "where": where, "missing": missing, "blender": version}
 
 
-def compared(source: Path, blender: str) -> dict[str, Any]:
-    """What `in_blender` found for one clip; raises RuntimeError where Blender could not read it."""
+def compared(source: Path, blender: str) -> list[dict[str, Any]]:
+    """What `in_blender` found for one clip, written anew and corrected.
+
+    RuntimeError where Blender could not read it, TwistError where we cannot.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        path = export(source, Path(folder))
-        command = [blender, __file__, "--inside", str(path)]
+        paths = map(str, export(source, Path(folder)))
+        command = [blender, __file__, "--inside", *paths]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         raise RuntimeError((done.stderr.strip() or done.stdout.strip()).splitlines()[-1])
-    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    found: list[dict[str, Any]] = json.loads(done.stdout.splitlines()[-1])
     return found
 
 
@@ -85,10 +107,10 @@ def main() -> int:
     """Print one line a clip."""
     if sys.argv[1:2] == ["--inside"]:
         with contextlib.redirect_stdout(sys.stderr):
-            found = in_blender(Path(sys.argv[2]))
+            found = [in_blender(Path(name)) for name in sys.argv[2:]]
         print(json.dumps(found), flush=True)
         os._exit(0)  # Blender's own clean-up may crash as a module, long after the result
-    from twistcore.errors import BvhError
+    from twistcore.errors import TwistError
 
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("sources", nargs="+", type=Path)
@@ -100,16 +122,18 @@ def main() -> int:
     worst, wrong = 0.0, 0
     for path in files:
         try:
-            found = compared(path, arguments.blender)
-        except (BvhError, RuntimeError) as error:
+            again, corrected = compared(path, arguments.blender)
+        except (TwistError, RuntimeError) as error:
             print(f"{path.name}: {error}")
             wrong += isinstance(error, RuntimeError)
             continue
-        worst = max(worst, found["worst"])
-        note = f" ({len(found['missing'])} names unknown there)" if found["missing"] else ""
-        if found["worst"] > MOST:
-            note, wrong = f" at {found['where']} <-- differs", wrong + 1
-        print(f"{path.name}: {found['worst']:.1e}{note}  Blender {found['blender']}", flush=True)
+        worst = max(worst, again["worst"], corrected["worst"])
+        note = f" ({len(again['missing'])} names unknown there)" if again["missing"] else ""
+        for found in (again, corrected):
+            if not found["worst"] <= MOST:
+                note, wrong = f" at {found['where']} <-- differs", wrong + 1
+        said = f"{again['worst']:.1e} written, {corrected['worst']:.1e} corrected"
+        print(f"{path.name}: {said}{note}  Blender {again['blender']}", flush=True)
     print(f"{len(files)} files, {wrong} differ or were refused; worst {worst:.1e} of the height")
     return int(wrong > 0)
 

@@ -78,7 +78,7 @@ def row(path: Path) -> Row:
         return Row(
             path.stem, f"**refused**, {place}{error.expected}", _why(error.expected, path), True
         )
-    kept = _comes_back(clip)
+    kept = comes_back(clip)
     frames, joints = clip.motion.frames, len(clip.skeleton)
     counts = f"{_many(frames, 'frame')}, {_many(joints, 'joint')}"
     chains = _many(len(find_chains(clip.motion)), "chain")
@@ -99,7 +99,8 @@ def _why(outcome: str, path: Path) -> str:
     return (told or named or [PLAIN])[0]
 
 
-def _comes_back(clip: Clip) -> bool:
+def comes_back(clip: Clip) -> bool:
+    """Whether writing it with nothing corrected gives the bytes that were read."""
     with tempfile.TemporaryDirectory() as folder:
         again = Path(folder) / "again.bvh"
         write_clip(clip, clip.motion.with_rotations(clip.motion.rotations.copy()), again)

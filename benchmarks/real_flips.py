@@ -24,8 +24,6 @@ changed, a new impossible turn, or a bent limb changed in a clip without a mirro
 from __future__ import annotations
 
 import argparse
-import contextlib
-import io
 import json
 import sys
 import tempfile
@@ -37,10 +35,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from benchmarks._refined import refine_file
 from benchmarks.mirrored_turns import Straightness, bends, mirrored, straightness
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
-from twistcore.cli import main as twistcore
 from twistcore.clip import Clip
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, forward_kinematics
@@ -395,11 +393,7 @@ def judged_file(path: Path, name: str) -> Verdict:
     before = read_bvh(path)
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "refined.bvh"
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-            status = twistcore(["refine", str(path.resolve()), "-o", str(output)])
-        if not output.exists():
-            raise TwistError(f"refine ended with {status}: {said.getvalue().strip()}")
+        refine_file(path, output)
         after = read_bvh(output)
     return judge(name, before.motion, after.motion, written_decimals(before, after))
 

@@ -19,6 +19,7 @@ from inspector.system_libraries import (
     missing_libraries,
 )
 from twistcore.encoding import legible
+from twistcore.ordinary_files import is_file, is_there
 from twistcore.version import __version__
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # what Qt writes
@@ -60,14 +61,14 @@ def _cannot_work(arguments: argparse.Namespace) -> str:
         return f"--language takes {', '.join(codes())} or system, not {arguments.language}."
     if picture and folder:
         return "--demo leaves a picture, too; give either --demo or --screenshot."
-    if (picture or folder) and file and not file.exists():
+    if (picture or folder) and file and not is_there(file):
         return f"{file}: there is no such file."
     if picture and picture.is_dir():
         return f"{picture}: is a folder; --screenshot takes the name of a picture."
     if picture and picture.suffix.lower() not in _PICTURES:
         return f"{picture}: a picture's name ends with {' or '.join(_PICTURES)}."
     target = folder or (picture.parent if picture else None)
-    if target and (wrong := next((p for p in (target, *target.parents) if p.is_file()), None)):
+    if target and (wrong := next((p for p in (target, *target.parents) if is_file(p)), None)):
         return f"{wrong}: is a file; results need a folder."
     return ""
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Make a folder that runs without Python: `python3 packaging/build_bundle.py`.
 
-Takes a Python ≥ 3.11 with its shared library, on Linux `binutils`, and some 3 GB of disk. The wheel
-is built and installed with the window's packages into an environment of its own under
+Takes a Python ≥ 3.11 with its shared library, on Linux `binutils`, and some 3 GB of disk. What
+bundle.lock names, by its hashes, and the wheel are installed into an environment of its own under
 packaging/build; PyInstaller gathers them into packaging/dist/twist-inspector, which is packed
 beside it. A bundle runs on systems with the glibc of its builder or a newer one, so build on the
 oldest meant.
@@ -17,18 +17,18 @@ import shutil
 import subprocess
 import sys
 import venv
-from importlib.metadata import distributions
+from importlib.metadata import Distribution, distributions
 from pathlib import Path
+from sysconfig import get_path as stdlib_folder
+
+from list_licences import key, licence, shipped
 
 ROOT = Path(__file__).resolve().parents[1]
 HERE = ROOT / "packaging"
 BUILD, DIST = HERE / "build", HERE / "dist"
-PYINSTALLER = "pyinstaller==6.22.*"  # 6.22 with its hooks is known to gather VTK and Qt whole
+LOCK = HERE / "bundle.lock"
 ICON = ROOT / "assets" / "icons" / "program.svg"
 ICON_SIZE = 512
-# What builds only, and is in the environment, not in the bundle.
-NOT_SHIPPED = {"pip", "setuptools", "build", "pyproject-hooks", "pyproject_hooks", "pyinstaller"}
-NOT_SHIPPED |= {"pyinstaller-hooks-contrib", "altgraph", "pillow", "twist-inspector"}
 _LICENCE = re.compile(r"licen[cs]e|copying|notice", re.IGNORECASE)
 _DRAW = """
 import sys
@@ -61,10 +61,12 @@ def environment() -> Path:
     BUILD.mkdir()
     venv.create(BUILD / "venv", with_pip=True)
     python = BUILD / "venv" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-    run(python, "-m", "pip", "install", "--quiet", "build", PYINSTALLER, "pillow")
-    run(python, "-m", "build", "--wheel", "--outdir", BUILD / "wheel", ROOT)
+    pip = (python, "-m", "pip", "install", "--quiet")
+    run(*pip, "--require-hashes", "--requirement", LOCK)
+    build = (python, "-m", "build", "--wheel", "--no-isolation")
+    run(*build, "--outdir", BUILD / "wheel", ROOT)
     (wheel,) = (BUILD / "wheel").glob("*.whl")
-    run(python, "-m", "pip", "install", "--quiet", f"{wheel}[gui,video]")
+    run(*pip, "--no-deps", wheel)
     return python
 
 
@@ -88,20 +90,31 @@ def add_papers(folder: Path) -> None:
 
 
 def copy_licences(target: Path) -> None:
-    """The licence files of every package that was installed, by the package's name."""
+    """The licence files of every package that is in it, by the package's name, and Python's."""
     (site,) = (BUILD / "venv").rglob("site-packages")
-    for known in distributions(path=[str(site)]):
-        name = known.metadata["Name"]
-        if name.lower() in NOT_SHIPPED:
-            continue
-        for file in known.files or ():
-            if "dist-info" in str(file) and _LICENCE.search(file.name):
-                (target / name).mkdir(parents=True, exist_ok=True)
-                shutil.copy(file.locate(), target / name)
-        if not (target / name).exists():  # some packages name it only
-            (target / name).mkdir(parents=True)
-            told = known.metadata.get("License-Expression") or known.metadata.get("License")
-            (target / name / "LICENCE.txt").write_text(f"{told or 'see its home page'}\n", "utf-8")
+    there = {key(known.metadata["Name"]): known for known in distributions(path=[str(site)])}
+    for name in shipped(LOCK.read_text("utf-8")):
+        if name in there:  # else another system's
+            copy_licence_files(there[name], target / name)
+    shutil.copytree(HERE / "licences", target, dirs_exist_ok=True)  # that Qt's wheels only name
+    shutil.copy(ROOT / "docs" / "licences.md", target / "README.md")
+    for folder in (Path(sys.base_prefix), Path(stdlib_folder("stdlib"))):
+        if (folder / "LICENSE.txt").exists():
+            shutil.copy(folder / "LICENSE.txt", target / "Python.txt")
+
+
+def copy_licence_files(known: Distribution, target: Path) -> None:
+    """Into the folder, each under the path that it has: numpy brings twenty of one name."""
+    for file in known.files or ():
+        if _LICENCE.search(file.name) and file.suffix not in {".py", ".pyc", ".pyi"}:
+            place = Path(*(part for part in file.parts if part not in {"licenses", ".."}))
+            to = target / (Path(*place.parts[1:]) if ".dist-info" in place.parts[0] else place)
+            to.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy(str(file.locate()), to)
+    if not target.exists():  # some packages name it only
+        target.mkdir(parents=True)
+        told = licence(known.metadata["Name"], known.metadata)
+        (target / "LICENCE.txt").write_text(told + "\n", "utf-8")
 
 
 def version() -> str:

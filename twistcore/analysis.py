@@ -293,7 +293,8 @@ def analyse(
     every = rig.chains(motion)
     if chains is None:
         return ClipAnalysis(motion, every, name, rig)
-    wanted = {_named(every, str(c), where).name for c in chains}
+    names = (c.name if isinstance(c, Chain) else c for c in chains)
+    wanted = {_named(every, name, where).name for name in names}
     first = {c.name: {c.name, motion.skeleton.names[c.parent]} for c in every}
     return ClipAnalysis(
         motion, [c for c in every if not wanted.isdisjoint(first[c.name])], name, rig

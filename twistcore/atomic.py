@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import hashlib
 import os
 import stat
 import tempfile
@@ -12,9 +13,15 @@ from pathlib import Path
 from typing import IO
 
 from twistcore.errors import TwistError
+from twistcore.file_lock import is_sure, lock
+from twistcore.ordinary_files import is_there, read_file
 
 STANDARD_OUTPUT = Path("/dev/stdout")  # by this name also on systems that have no such file
 
+_LONGEST_NAME, _SPARE = 255, 10  # bytes; spare: of a number in between
+_TRIES = 8
+_BINARY = getattr(os, "O_BINARY", 0)
+_HELD_TO_THE_END = os.name == "posix"  # Windows moves no file that is open
 _MOST_LINKS = 40  # as many as Linux follows
 _STREAMS = (stat.S_IFIFO, stat.S_IFCHR)
 _REFUSED = {
@@ -108,7 +115,7 @@ def is_standard_output(path: Path) -> bool:
 
 def same_file(a: Path, b: Path) -> bool:
     """Whether both lead to one file that is there, by links of either kind or other spellings."""
-    return a.exists() and b.exists() and a.samefile(b)
+    return is_there(a) and is_there(b) and a.samefile(b)
 
 
 def descriptor_number(end: Path) -> int | None:
@@ -137,19 +144,79 @@ def _kind(path: Path) -> int:
         return 0
 
 
+def part_name(end: Path, suffix: str = "") -> Path:
+    """Where a file is written before it has its name: always there, so that a leftover is found.
+
+    One of a name that would be too long has a part of it and a mark of the whole.
+    """
+    name, mark = end.name, f".twist.part{suffix}"
+    if len(os.fsencode(name)) + len(mark) + _SPARE > _LONGEST_NAME:
+        name = f"{name[:20]}-{hashlib.sha256(os.fsencode(name)).hexdigest()[:16]}"
+    return end.with_name(f".{name}{mark}")
+
+
+def take_part(part: Path) -> tuple[int, Path]:
+    """A new file to write into, under this name or one like it, and locked while it is written.
+
+    What a killed program left under the name is removed: a file of ours that nobody holds. What
+    else is there stays, and another name is taken. Raises OSError.
+    """
+    for _ in range(_TRIES):
+        _remove_left(part)
+        with contextlib.suppress(FileExistsError):
+            handle = os.open(part, os.O_RDWR | os.O_CREAT | os.O_EXCL | _BINARY, 0o600)
+            if lock(handle) and _is_at(part, handle):
+                return handle, part
+            os.close(handle)  # another took it for a leftover before it was locked
+            continue
+        break
+    handle, name = tempfile.mkstemp(dir=part.parent, prefix=f"{part.stem}.", suffix=part.suffix)
+    lock(handle)
+    return handle, Path(name)
+
+
 @contextlib.contextmanager
 def _replacing(end: Path) -> Iterator[IO[bytes]]:
-    handle, name = tempfile.mkstemp(dir=end.parent, prefix=f".{end.name}.", suffix=".part")
-    part = Path(name)
+    handle, part = take_part(part_name(end))
     try:
         with os.fdopen(handle, "wb") as file:
             yield file
             file.flush()
             os.fsync(file.fileno())
-        move_into_place(part, end)
+            if _HELD_TO_THE_END:
+                move_into_place(part, end)
+        if not _HELD_TO_THE_END:
+            move_into_place(part, end)
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def _remove_left(part: Path) -> None:
+    """Remove what a killed program left there; never a link, another's, or what somebody holds."""
+    try:
+        status = part.lstat()
+        if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):
+            return
+        handle = os.open(part, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | _BINARY)
+    except OSError:
+        return
+    try:
+        if is_sure(handle) and _is_at(part, handle):
+            part.unlink()
+    finally:
+        os.close(handle)
+
+
+def _is_mine(status: os.stat_result) -> bool:
+    return os.name == "posix" and status.st_uid == os.geteuid()
+
+
+def _is_at(path: Path, handle: int) -> bool:
+    try:
+        return os.path.samestat(path.lstat(), os.fstat(handle))
+    except OSError:
+        return False
 
 
 def _settle(part: Path, end: Path) -> None:
@@ -195,9 +262,9 @@ def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
 
     Raises TwistError where one has other bytes there, before any is written; OSError.
     """
-    missing = {name: data for name, data in companions.items() if not (folder / name).exists()}
+    missing = {name: data for name, data in companions.items() if not is_there(folder / name)}
     for name in companions.keys() - missing.keys():
-        if (folder / name).read_bytes() != companions[name]:
+        if read_file(folder / name) != companions[name]:
             raise TwistError(
                 f"{folder / name}: expected the file of that name that lies beside the clip, "
                 "without which it means another motion"

@@ -130,15 +130,24 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
 
     So an error in one limb changes nothing in another.
     """
-    groups: list[tuple[set[int], list[Chain]]] = []
-    for chain in chains:
-        joints, members = set(chain.changed_joints(skeleton)), [chain]
-        near = [g for g in groups if g[0] & joints]
-        for group in near:
-            joints |= group[0]
-            members += group[1]
-        groups = [g for g in groups if g not in near] + [(joints, members)]
-    return tuple(tuple(c for c in chains if c in members) for _, members in groups)
+    changers: dict[int, list[int]] = {}
+    changed = [chain.changed_joints(skeleton) for chain in chains]
+    for k, joints in enumerate(changed):
+        for joint in joints:
+            changers.setdefault(joint, []).append(k)
+    groups: list[list[int]] = []
+    seen: set[int] = set()
+    for first in range(len(chains)):
+        todo, group = [first], []
+        while todo:
+            if (k := todo.pop()) not in seen:
+                seen.add(k)
+                group.append(k)
+                todo += (other for joint in changed[k] for other in changers.pop(joint, ()))
+        if group:
+            groups.append(sorted(group))
+    # As they are completed when chains are gone through: the group of the earliest last one first.
+    return tuple(tuple(chains[k] for k in group) for group in sorted(groups, key=lambda g: g[-1]))
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +20,9 @@ from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array
 
 SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
+_WARNINGS = 40
+_POSES = 1 << 20  # of joints, in all frames, that are read whatever numbers there are
+_JOINTS_A_NUMBER = 2  # above that; a figure has nearly three numbers a joint
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,27 @@ class ClipWarning:
 
     def __str__(self) -> str:
         return self.text if self.line is None else f"Line {self.line}: {self.text}"
+
+
+def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
+    """The first of them, and how many more there are: a damaged file has thousands."""
+    if (left := len(warnings) - _WARNINGS) <= 1:
+        return list(warnings)
+    return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
+
+
+def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
+    """What is expected where next to no joint has numbers; None where there is room for all.
+
+    A line of a joint and a line of a frame take a few bytes each, and a pose of every joint in
+    every frame the product of both.
+    """
+    if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
+        return None
+    return (
+        f"expected channels in more joints: {frames} frames of {joints} joints have {columns} "
+        "numbers each"
+    )
 
 
 @dataclass(frozen=True)

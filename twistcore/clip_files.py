@@ -9,6 +9,7 @@ from pathlib import Path
 from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.errors import TwistError
 from twistcore.formats import is_other_data
+from twistcore.ordinary_files import is_file, is_there
 
 BVH = (".bvh",)  # for studies, whose figures are of BVH files
 
@@ -32,12 +33,12 @@ def clips_in(
 def no_files_in(folder: Path) -> dict[str, Path]:
     """What bears a clip's name in a folder, or below it, and is a FIFO, a socket or a device."""
     named = (path for path in folder.rglob("*") if path.suffix.lower() in CLIP_SUFFIXES)
-    odd = (path for path in sorted(named) if path.exists() and not _is_file_or_folder(path))
+    odd = (path for path in sorted(named) if is_there(path) and not _is_file_or_folder(path))
     return {path.relative_to(folder).as_posix(): path for path in odd}
 
 
 def _is_file_or_folder(path: Path) -> bool:
-    return path.is_file() or path.is_dir()
+    return is_file(path) or path.is_dir()
 
 
 def clips_by_name(folder: Path, *, suffixes: Sequence[str] = CLIP_SUFFIXES) -> dict[str, Path]:
@@ -58,5 +59,5 @@ def kinds_of_clips(suffixes: Sequence[str] = CLIP_SUFFIXES) -> str:
 
 def _is_clip(path: Path) -> bool:
     with suppress(OSError):  # a folder that tells names, and nothing of what bears them
-        return (path.is_file() and not is_other_data(path)) or not path.exists()
+        return (is_file(path) and not is_other_data(path)) or not is_there(path)
     return True

@@ -11,6 +11,7 @@ if sys.platform == "win32":
 else:
     import fcntl
 
+_AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # to open a FIFO would wait for its writer
 _FAR = 1 << 40  # Windows locks bytes, not files: one that nobody reads
 
 
@@ -20,11 +21,7 @@ def lock(handle: int) -> bool:
     True on a file system that knows no locks.
     """
     try:
-        if sys.platform == "win32":
-            os.lseek(handle, _FAR, os.SEEK_SET)
-            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
-        else:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        _lock(handle)
     except BlockingIOError:
         return False
     except OSError:
@@ -32,13 +29,30 @@ def lock(handle: int) -> bool:
     return True
 
 
+def is_sure(handle: int) -> bool:
+    """Lock an open file; False also where that cannot be: on a file system that knows no locks."""
+    try:
+        _lock(handle)
+    except OSError:
+        return False
+    return True
+
+
 def is_held(path: Path) -> bool:
     """Whether a living program has locked the file; False for one that cannot be opened."""
     try:
-        handle = os.open(path, os.O_RDONLY)
+        handle = os.open(path, os.O_RDONLY | _AT_ONCE)
     except OSError:
         return False
     try:
         return not lock(handle)
     finally:
         os.close(handle)
+
+
+def _lock(handle: int) -> None:
+    if sys.platform == "win32":
+        os.lseek(handle, _FAR, os.SEEK_SET)
+        msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)
+    else:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -7,6 +7,8 @@ from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
 
+from twistcore.ordinary_files import open_to_read
+
 _LONG = 50_000_000  # bytes, some 50 ms: less is read before a person notices
 _MOST = 1000  # files; those looked at first go first
 
@@ -16,7 +18,7 @@ _marks: dict[Path, tuple[_State, str]] = {}
 
 def sha256_of(path: Path) -> str:
     """SHA-256 of a file's bytes, which are read in any case; raises OSError."""
-    with path.open("rb") as file:
+    with open_to_read(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 

@@ -13,6 +13,7 @@ from twistcore.errors import AmcError, ClipError
 from twistcore.npz import read_npz
 from twistcore.npz.archive import names_in
 from twistcore.npz.npz_clip import POSES
+from twistcore.ordinary_files import is_file
 from twistcore.progress import Tell, nobody
 
 _READERS: Mapping[str, Callable[..., Clip]] = {
@@ -55,7 +56,7 @@ def is_other_data(path: str | Path) -> bool:
     Reads its directory; a damaged file is none, so that reading it says what is wrong, and no
     device is, which to open might wait for good.
     """
-    if Path(path).suffix.lower() != ".npz" or not Path(path).is_file():
+    if Path(path).suffix.lower() != ".npz" or not is_file(path):
         return False
     names = names_in(Path(path))
     return names is not None and POSES not in names

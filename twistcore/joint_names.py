@@ -40,13 +40,15 @@ class JointName:
 def understood(names: Sequence[str]) -> list[JointName]:
     """Side and stem of every joint of a skeleton, namespaces and the rig's own prefix left out."""
     words = [_words(name) for name in names]
+    begin = [0] * len(words)  # the words before are left out
     while True:
-        longer = [w for w in words if len(w) > 1]
-        first = Counter(w[0] for w in longer if w[0].lower() not in _SIDES).most_common(1)
-        if not first or first[0][1] < max(2.0, _SHARED * len(words)):
+        first = [w[k] for w, k in zip(words, begin, strict=True) if k + 1 < len(w)]
+        shared = Counter(word for word in first if word.lower() not in _SIDES).most_common(1)
+        if not shared or shared[0][1] < max(2.0, _SHARED * len(words)):
             break
-        words = [w[1:] if len(w) > 1 and w[0] == first[0][0] else w for w in words]
-    return [_joint_name(w) for w in words]
+        for joint, (w, k) in enumerate(zip(words, begin, strict=True)):
+            begin[joint] += k + 1 < len(w) and w[k] == shared[0][0]
+    return [_joint_name(w[k:]) for w, k in zip(words, begin, strict=True)]
 
 
 def is_helper(name: str) -> bool:

@@ -110,10 +110,14 @@ class Motion:
         """When the frames are, seconds from the first, (frames,)."""
         return np.arange(self.frames, dtype=np.float64) * self.frame_time
 
+    @cached_property
+    def _places(self) -> dict[int, int]:
+        return {joint: place for place, joint in enumerate(self.positioned)}
+
     def translation(self, joint: int) -> Array:
         """Translation from the parent: (3,) from OFFSET, (frames, 3) from position channels."""
-        if joint in self.positioned:
-            return self.positions[:, self.positioned.index(joint)]
+        if (place := self._places.get(joint)) is not None:
+            return self.positions[:, place]
         offset: Array = self.skeleton.offsets[joint]
         return offset
 

@@ -20,12 +20,13 @@ from pathlib import Path
 from typing import IO, Any, Generic, TypeVar
 
 from twistcore.errors import TwistError
+from twistcore.with_parent import end_with_parent
 
 Name = TypeVar("Name")
 Result = TypeVar("Result")
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
-_SERVE = "from twistcore.processes import serve; serve()"
+_SERVE = "from twistcore.processes import serve; serve({parent})"
 _GRACE_S = 5.0  # a process whose parent is gone ends itself so long behind its time
 _LENGTH = struct.Struct("<Q")
 
@@ -239,7 +240,7 @@ def _started() -> subprocess.Popen[bytes]:
     if sys.platform == "win32":
         own = {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
     return subprocess.Popen(
-        [sys.executable, "-c", _SERVE],
+        [sys.executable, "-c", _SERVE.format(parent=os.getpid())],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         env={**os.environ, **dict.fromkeys(_THREADS, "1"), "PYTHONPATH": path},
@@ -261,8 +262,9 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
 # -- in the other process --------------------------------------------------------------------------
 
 
-def serve() -> None:
-    """Carry out what comes in on standard input, until that ends."""
+def serve(parent: int) -> None:
+    """Carry out what comes in on standard input, until that ends or `parent` has."""
+    end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     orders = sys.stdin.buffer
     answers = os.fdopen(os.dup(1), "wb")

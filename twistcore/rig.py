@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -15,6 +14,16 @@ import numpy as np
 
 from twistcore.atomic import write_atomically
 from twistcore.chain import VARYING, Chain, find_chains, make_chain
+from twistcore.document_values import (
+    bytes_of,
+    each,
+    has,
+    one_of,
+    parsed_toml,
+    saying,
+    shown,
+    texts,
+)
 from twistcore.encoding import encoded, escaped, unescaped
 from twistcore.errors import FormatError, TwistError
 from twistcore.limb import Limb, along, as_limb, bones, find_limbs, path
@@ -91,12 +100,12 @@ class Rig:
         names = {chain.name for chain in found}
         for name in self.remove:
             if name not in names:
-                raise TwistError(f"no chain {name!r} to remove in this skeleton")
+                raise TwistError(f"no chain {shown(name)} to remove in this skeleton")
         chains = [chain for chain in found if chain.name not in self.remove]
         for own in self.add:
             made = own.made(motion)
             if any(chain.name == made.name for chain in chains):
-                raise TwistError(f"there is a chain {made.name!r} already: remove that first")
+                raise TwistError(f"there is a chain {shown(made.name)} already: remove that first")
             chains.append(made)
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
 
@@ -145,12 +154,11 @@ def rig_to_json(rig: Rig) -> dict[str, Any]:
     return {"add": entries, "remove": list(rig.remove)}
 
 
-def rig_from_json(entry: Mapping[str, Any]) -> Rig:
-    """The reverse; KeyError, TypeError or ValueError where it is damaged."""
-    add, remove = entry.get("add", []), entry.get("remove", [])
-    if not isinstance(add, list) or not _is_names(remove):
-        raise TypeError("rig")
-    return Rig(tuple(map(_own_from_json, add)), tuple(dict.fromkeys(remove)))
+def rig_from_json(entry: Any) -> Rig:
+    """The reverse; FormatError where it is damaged."""
+    rig = has(entry, what="rig")
+    add, remove = each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
+    return Rig(add, tuple(dict.fromkeys(texts(remove, "remove"))))
 
 
 def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
@@ -168,36 +176,27 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
 
 def read_rig(path: Path) -> Rig:
     """A rig from a TOML file; raises TwistError, FormatError for a damaged file."""
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise FormatError(f"{path}: expected TOML ({error})") from None
-    try:
+    with saying(path):
+        document = parsed_toml(bytes_of(path))
         if unknown := sorted(document.keys() - {"skeleton", "remove", "chain"}):
-            raise ValueError(f"found {unknown[0]!r}")
-        entry = {"add": document.get("chain", []), "remove": document.get("remove", [])}
-        rig = rig_from_json(entry)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        told = f"; {error}" if isinstance(error, ValueError) else ""
-        raise FormatError(f"{path}: {_EXPECTED}{told}") from None
+            raise FormatError(f"{_EXPECTED}; found {shown(unknown[0])}")
+        try:
+            rig = rig_from_json(
+                {"add": document.get("chain", []), "remove": document.get("remove", [])}
+            )
+        except FormatError as error:
+            raise FormatError(f"{_EXPECTED}; {error}") from None
     add = tuple(OwnChain(tuple(map(unescaped, own.joints)), own.limb) for own in rig.add)
     return Rig(add, tuple(map(unescaped, rig.remove)))
 
 
-def _own_from_json(entry: Mapping[str, Any]) -> OwnChain:
-    joints, kind = entry["joints"], entry.get("kind", "chain")
-    if kind not in ("chain", "limb") or not _is_names(joints):
-        raise TypeError("a chain of the rig")
-    limb = kind == "limb"
+def _own_from_json(entry: Any) -> OwnChain:
+    has(entry, "joints", what="a chain of the rig")
+    limb = one_of(entry.get("kind", "chain"), "kind", ("chain", "limb")) == "limb"
+    joints = texts(entry["joints"], "joints")
     if len(joints) not in ((3,) if limb else (2, 3)):
-        raise ValueError(f"found {len(joints)} joints")
-    return OwnChain(tuple(joints), limb)
-
-
-def _is_names(thing: object) -> bool:
-    return isinstance(thing, list) and all(isinstance(name, str) for name in thing)
+        raise FormatError(f"found {len(joints)} joints")
+    return OwnChain(joints, limb)
 
 
 def _toml(names: Iterable[str]) -> str:
@@ -218,7 +217,7 @@ def _joint(skeleton: Skeleton, name: str) -> int:
     try:
         return skeleton.index(name)
     except KeyError:
-        raise TwistError(f"no joint {name!r} in this skeleton") from None
+        raise TwistError(f"no joint {shown(name)} in this skeleton") from None
 
 
 def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,6 +17,8 @@ from inspector.widgets.file_dialog import ask_where
 from inspector.widgets.message_bar import MessageBar
 from twistcore.atomic import write_atomically
 from twistcore.encoding import encoded
+from twistcore.ordinary_files import is_there
+from twistcore.with_parent import python_bound
 
 _PATTERN = tr("Tables (*.csv);;All files (*)")
 
@@ -48,7 +49,7 @@ class FolderActions:
     def save_clip_table_to(self, path: Path) -> None:
         """Write the table; all of the file or nothing."""
         clips = list(self.listed())
-        if path.exists() and path.suffix.lower() != ".csv":
+        if is_there(path) and path.suffix.lower() != ".csv":
             told = tr("{name}: expected a CSV file to write.", name=path.name)
             self.bar.show_message(told, True)
             return
@@ -81,12 +82,13 @@ class FolderActions:
     def _start_report(self, folder: Path) -> None:
         # A process: it reads every clip again and draws, while the window stays free.
         self._report = report = QProcess(self.window)
-        if (program := QCoreApplication.instance()) is not None:
-            program.aboutToQuit.connect(self._give_up)
+        if (application := QCoreApplication.instance()) is not None:
+            application.aboutToQuit.connect(self._give_up)
         report.finished.connect(lambda code: self._reported(folder, code))
         report.errorOccurred.connect(lambda error: self._not_started(folder, error))
         target = folder / "report"
-        report.start(sys.executable, ["-m", "twistcore", "report", str(folder), "-o", str(target)])
+        program, *words = python_bound("twistcore", "report", str(folder), "-o", str(target))
+        report.start(program, words)
 
     def _give_up(self) -> None:
         """The program ends: so does the process, whose pages are each whole or not there."""

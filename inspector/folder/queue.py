@@ -34,6 +34,7 @@ from twistcore.batch.manifest import FILE as MANIFEST
 from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import exports_among
+from twistcore.ordinary_files import is_there
 from twistcore.tuning import Profile
 
 _POLL_MS = 40
@@ -229,7 +230,7 @@ class FolderQueue(QObject):
             by_time = sorted(exported, key=written)
             latest |= {folder / exported[path]: path.name for path in by_time}
         for path, clip in self.clips.items():
-            if clip.state != ClipState.FAILED and not path.exists():
+            if clip.state != ClipState.FAILED and not is_there(path):
                 self._put(path, state=ClipState.FAILED, reason=GONE)
             name = latest.get(path, self._elsewhere.get(path, ""))
             self._put(path, exported=name, waits=path in waiting)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
+from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -10,11 +11,17 @@ from inspector.folder.queued_clip import TOO_LARGE
 from inspector.session.rig_profiles import kept_rig
 from twistcore.batch import survey
 from twistcore.errors import TwistError
+from twistcore.with_parent import end_with_parent
 from twistcore.worker_memory import limited_memory
 
 
 def work(pipe: Connection) -> None:
-    """Answer every (path, profile) with a ClipSurvey or a sentence, until the pipe closes."""
+    """Answer every (path, profile) with a ClipSurvey or a sentence, until the pipe closes.
+
+    The process ends with the window's, also in the midst of a clip.
+    """
+    if (parent := parent_process()) is not None and parent.pid:
+        end_with_parent(parent.pid)
     while True:
         try:
             path, profile = pipe.recv()

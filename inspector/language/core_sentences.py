@@ -24,6 +24,7 @@ OF_SYSTEM = (
     "Not a directory",
     "Permission denied",
     "Read-only file system",
+    "Too many levels of symbolic links",
 )
 # What chains and limbs are called, and their joints.
 LABELS = (

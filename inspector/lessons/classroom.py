@@ -14,8 +14,10 @@ from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.clip import Clip
 from twistcore.detection import Interval
+from twistcore.document_values import shown_words
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.motion import Motion
+from twistcore.ordinary_files import is_file
 from twistcore.review import Review
 from twistcore.study.class_exercise import (
     SCORE,
@@ -90,17 +92,17 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     """A class's exercise, on a copy of its clip."""
     exercise = read_exercise(path)
     beside = path.with_name(exercise.clip)
-    if not beside.is_file():
-        why = tr("its clip {clip} is not beside it.", clip=exercise.clip)
+    if not is_file(beside):
+        why = tr("its clip {clip} is not beside it.", clip=shown_words(exercise.clip))
         raise ClipMismatchError(f"{path.name}: {why}")
     data = to_review(Path(shutil.copy(beside, folder)), exercise.listed)
     if data.clip.sha256 != exercise.sha256:
-        why = tr("{clip} is not the clip it was made with.", clip=exercise.clip)
+        why = tr("{clip} is not the clip it was made with.", clip=shown_words(exercise.clip))
         raise ClipMismatchError(f"{path.name}: {why}")
     chains = {chain.name for chain in data.chains}
     for interval in exercise.listed:
         if interval.chain not in chains or interval.stop > data.motion.frames:
-            why = tr("expected intervals of {clip}", clip=exercise.clip)
+            why = tr("expected intervals of {clip}", clip=shown_words(exercise.clip))
             raise FormatError(f"{path}: {why}")
     return data, exercise
 
@@ -123,8 +125,8 @@ def scored(files: Sequence[Path]) -> str:
                 tr(
                     "{file} is about {clip}, the key about {other}.",
                     file=path.name,
-                    clip=one.clip,
-                    other=truth.clip,
+                    clip=shown_words(one.clip),
+                    other=shown_words(truth.clip),
                 )
             )
         if one.sha256 != truth.sha256:
@@ -132,7 +134,7 @@ def scored(files: Sequence[Path]) -> str:
                 tr(
                     "{file} is about another clip of the name {clip} than the key.",
                     file=path.name,
-                    clip=one.clip,
+                    clip=shown_words(one.clip),
                 )
             )
     return class_table(truth.errors, [one for _, one in handed])

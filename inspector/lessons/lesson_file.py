@@ -12,11 +12,14 @@ from inspector.language import tr
 from inspector.lessons.lesson_conditions import Condition, hold_at_once, read_conditions
 from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import Place as Place
+from twistcore.document_values import bytes_of, shown
 from twistcore.errors import FormatError
+from twistcore.ordinary_files import is_file
 
 FENCE = "```lesson"
 KEYS = ("clip", *FIELDS, "done")  # of the settings of a page
 _HEAD = ("title", "clip")
+_MOST_BYTES = 10_000_000  # ours have some kilobytes
 _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
 
 
@@ -52,8 +55,8 @@ class LessonFile:
 def read_lesson(path: Path) -> LessonFile:
     """Read a lesson; FormatError with file, line and what was expected."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError) as error:
+        text = bytes_of(path, _MOST_BYTES).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
         why = tr("expected a lesson as UTF-8 text ({error})", error=error)
         raise FormatError(f"{path}: {why}") from None
     lines = text.splitlines()
@@ -169,7 +172,7 @@ def _clip(path: Path, line: int, name: str) -> Path:
     if Path(name).name != name or "\\" in name:
         raise _error(path, line, tr("a BVH file's name without a folder"), name)
     for folder in (path.parent, ASSETS):
-        if (clip := folder / name).is_file() and clip.suffix.lower() == ".bvh":
+        if is_file(clip := folder / name) and clip.suffix.lower() == ".bvh":
             return clip
     raise _error(path, line, tr("a BVH file beside the lesson or one that is bundled"), name)
 
@@ -178,7 +181,7 @@ def _error(path: Path, line: int, expected: str, found: str = "") -> FormatError
     told = {"file": path, "line": line, "expected": expected}
     if not found.strip():
         return FormatError(tr("{file}, line {line}: expected {expected}", **told))
-    text = tr(
-        "{file}, line {line}: expected {expected}, found {found!r}", **told, found=found.strip()
+    own = shown(found.strip())
+    return FormatError(
+        tr("{file}, line {line}: expected {expected}, found {found}", **told, found=own)
     )
-    return FormatError(text)

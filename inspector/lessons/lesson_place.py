@@ -15,6 +15,7 @@ from inspector.teaching.symbols import SYMBOLS
 from twistcore.decomposition import WhatIf
 
 TABS = ("teaching", "intervals")
+_DIGITS = 9  # of a frame's number: no clip has as many
 _NEAREST = 100.0  # times as large as the program shows the limb itself
 LOOKS = ("before", "after", "both")
 
@@ -54,7 +55,7 @@ class Place:
 
 
 def _frame(text: str) -> dict[str, Any]:
-    if not text.isdecimal():
+    if not text.isdecimal() or len(text) > _DIGITS:
         raise ValueError(tr("a frame, counted from 0"))
     return {"frame": int(text)}
 

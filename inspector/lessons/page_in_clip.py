@@ -8,6 +8,7 @@ from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.session.opening import Analysed
 from twistcore.chain import Chain
 from twistcore.detection import Kind
+from twistcore.document_values import shown_words
 from twistcore.errors import FormatError
 
 _OF_CHAINS = ("swing", "counter")  # what a chain alone is measured for
@@ -23,7 +24,11 @@ def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | No
 
     def refused(key: str, expected: str, found: object) -> FormatError:
         told = {"file": lesson.path, "line": page.line(key), "expected": expected}
-        text = tr("{file}, line {line}: expected {expected}, found '{found}'", **told, found=found)
+        text = tr(
+            "{file}, line {line}: expected {expected}, found '{found}'",
+            **told,
+            found=shown_words(found),
+        )
         return FormatError(text)
 
     if place.frame > last:

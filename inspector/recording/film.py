@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import os
 import queue
 import subprocess
 import threading
 from pathlib import Path
 
 from inspector.language import tr
-from twistcore.atomic import destination, is_stream, move_into_place
+from twistcore.atomic import destination, is_stream, move_into_place, part_name, take_part
 
 _WAITING = 4  # frames that may wait for ffmpeg
 
@@ -38,7 +39,8 @@ class FilmWriter:
             raise OSError(errno.EINVAL, tr("is no file, and a film needs one"), str(path))
         self.path = path
         self._end = destination(path)
-        self._part = self._end.with_name(f".{path.stem}.part{path.suffix}")
+        # Held while ffmpeg writes into it: what nobody holds is a leftover.
+        self._handle, self._part = take_part(part_name(self._end, path.suffix))
         self._frames: queue.Queue[bytes | None] = queue.Queue(_WAITING)
         self.trouble = ""
         self._taken_end = False
@@ -69,9 +71,16 @@ class FilmWriter:
         """Once ended: rename; raises OSError with what went wrong."""
         self._thread.join()
         if self.trouble:
-            self._part.unlink(missing_ok=True)
+            self._drop()
             raise OSError(self.trouble)
-        move_into_place(self._part, self._end)
+        try:
+            if os.name != "posix":  # Windows moves no file that is open
+                self._let_go()
+            move_into_place(self._part, self._end)
+        except OSError:
+            self._drop()
+            raise
+        self._let_go()
 
     def cancel(self) -> None:
         """Stop, and leave nothing behind."""
@@ -80,7 +89,18 @@ class FilmWriter:
                 self._frames.get_nowait()
         self._frames.put(None)
         self._thread.join()
+        self._drop()
+
+    def _let_go(self) -> None:
+        if self._handle >= 0:
+            os.close(self._handle)
+            self._handle = -1
+
+    def _drop(self) -> None:
+        if os.name != "posix":
+            self._let_go()
         self._part.unlink(missing_ok=True)
+        self._let_go()
 
     def _write(self, size: tuple[int, int], fps: float) -> None:
         try:

@@ -20,6 +20,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.typeset import Typesetter
+from twistcore.ordinary_files import is_there
 
 
 @dataclass(eq=False)
@@ -54,7 +55,7 @@ class RecordActions:
 
     def record(self, choice: RecordChoice) -> None:
         """Make a film in the background of what goes on, or a picture at once."""
-        if choice.path.exists() and not choice.replace:
+        if is_there(choice.path) and not choice.replace:
             told = tr("{path}: there is such a file already.", path=choice.path)
             self.bar.show_message(told, True)
             return

@@ -17,6 +17,7 @@ from inspector.viewport.frame_drawing import selected_chain
 from inspector.widgets.building import hbox, soft
 from inspector.widgets.write_dialog import WriteDialog
 from twistcore.limb import Limb
+from twistcore.ordinary_files import is_there
 
 _FORMATS = {
     ".mp4": tr("Film, MP4"),
@@ -143,7 +144,7 @@ class RecordDialog(WriteDialog):
             (self.range, film),
             (self.speed, film and not sweep),
             (self.size_box, film),
-            (self.replace, choice.path.exists()),
+            (self.replace, is_there(choice.path)),
         ):
             self.form.setRowVisible(row, shown)
         self.sweep.show(sweep)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
+import secrets
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-import numpy as np
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.language import of_core, tr
@@ -20,6 +19,7 @@ from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.detection import Interval
 from twistcore.formats import own_name
+from twistcore.ordinary_files import is_there
 from twistcore.refinement import Corrected
 from twistcore.review import (
     ChangeChains,
@@ -33,7 +33,7 @@ from twistcore.review import (
     Sign,
 )
 from twistcore.review.journal import REDO, UNDO
-from twistcore.review.model import resized
+from twistcore.review.model import resized, same_offsets
 from twistcore.review.reasons import found_again
 from twistcore.rig import Rig
 from twistcore.tuning import Profile
@@ -69,7 +69,7 @@ class Document(OpenClip):
         self.reviewer = ""
         # Of this clip: what was decided in this run by nobody named, by id and time.
         self._unsigned: set[tuple[int, str]] = set()
-        self._drag = time.time_ns() // 1_000_000  # none that an earlier run has in its journal
+        self._drag = secrets.randbits(52)  # none that an earlier run has in its journal
 
     # -- one clip after the other ------------------------------------------------------------------
 
@@ -117,7 +117,7 @@ class Document(OpenClip):
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = own_name(clip) if own else clip.stem
         path, k = self.folder / f"{stem}{ending}", 2
-        while self.borrowed is not None and path.exists():
+        while self.borrowed is not None and is_there(path):
             path, k = self.folder / f"{stem}_{k}{ending}", k + 1
         return path
 
@@ -204,12 +204,12 @@ class Document(OpenClip):
         if self.data is None:
             return
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
-        if not chosen:
+        there = [j for j in map(self.found, chosen) if j is not None]  # none of the last clip's
+        if not there:
             self.message.emit(tr("Select an interval first (N goes to the next)."), False)
             return
-        there = [self.review.state.find(k) for k in chosen]
         judged = all(j.decision == decision and not j.in_bulk for j in there)
-        if not judged and not self._decide(chosen, decision):
+        if not judged and not self._decide(tuple(j.id for j in there), decision):
             return
         if decision != Decision.UNDECIDED:
             self.step_interval(+1, undecided=True, order=order)
@@ -268,13 +268,11 @@ class Document(OpenClip):
     def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
         """Give an interval other frames (kept inside the clip) or another offset."""
         start, stop = max(interval.start, 0), min(interval.stop, self.frames)
-        old = self.review.state.find(interval_id).interval
-        same = (start, stop) == (old.start, old.stop) and np.allclose(
-            interval.offset[start - interval.start : stop - interval.start], old.offset, atol=1e-12
-        )
-        same = same and interval.carried == old.carried
-        if start < stop and (drag or not same):
-            self.do(Edit(interval_id, resized(interval, start, stop), drag))
+        if (there := self.found(interval_id)) is None or start >= stop:
+            return  # it was one of the last clip's, or is undone by now
+        new = resized(interval, start, stop)
+        if drag or not same_offsets(new, there.interval):
+            self.do(Edit(interval_id, new, drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
         """Add a hand-made interval and select it: the one given, or one proposed around a frame.

@@ -20,6 +20,7 @@ from twistcore.export.replay import accepted_motion
 from twistcore.file_marks import file_mark, forget_marks, takes_long
 from twistcore.formats import own_name
 from twistcore.motion import Motion
+from twistcore.ordinary_files import is_file, is_there, real_path
 from twistcore.progress import Tell, nobody
 from twistcore.refinement import stuck_joints
 from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
@@ -103,7 +104,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
     """
     known = _known(choice.path, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
-    there = [path for path in files_of(choice) if path.exists()]
+    there = [path for path in files_of(choice) if is_there(path)]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
 
 
@@ -139,7 +140,7 @@ def check_targets(
     it, whatever the person says of the export itself.
     """
     path, replay = choice.path, replay_path(choice.path)
-    if path.resolve() == clip.path.resolve() or same_file(path, clip.path):
+    if real_path(path) == real_path(clip.path) or same_file(path, clip.path):
         told = tr("{path}: choose another name; the source is never overwritten.", path=path)
         raise TwistError(told)
     if path in own or replay in own:
@@ -151,7 +152,7 @@ def check_targets(
         if not (choice.replace or _as_written(file, known)):
             told = tr("{path}: there is such a file already; choose another name.", path=file)
             raise TwistError(told)
-    if choice.session and replay.exists():
+    if choice.session and is_there(replay):
         try:
             read_session(replay)
         except TwistError:
@@ -166,7 +167,7 @@ def check_targets(
 
 def _as_written(path: Path, ours: Mapping[Path, str]) -> bool:
     """Whether nothing is there, what this program wrote there, or what has no bytes to lose."""
-    if not path.is_file():
+    if not is_file(path):
         return True
     return path in ours and file_mark(path) == ours[path]
 
@@ -208,7 +209,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
 
 
 def _take_note(export: Export, path: Path) -> None:
-    if path.is_file():
+    if is_file(path):
         export.ours[path] = file_mark(path)
 
 

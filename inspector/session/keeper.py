@@ -17,6 +17,8 @@ from inspector.session.session_files import (
     JOURNAL_SUFFIX,
     at_first,
     journals,
+    kept_sessions,
+    make_latest,
     remember_place,
     write_known,
     written,
@@ -24,6 +26,7 @@ from inspector.session.session_files import (
 from twistcore.atomic import free_name
 from twistcore.errors import TwistError
 from twistcore.file_lock import is_held
+from twistcore.ordinary_files import is_there
 from twistcore.review import Review
 from twistcore.review.session import session_bytes
 
@@ -97,7 +100,7 @@ class Keeper(QObject):
         self._watch(aside.kept)
         if self.read_only:
             return
-        self.leftovers = [left for left in aside.leftovers if left.path.exists()]
+        self.leftovers = [left for left in aside.leftovers if is_there(left.path)]
         if not aside.kept.review.saved:
             self.journal.go_on(aside.journal, aside.steps)
 
@@ -205,6 +208,7 @@ class Keeper(QObject):
                 place=place,
             )
         kept.session_file = place
+        make_latest(place, kept_sessions(kept.clip.path))
         remember_place(kept.clip.path, place)
         kept.review.mark_saved()
         self.journal.give_up()

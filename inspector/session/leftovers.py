@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from inspector.language import tr
 from inspector.session.opening import with_every_kind
 from inspector.session.session_files import (
@@ -24,7 +26,9 @@ from twistcore.clip import Clip
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_lock import is_held
 from twistcore.limb import Limb
+from twistcore.ordinary_files import is_there
 from twistcore.review import Judged, Recovered, Review, ReviewState, recover
+from twistcore.review.left_out import joined, missing_from
 from twistcore.review.session import session_document
 
 
@@ -71,7 +75,7 @@ def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
     found = []
     for clip in clips:
         counted = ((clip, path, n) for path in waiting(clip) if (n := decisions_in(path)))
-        if (latest := next(counted, None)) and clip.exists():
+        if (latest := next(counted, None)) and is_there(clip):
             found.append(latest)
     return found
 
@@ -163,16 +167,18 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
 
 def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
     """Whether frames were left out of tuning, or taken in again, that are not so here."""
-    was, wanted, here = (
-        {t for start, stop in s.left_out for t in range(start, stop)} for s in (began, left, state)
-    )
-    return bool((wanted - was) - here or (was - wanted) & here)
+    was, wanted, here = (s.left_out for s in (began, left, state))
+    again = missing_from(was, wanted)  # taken into tuning again
+    not_again = joined(again) != missing_from(again, here)
+    return bool(missing_from(missing_from(wanted, was), here)) or not_again
 
 
 def _work(judged: Judged) -> tuple[object, ...]:
     """What a person decided about an interval; where it lies only if that is the person's, too."""
     interval = judged.interval
-    place = (interval.start, interval.stop, interval.offset.tobytes())
+    same = interval.offset.strides == (0,) or not np.ptp(interval.offset)
+    offset = interval.offset[:1] if same else interval.offset
+    place = (interval.start, interval.stop, offset.tobytes())
     own = place if judged.by_hand or judged.edited else ()
     return interval.chain, judged.decision, judged.note, judged.reason, judged.decided_at, own
 

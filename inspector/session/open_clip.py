@@ -111,7 +111,11 @@ class OpenClip(QObject):
     @property
     def interval(self) -> Judged | None:
         """The selected interval."""
-        return next((j for j in self.intervals if j.id == self.interval_id), None)
+        return self.found(self.interval_id)
+
+    def found(self, interval_id: int | None) -> Judged | None:
+        """The interval of an id; None where the clip that is open by now has none."""
+        return next((j for j in self.intervals if j.id == interval_id), None)
 
     @property
     def frames(self) -> int:
@@ -170,8 +174,13 @@ class OpenClip(QObject):
             self.select_interval(None)
 
     def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
-        """Select an interval and its chain; with `jump` the playhead goes where it is seen."""
-        judged = None if interval_id is None else self.review.state.find(interval_id)
+        """Select an interval and its chain; with `jump` the playhead goes where it is seen.
+
+        One that there is not, of the last clip or undone meanwhile, is left alone.
+        """
+        judged = self.found(interval_id)
+        if judged is None and interval_id is not None:
+            return
         changed, self.interval_id = interval_id != self.interval_id, interval_id
         if judged is not None and judged.interval.chain != self.chain:
             self.chain = judged.interval.chain

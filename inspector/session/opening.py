@@ -17,12 +17,14 @@ from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.limb_flips import LimbFlips
+from twistcore.document_values import shown_words
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX
 from twistcore.export.replay import chains_of
 from twistcore.file_marks import file_mark
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
+from twistcore.ordinary_files import is_file
 from twistcore.progress import Tell, nobody, part
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.model import as_written
@@ -124,7 +126,9 @@ class ClipMissingError(TwistError):
 
     def __init__(self, session: Path, clip: str) -> None:
         told = tr(
-            "{session}: its clip {clip} is not where it was.", session=session.name, clip=clip
+            "{session}: its clip {clip} is not where it was.",
+            session=session.name,
+            clip=shown_words(clip),
         )
         super().__init__(told)
         self.session = session
@@ -215,7 +219,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     session, sha256 = read_session_file(path)
     if clip_path is None:
         places = [Path(session.clip), path.with_name(Path(session.clip).name)]
-        there = [p for p in places if p.is_file()]
+        there = [p for p in places if is_file(p)]
         if not there:
             raise ClipMissingError(path, session.clip)
         same = (p for p in there if file_mark(p) == session.sha256)

@@ -15,6 +15,7 @@ from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
 from inspector.session.session_files import session_path, written
 from inspector.widgets.background import OneTask
 from twistcore.file_marks import file_mark, takes_long
+from twistcore.ordinary_files import is_there
 from twistcore.review import CarryOver, Command, Judged, LeaveOut, Review, ReviewState
 from twistcore.review.left_out import joined
 
@@ -218,7 +219,7 @@ class Recovery(QObject):
     def _source(self) -> Path:
         """What to open for this clip and its review: the session, where it is not beside it."""
         path, session = self._open().clip.path, self._keeper.session_file
-        own = session is None or session == session_path(path) or not session.exists()
+        own = session is None or session == session_path(path) or not is_there(session)
         return path if own or session is None else session
 
     def _ask_about_disk(self, text: str) -> None:

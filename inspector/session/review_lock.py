@@ -18,6 +18,7 @@ from pathlib import Path
 
 from inspector.language import tr
 from twistcore.file_lock import lock
+from twistcore.ordinary_files import check_ordinary
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link there leads to a file that is not ours
 
@@ -122,7 +123,9 @@ class ReviewLock:
 
 
 def _open(path: Path) -> tuple[int, bool]:
-    """The file, made if missing, and whether it can be written."""
+    """The file, made if missing, and whether it can be written; raises OSError."""
+    with suppress(FileNotFoundError):
+        check_ordinary(path, path.lstat().st_mode)
     try:
         return os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o666), True
     except PermissionError:

@@ -9,6 +9,7 @@ from inspector.session.session_files import set_aside
 from inspector.session.settings import settings_path
 from twistcore.errors import FormatError, TwistError
 from twistcore.motion import Motion, Skeleton
+from twistcore.ordinary_files import is_there
 from twistcore.rig import AS_FOUND, Rig, read_rig, skeleton_mark, write_rig
 
 
@@ -23,7 +24,7 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
     A damaged file is set aside; the chains are then as found.
     """
     path = rig_path(motion.skeleton)
-    if not path.exists():
+    if not is_there(path):
         return AS_FOUND, ""
     try:
         rig = read_rig(path)

@@ -6,7 +6,6 @@ Where the clip's folder cannot be written, they are in a folder of the person's 
 from __future__ import annotations
 
 import hashlib
-import json
 import os
 import re
 from collections.abc import Callable, Iterable
@@ -18,9 +17,12 @@ import platformdirs
 
 from inspector.language import of_core, tr
 from twistcore.atomic import free_name, write_atomically
+from twistcore.document_values import bytes_of, has, items, parsed_json, path_text
 from twistcore.encoding import json_bytes
+from twistcore.errors import TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
 from twistcore.formats import own_name, same_format
+from twistcore.ordinary_files import is_there, read_file, real_path
 
 _Made = TypeVar("_Made")
 
@@ -29,6 +31,8 @@ JOURNAL_SUFFIX = ".journal"
 # A crash before an earlier journal was answered leaves another; the last is an older program's.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
+_LONGEST_NAME = 180  # bytes of a clip's name in those of its files in the refuge
+_GRAIN_NS = 2_000_000_000  # the coarsest time that a file system keeps
 _POINTER_SUFFIX = ".elsewhere.json"
 
 
@@ -49,8 +53,11 @@ def is_session(path: Path) -> bool:
 
 def refuge_path(clip: Path) -> Path:
     """Where the session lies if the clip's folder cannot be written."""
-    mark = hashlib.sha256(os.fsencode(clip.resolve())).hexdigest()[:12]
-    return _refuge() / f"{own_name(clip)}-{mark}{SESSION_SUFFIX}"
+    mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
+    name = own_name(clip)
+    if len(os.fsencode(name)) > _LONGEST_NAME:  # its journal's and lock's names have to fit, too
+        name = name[:20]
+    return _refuge() / f"{name}-{mark}{SESSION_SUFFIX}"
 
 
 def _refuge() -> Path:
@@ -84,12 +91,13 @@ def kept_sessions(clip: Path) -> list[Path]:
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
-    with suppress(OSError, ValueError, TypeError, KeyError):
-        places.append(Path(json.loads(_pointer(refuge).read_bytes())["session"]))
+    with suppress(TwistError):
+        document = parsed_json(bytes_of(_pointer(refuge)))
+        places.append(Path(path_text(has(document, "session")["session"], "session")))
     there = [
         p
         for p in dict.fromkeys(places)
-        if p.exists() and same_format(clip_of_session(p) or clip, clip)
+        if is_there(p) and same_format(clip_of_session(p) or clip, clip)
     ]
     old = clip.with_name(clip.stem + SESSION_SUFFIX)
     if not there and clip_of_session(old) == clip.name:
@@ -139,6 +147,17 @@ def written(path: Path) -> int:
         return 0
 
 
+def make_latest(path: Path, others: Iterable[Path]) -> None:
+    """Give a file that was just written a later time than others have.
+
+    Which it has already, unless the clock was set back since, or theirs is another computer's.
+    """
+    newest = max((written(other) for other in others if other != path), default=0)
+    if written(path) <= newest:
+        with suppress(OSError):
+            os.utime(path, ns=(newest + _GRAIN_NS, newest + _GRAIN_NS))
+
+
 def set_aside(path: Path, why: str) -> str:
     """Rename a file that is of no use; returns the sentence that says so."""
     aside = free_name(path, ".damaged")
@@ -157,8 +176,8 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
     Raises OSError and leaves what is there as it was.
     """
     told = ""
-    if path.exists():
-        there = path.read_bytes()
+    if is_there(path):
+        there = read_file(path)
         if hashlib.sha256(there).hexdigest() != known.get(path):
             kept = free_name(path, ".earlier")
             write_atomically(kept, there)
@@ -175,8 +194,9 @@ def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
 
 def decided_in(clip: Path) -> tuple[int, int] | None:
     """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
-    with suppress(IndexError, OSError, ValueError, KeyError, TypeError):
-        document = json.loads(kept_sessions(clip)[0].read_text(encoding="utf-8"))
-        decisions = [i["decision"] for i in document["intervals"]]
+    with suppress(IndexError, TwistError):
+        document = parsed_json(bytes_of(kept_sessions(clip)[0]))
+        intervals = items(has(document, "intervals")["intervals"], "intervals")
+        decisions = [has(i, "decision")["decision"] for i in intervals]
         return sum(d != "undecided" for d in decisions), len(decisions)
     return None

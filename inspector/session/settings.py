@@ -18,6 +18,7 @@ from inspector.language import tr
 from inspector.session import settings_checks as checks
 from inspector.session.settings_checks import Check
 from twistcore.atomic import free_name, write_atomically
+from twistcore.ordinary_files import read_file, real_path
 
 RECENT = 10
 VIDEOS = 500
@@ -77,24 +78,24 @@ class Settings:
 
     def remember(self, path: Path) -> None:
         """Put a file first in the list of recent ones."""
-        name = str(path.resolve())
+        name = str(real_path(path))
         self.recent = [name, *(r for r in self.recent if r != name)][:RECENT]
 
     def remember_video(self, clip: str, video: Path, offset: float) -> None:
         """Keep a clip's video and its offset in seconds."""
         self.videos.pop(clip, None)
-        self.videos[clip] = str(video.resolve()), min(max(offset, -FARTHEST_S), FARTHEST_S)
+        self.videos[clip] = str(real_path(video)), min(max(offset, -FARTHEST_S), FARTHEST_S)
         for oldest in list(self.videos)[:-VIDEOS]:
             del self.videos[oldest]
 
     def of_folder(self, folder: Path) -> dict[str, Any]:
         """What is kept of a folder."""
-        return _new_folder() | self.folders.get(str(folder.resolve()), {})
+        return _new_folder() | self.folders.get(str(real_path(folder)), {})
 
     def remember_folder(self, folder: Path, **known: Any) -> None:
         """Keep where one is in a folder, or its τ: what is not named stays as it is."""
         now = self.of_folder(folder) | known
-        name = str(folder.resolve())
+        name = str(real_path(folder))
         others = {k: v for k, v in self.folders.items() if k != name}
         self.folders = dict([*others.items(), (name, now)][-FOLDERS:])
 
@@ -302,7 +303,7 @@ def _whole(digits: str) -> float:
 def _set_aside(path: Path, data: bytes) -> Path:
     """Keep a copy beside a file, one for the same bytes; raises OSError."""
     for aside in path.parent.glob(f"{glob.escape(path.name)}.damaged*"):
-        if aside.is_file() and aside.read_bytes() == data:
+        if aside.is_file() and read_file(aside) == data:
             return aside
     aside = free_name(path, ".damaged")
     write_atomically(aside, data)

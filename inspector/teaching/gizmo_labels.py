@@ -31,6 +31,7 @@ _SIZE = 1.25  # of a label, in heights of the program's font
 _WORDS = 0.62  # of that height, of words
 _APART = 4.0  # pixels between two labels
 _HALO = 2.5  # pixels around a label's letters
+_MOST = 256  # pictures of labels that are kept: joints have other names in every rig
 _GAP = 15.0  # pixels from what it names to a label's middle
 
 
@@ -147,6 +148,8 @@ class Labels(QWidget):
             painter.translate(_HALO, _HALO)
             self._draw(painter, formula, ink, bright)
             painter.end()
+            if len(self._pixmaps) >= _MOST:
+                self._pixmaps.clear()
             self._pixmaps[key] = pixmap
         return self._pixmaps[key]
 

@@ -88,6 +88,7 @@ class Gestures:
         self._band: tuple[int, int] | None = None
         self._home = 0
         self.dragging = False
+        document.opened.connect(self._give_up)
 
     # -- what is where ------------------------------------------------------------------------
 
@@ -142,12 +143,21 @@ class Gestures:
             return
         if event.isStart():
             self._begin(view.frame_at(event.buttonDownPos()), view.viewPixelSize()[0])
+        elif not self.dragging:
+            return  # what was gripped has gone with its clip
         height = event.pos().y()
         self._latest.ask(lambda: self._continue(view.key, frame, height))
         if event.isFinish():
             self._latest.flush()
             moved = abs(frame - self._origin) > _REACH * view.viewPixelSize()[0]
             self._end(self._band if moved else None)
+
+    def _give_up(self) -> None:
+        """Another clip: what is dragged is about an interval, or frames, of the last one."""
+        self._latest.forget()
+        self._hit = Hit(Part.EMPTY)
+        self._grabbed = self._band = self._scenery.told = None
+        self.dragging = False
 
     def _begin(self, frame: float, pixel: float) -> None:
         self._refresh()
@@ -261,6 +271,7 @@ class Gestures:
             self._parent, self._document, self._visible, frame, degrees, judged, self.plots(key)
         )
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self._document.opened.connect(menu.close)  # it is about a place in this clip
         menu.popup(position)
         return menu
 

@@ -35,6 +35,7 @@ class ChainTauLine(TauLine):
         self.setBounds([float(root_scale(d)) for d in (SMALLEST_TAU, LARGEST_TAU)])
         self.sigDragged.connect(self._dragged)
         self.sigPositionChangeFinished.connect(self._drop)
+        document.opened.connect(self._give_up)
 
     @property
     def held(self) -> bool:
@@ -58,6 +59,12 @@ class ChainTauLine(TauLine):
             self._drag = self._document.begin_drag()
         place = self.value()
         self._latest.ask(lambda: set_tau_at(self._document, place, self._drag))
+
+    def _give_up(self) -> None:
+        """Another clip: the hand holds the last one's τ."""
+        self._latest.forget()
+        self._drag = 0
+        self.let_go()
 
     def _drop(self) -> None:
         self._latest.flush()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from twistcore.errors import TwistError
 from twistcore.formats import read_clip
 from twistcore.rig import Rig
 from twistcore.tuning import Span, Verdicts, clip_tuning
+from twistcore.with_parent import end_with_parent
 
 _NICE = 5  # the window comes first, also on one core
 
@@ -49,6 +51,8 @@ def measure(pipe: Connection, request: Request) -> None:
 
     Chain names that arrive meanwhile come first.
     """
+    if (parent := parent_process()) is not None and parent.pid:
+        end_with_parent(parent.pid)
     if hasattr(os, "nice"):
         os.nice(_NICE)
     use_language(request.language)

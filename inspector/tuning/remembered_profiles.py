@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -16,8 +15,10 @@ from inspector.session.session_files import set_aside
 from inspector.session.settings import settings_path
 from inspector.widgets.message_bar import Answers
 from twistcore.atomic import write_atomically
+from twistcore.document_values import bytes_of, parsed_json
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
+from twistcore.ordinary_files import is_there, real_path
 from twistcore.rig import skeleton_mark
 from twistcore.tuning import Profile, read_profile
 from twistcore.tuning.learned_profile import LearnedProfile
@@ -39,7 +40,7 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
     """
     for who in dict.fromkeys((performer, "")):
         path = profile_path(mark, who)
-        if not path.exists():
+        if not is_there(path):
             continue
         try:
             profile = read_profile(path)
@@ -66,18 +67,18 @@ class Performers:
     def __init__(self) -> None:
         self._path = settings_path().parent / "performers.json"
         self._said: dict[str, str] = {}
-        with suppress(OSError, ValueError):
-            document = json.loads(self._path.read_bytes())
+        with suppress(TwistError):
+            document = parsed_json(bytes_of(self._path))
             if isinstance(document, dict):
                 self._said = {str(k): v for k, v in document.items() if isinstance(v, str)}
 
     def of(self, clip: Path) -> str:
         """The performer of a clip, '' where nobody knows."""
-        return self._said.get(str(clip.resolve()), performer_of(clip.name))
+        return self._said.get(str(real_path(clip)), performer_of(clip.name))
 
     def name(self, clip: Path, performer: str) -> None:
         """Say who performs a clip; raises OSError. What its name says need not be kept."""
-        key = str(clip.resolve())
+        key = str(real_path(clip))
         self._said.pop(key, None)
         if performer != performer_of(clip.name):
             self._said[key] = performer

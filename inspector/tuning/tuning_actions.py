@@ -20,6 +20,7 @@ from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.message_bar import MessageBar
 from twistcore.errors import TwistError
 from twistcore.formats import is_clip
+from twistcore.ordinary_files import real_path
 from twistcore.review import LeaveOut
 from twistcore.review.left_out import joined
 from twistcore.tuning import Profile, read_profile, write_profile
@@ -93,7 +94,7 @@ class TuningActions:
         data = self.document.data
         if data is None:
             return
-        if is_clip(path) or path.resolve() == data.clip.path.resolve():
+        if is_clip(path) or real_path(path) == real_path(data.clip.path):
             told = tr("{name}: expected a TOML file, not a clip.", name=path.name)
             self.bar.show_message(told, True)
             return

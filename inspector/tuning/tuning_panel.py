@@ -26,6 +26,7 @@ from inspector.tuning.curves_page import CurvesPage
 from inspector.tuning.profiles_page import ProfilesPage
 from inspector.tuning.suggestion_page import SuggestionPage
 from inspector.tuning.tau_costs import Costs
+from inspector.tuning.tau_plots import TauPlot
 from inspector.tuning.tau_table import Column
 from inspector.tuning.verdict_evidence import VerdictEvidence
 from inspector.tuning.verdict_page import VerdictPage
@@ -78,6 +79,7 @@ class TuningPanel(QWidget):
         self.set_theme(theme)
         for signal in (document.opened, document.chain_changed, document.method_changed):
             signal.connect(self._stale.mark_all)
+        document.opened.connect(self._give_up)
         document.opened.connect(self._watch)
         for signal in (document.opened, document.chains_changed, document.method_changed):
             signal.connect(self.profiles.model.reset)
@@ -242,6 +244,13 @@ class TuningPanel(QWidget):
             self._drag = self._document.begin_drag()
         drag = self._drag if dragging else 0
         self._latest.ask(lambda: self.set_tau_degrees(degrees, drag))
+
+    def _give_up(self) -> None:
+        """Another clip: a hand on a τ line holds the last one's."""
+        self._latest.forget()
+        self._drag = 0
+        for plot in self.findChildren(TauPlot):
+            plot.tau_line.let_go()
 
     def _drop(self) -> None:
         self._latest.flush()

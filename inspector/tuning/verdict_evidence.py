@@ -152,9 +152,9 @@ def _counted(
     known: _Known,
     tell: Tell,
 ) -> tuple[Evidence, _Known]:
-    """In a thread: nothing here changes the review or the clip."""
+    """In a thread: nothing here changes the review or the clip; what is known of this folder."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
-    others, skipped = [], []
+    others, skipped, still = [], [], _Known()
     folder = clips_in(data.clip.path.parent)
     for k, path in enumerate(folder):
         tell(k / len(folder))
@@ -166,7 +166,7 @@ def _counted(
                 known[key] = judged_in(path, sessions[0], key[2])
             except TwistError as error:
                 known[key] = of_core(error)
-        judged = known[key]
+        judged = still[key] = known[key]
         if isinstance(judged, str):
             skipped.append(judged)
         elif judged.method != state.method:
@@ -181,7 +181,7 @@ def _counted(
         for s in scopes
         if s.found is not None and s.found.common is not None and any(c.verdicts for c in s.clips)
     }
-    return Evidence(scopes, learnt, tuple(skipped)), known
+    return Evidence(scopes, learnt, tuple(skipped)), still
 
 
 def _scopes(

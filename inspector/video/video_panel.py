@@ -19,6 +19,7 @@ from inspector.widgets.building import action_button, hbox, soft, tool_button, v
 from inspector.widgets.labels import ElidedLabel, SteadyLabel, as_tip
 from inspector.widgets.signed_numbers import SignedBox
 from inspector.widgets.theme import Theme
+from twistcore.ordinary_files import real_path
 
 _FPS = tr_as("frames per second", "fps")
 NO_VIDEO = tr("No video for this clip.\nFile → Open witness video…, or drop one here.")
@@ -129,7 +130,7 @@ class VideoPanel(QWidget):
 
     def _clip(self) -> str:
         data = self._document.data
-        return str(data.clip.path.resolve()) if data else ""
+        return str(real_path(data.clip.path)) if data else ""
 
     def _remember(self) -> None:
         if self.reader is not None and (clip := self._clip()):

@@ -88,6 +88,10 @@ class TauLine(pg.InfiniteLine):
         super().__init__(movable=True, **options)
         self.sigPositionChanged.connect(self.changed)
 
+    def let_go(self) -> None:
+        """Out of the hand that drags it: what that hand does next is no longer about it."""
+        self.moving = False
+
     def setMouseHover(self, hover: bool) -> None:
         """It is drawn thicker under the mouse."""
         if hover != self.mouseHovering:

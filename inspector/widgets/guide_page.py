@@ -26,6 +26,7 @@ from inspector.language import tr
 from inspector.widgets.building import hbox, hint, tool_button, vbox
 from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.theme import Theme
+from twistcore.ordinary_files import real_path
 
 FIRST = "guide.md"
 _TOPICS = (
@@ -183,7 +184,7 @@ class Pages(MarkdownPage):
             return
         heading = url.fragment()
         url.setFragment("")
-        path = Path(url.toLocalFile()).resolve()
+        path = real_path(Path(url.toLocalFile()))
         if not path.is_file():
             self.setMarkdown(tr("This page is not installed: {name}", name=path.name))
             return

@@ -23,6 +23,11 @@ class Latest(QObject):
         self._work = work
         self._timer.start()
 
+    def forget(self) -> None:
+        """Nothing is pending any more: what it was about is gone."""
+        self._timer.stop()
+        self._work = None
+
     def flush(self) -> None:
         """Do it now, if anything is pending."""
         self._timer.stop()

@@ -18,6 +18,7 @@ from PySide6.QtWidgets import (
 from inspector.language import tr
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.file_dialog import ask_where
+from twistcore.ordinary_files import is_there
 
 
 class WriteDialog(QDialog):
@@ -60,4 +61,4 @@ class WriteDialog(QDialog):
 
     def _take(self, path: Path) -> None:
         self.path.setText(str(path))
-        self.replace.setChecked(path.exists())  # the file dialog has asked already
+        self.replace.setChecked(is_there(path))  # the file dialog has asked already

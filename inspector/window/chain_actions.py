@@ -12,6 +12,7 @@ from inspector.session.document import Document
 from inspector.session.rig_profiles import keep_rig, kept_rig, rig_path
 from inspector.widgets.message_bar import MessageBar
 from inspector.window.chain_dialog import ChainDialog
+from twistcore.ordinary_files import is_there
 from twistcore.review import Decision
 from twistcore.rig import AS_FOUND, Rig
 
@@ -91,7 +92,7 @@ class ChainActions:
         if data is None or not self._open():
             return
         rig, told = kept_rig(data.motion)
-        if told or not rig_path(data.motion.skeleton).exists():
+        if told or not is_there(rig_path(data.motion.skeleton)):
             self.bar.show_message(told or tr("Nothing is kept for this skeleton."), bool(told))
         else:
             already = tr("These are the chains of the rig profile.")

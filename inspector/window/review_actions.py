@@ -66,6 +66,7 @@ class ReviewActions:
             lambda: find.stop() if document.interval is None else find.start()
         )
         document.chains_changed.connect(find.start)
+        document.opened.connect(lambda: setattr(self, "_faint", None))  # it was the last clip's
 
     # -- verdicts, and the way from one interval to the next ------------------------------------
 

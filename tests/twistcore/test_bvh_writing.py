@@ -10,10 +10,10 @@ from tests.conftest import ASSETS
 from tests.twistcore.test_bvh_numbers import MIXED
 from twistcore.atomic import STANDARD_OUTPUT
 from twistcore.bvh import parse_bvh, read_bvh, write_motion
-from twistcore.clip import write_clip
+from twistcore.clip import rewritten, write_clip
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton, forward_kinematics
-from twistcore.rotation import geodesic_angle, normalise
+from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
 
 
 def own():
@@ -156,3 +156,19 @@ def test_every_repr_is_one_informative_line(walk):
     assert repr(own().skeleton) == "<Skeleton: 5 joints from Hips, Prop>"
     nothing = np.zeros(walk.motion.rotations.shape[:2], dtype=bool)
     assert repr(walk.patched(walk.motion, nothing)) == "Patch(jumps=())"
+
+
+def test_beside_an_angle_of_millions_of_turns_the_rotations_are_still_the_corrected_ones(walk):
+    """As near to it as it is written, no digit would be left for the angle itself."""
+    joint, column = 5, walk.channels[5].rotation[0]
+    rows = walk.data[walk.data.index(b"Frame Time") :].splitlines(keepends=True)
+    words = rows[21].split()
+    words[column] = b"-2.44e19"
+    data = walk.data.replace(rows[21], b" ".join(words) + b"\n")
+    clip = parse_bvh(data)
+    rotations = clip.motion.rotations.copy()
+    rotations[10:20, joint] = quaternion_from_axis_angle(np.array([0.6, 0.0, 0.8]), 0.5)
+    patch = rewritten(clip, clip.motion.with_rotations(rotations))
+    again = parse_bvh(patch.data).motion.rotations
+    assert geodesic_angle(again, rotations).max() < 1e-5
+    assert [jump.frame for jump in patch.jumps] == [20]

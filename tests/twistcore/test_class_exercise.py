@@ -124,7 +124,7 @@ def verdict(start, stop, delta="5.0"):
     [
         verdict(0, 900_000_000_000_000),
         verdict(899_999_999_999_999, 900_000_000_000_000),
-        ", ".join([verdict(0, 9_000_000)] * 1000),  # 72 GB in all
+        ", ".join([verdict(0, 9_000_000)] * 1001),
         verdict(1, 4, "1" + "0" * 400),
         verdict(1, 4, "1e999"),
         "[" * 200_000,
@@ -145,6 +145,15 @@ def test_no_file_of_a_student_takes_the_memory(tmp_path, verdicts):
     path.write_text(json.dumps(GOOD)[:-1] + f', "intervals": [{verdicts}]}}')
     with pytest.raises(TwistError, match=r"a\.json"):
         read_exercise(path)
+
+
+def test_long_intervals_of_a_student_take_no_memory_before_they_are_compared(tmp_path):
+    path = tmp_path / "a.json"
+    verdicts = ", ".join([verdict(0, 9_000_000)] * 1000)  # 72 GB in all
+    path.write_text(f'{json.dumps(HANDED)[:-1]}, "verdicts": [{verdicts}]}}')
+    offsets = [judged.interval.offset for judged in read_handed_in(path).verdicts]
+    assert {offset.shape for offset in offsets} == {(9_000_000,)}
+    assert {offset.strides for offset in offsets} == {(0,)}
 
 
 @pytest.mark.parametrize(

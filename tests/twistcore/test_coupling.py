@@ -1,7 +1,7 @@
 """Chains of one line explained together: the cheapest set, on lines of any length."""
 
 from dataclasses import dataclass
-from itertools import combinations, pairwise, product
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from twistcore.analysis import detect
 from twistcore.chain import Chain, find_chains
 from twistcore.detection import coupling
-from twistcore.detection.best_runs import best_runs
 from twistcore.detection.coupling import (
     ANOTHER_ACTIVE,
     CHAIN_ACTIVE,
@@ -163,7 +162,7 @@ def joint_costs(trial, d, line):
 
 
 @settings(max_examples=40)
-@given(st.integers(1, 8), seeds, st.sampled_from([0.1, 0.3, 0.8]), st.sampled_from([0.0, 0.2]))
+@given(st.integers(1, 6), seeds, st.sampled_from([0.1, 0.3, 0.8]), st.sampled_from([0.0, 0.2]))
 def test_the_cheapest_of_all_sets_of_chains_is_found(n, seed, errors, jumps):
     line = line_of(n, seed, errors=errors, jumps=jumps)
     np.testing.assert_allclose(wrap(line.explained() - enumerated(line)), 0.0, atol=1e-6)
@@ -173,7 +172,7 @@ def test_the_lines_that_are_compared_have_runs_of_several_chains_and_several_run
     """Or the comparison with all sets would say little."""
     changed = [
         (line.explained() != line.signals)[0, :, i]
-        for line in (line_of(8, seed) for seed in range(10))
+        for line in (line_of(6, seed) for seed in range(20))
         for i in range(len(line.t))
     ]
     assert sum(len(runs_of(c)) > 1 for c in changed) > 10
@@ -278,35 +277,3 @@ def test_lines_of_unequal_length_do_not_know_each_other():
     for one, other in zip(together, alone, strict=True):
         assert (one.chain, one.start, one.stop) == (other.chain, other.start, other.stop)
         np.testing.assert_array_equal(one.offset, other.offset)
-
-
-# Runs put together
-
-runs = st.tuples(st.integers(0, 1), st.integers(0, 6), st.integers(1, 3), st.integers(-25, 30))
-
-
-def chosen(found, lone=18.0):
-    frame, first, length, gain = (np.array(v, dtype=np.int64) for v in zip(*found, strict=True))
-    return best_runs(frame, first, first + length, gain.astype(float), lone).tolist()
-
-
-@settings(max_examples=200)
-@given(st.lists(runs, min_size=1, max_size=9))
-def test_runs_without_a_common_joint_gain_most_together(found):
-    def worth(some):
-        """What a set gains: more by 18 if there is one at all, none where joints are shared."""
-        joints = [j for k in some for j in range(found[k][1], found[k][1] + found[k][2] + 1)]
-        shared = len(set(joints)) < len(joints)
-        return -np.inf if shared else sum(found[k][3] for k in some) + 18.0 * bool(some)
-
-    taken = chosen(found)
-    for frame in (0, 1):
-        here = [k for k in range(len(found)) if found[k][0] == frame]
-        sets = (some for n in range(len(here) + 1) for some in combinations(here, n))
-        assert worth([k for k in taken if k in here]) == max(map(worth, sets))
-
-
-@pytest.mark.parametrize("gain", [12, -5])
-def test_of_equals_the_shorter_run_and_the_one_nearer_to_the_tip(gain):
-    assert chosen([(0, 2, 2, gain), (0, 2, 1, gain), (0, 2, 3, gain)]) == [1]
-    assert chosen([(0, 2, 2, gain), (0, 3, 2, gain), (0, 1, 2, gain)]) == [1]

@@ -1,7 +1,10 @@
 """Decisions, undo, and the session that keeps them."""
 
 import copy
+import gc
 import json
+import pickle
+import weakref
 from contextlib import closing
 from dataclasses import replace
 
@@ -12,6 +15,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CHAINS, CLIP, commands, fresh, redetect, signing
+from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
 from twistcore.clip import rewritten
 from twistcore.detection import Interval
@@ -27,6 +31,7 @@ from twistcore.review import (
     Journal,
     Redetect,
     Remove,
+    Review,
     Sign,
     read_session,
     recover,
@@ -41,6 +46,25 @@ from twistcore.review.model import (
     overlapping,
     resized,
 )
+
+
+def test_nothing_outlives_a_review_that_is_closed():
+    analysis = analyse(read_bvh(ASSETS / "walk_injected.bvh"))
+    review = Review.of(analysis.detect())
+    for tau in (0.2, 0.3, 0.2):
+        chain = analysis.chains[2].name
+        review.do(Redetect({chain: tau}, analysis.by().intervals(chain, tau)))
+    held = weakref.ref(analysis), weakref.ref(review.state.intervals[0].interval)
+    assert review.state.intervals[0].interval.evidence  # it knows the analysis
+    del analysis, review
+    gc.collect()
+    assert [ref() for ref in held] == [None, None]
+
+
+def test_a_written_interval_is_the_same_object_each_time():
+    (found, *_) = analyse(CLIP).detect()
+    assert found.as_written is found.as_written
+    assert "as_written" not in vars(pickle.loads(pickle.dumps(found)))
 
 
 @settings(max_examples=20)

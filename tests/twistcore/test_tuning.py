@@ -253,7 +253,7 @@ def test_tune_guesses_nothing_where_a_session_cannot_be_read(reviewed, tmp_path,
     whole = session.read_text()
     session.write_text(whole.replace('"left_out"', '"left_out": "all", "_"'))
     assert main(["tune", str(path), *words]) == 2
-    said = "left_out, a list of [start, stop], is missing or of the wrong kind"
+    said = "expected a list for left_out, found 'all'"
     assert f"w.twist.json: {said}\n" in capsys.readouterr().err
     shutil.copy(ASSETS / "kick.bvh", tmp_path / "k.bvh")
     assert main(["tune", str(tmp_path), *words]) == 1
@@ -343,13 +343,16 @@ def test_readers_of_earlier_versions_read_it(tmp_path):
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("confidence = 3", "expected confidence with a shift"),
-        ("confidence = { shift = 0.1, scale = 0.0 }", "a scale above 0"),
-        ("confidence = { shift = nan, scale = 1.0 }", "a shift within ±30"),
-        ("confidence = { shift = 0.1, scale = 1.0, accepted = -1 }", "whole numbers"),
+        ("confidence = 3", "expected an object for confidence"),
+        ("confidence = { shift = 0.1, scale = 0.0 }", "for scale, found 0.0"),
+        ("confidence = { shift = nan, scale = 1.0 }", "from -30.0 to 30.0 for shift"),
+        (
+            "confidence = { shift = 0.1, scale = 1.0, accepted = -1 }",
+            "a whole number from 0 on for accepted",
+        ),
         ("rig = 4", "expected a text for rig"),
-        (f"confidence = {{ shift = 1{400 * '0'}, scale = 1.0 }}", "a shift within ±30"),
-        (f"[RightArm]\ntau_deg = 1{400 * '0'}", "a table with tau_deg"),
+        (f"confidence = {{ shift = 1{400 * '0'}, scale = 1.0 }}", "for shift, found 1000"),
+        (f"[RightArm]\ntau_deg = 1{400 * '0'}", "from 0.0 to 180.0 for tau_deg"),
     ],
 )
 def test_a_damaged_profile_says_what_was_expected(tmp_path, line, told):
@@ -362,5 +365,5 @@ def test_a_damaged_profile_says_what_was_expected(tmp_path, line, told):
 def test_two_rigs_in_one_profile_are_refused(tmp_path):
     path = tmp_path / "p.toml"
     path.write_text('[A]\ntau_deg = 2.0\nrig = "a"\n[B]\ntau_deg = 2.0\nrig = "b"\n')
-    with pytest.raises(FormatError, match="expected one rig in all tables, found 2"):
+    with pytest.raises(FormatError, match="expected one rig in all tables"):
         read_profile(path)

@@ -13,9 +13,10 @@ from twistcore.amc.amc_clip import AmcClip
 from twistcore.amc.asf import Asf, read_asf
 from twistcore.bvh.header import shown
 from twistcore.bvh.numbers import LARGEST, BadNumberError, number, read_numbers
-from twistcore.clip import LONGEST, SHORTEST, ClipWarning
+from twistcore.clip import LONGEST, SHORTEST, ClipWarning, some_of, too_few_numbers
 from twistcore.errors import AmcError
 from twistcore.file_kinds import AMC, found_instead
+from twistcore.ordinary_files import read_file
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 
@@ -38,7 +39,7 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
     """
     path = Path(path)
     try:
-        data = path.read_bytes()
+        data = read_file(path)
         if instead := found_instead(data, AMC):
             raise AmcError(str(path), instead)
         asf = find_asf(path)
@@ -82,6 +83,8 @@ def parse_amc(
         raise AmcError(str(path), "expected an AMC, but the file is empty", line=1, column=1)
     rows = _Rows(str(path), data, asf)
     values, places = rows.read(tell)
+    if expected := too_few_numbers(len(asf.skeleton), *values.shape):
+        raise AmcError(str(path), expected)
     radians = rows.radians if rows.radians is not None else asf.radians
     if radians is None:
         rows.warnings.append(ClipWarning("Nothing says the unit of angles; degrees are assumed."))
@@ -95,7 +98,7 @@ def parse_amc(
         data=data,
         skeleton=asf.skeleton,
         frame_time=1.0 / (fps or rows.fps or _ASSUMED_FPS),
-        warnings=(*(_of_the_skeleton(asf, w) for w in asf.warnings), *rows.warnings),
+        warnings=(*(_of_the_skeleton(asf, w) for w in asf.warnings), *some_of(rows.warnings)),
         asf=asf,
         values=values,
         places=places,
@@ -122,6 +125,7 @@ class _Rows:
         moving = [(name, count) for name, count in zip(names, counts, strict=True) if count]
         self._bones = {name: (k, count) for k, (name, count) in enumerate(moving)}
         self._number: int | None = None  # of the frame
+        self._in_order = True
         self._frame: list[list[bytes]] = []  # its words, by bone; empty: not there yet
         self._first: list[int] = []  # the token that each bone's numbers begin at
 
@@ -176,9 +180,8 @@ class _Rows:
                 raise self.fail(f"expected {bone} in frame {self._number} before this", line)
             self._put(words, places)
             text = f"Frame {number_} stands after frame {self._number}; they are read as they come."
-            if number_ != self._number + 1 and not any(
-                "they come" in str(w) for w in self.warnings
-            ):
+            if number_ != self._number + 1 and self._in_order:
+                self._in_order = False
                 self.warnings.append(ClipWarning(text, line))
         self._number = number_
         self._frame = [[] for _ in self._bones]

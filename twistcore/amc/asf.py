@@ -14,9 +14,10 @@ import numpy as np
 from twistcore.bvh.channels import JointChannels
 from twistcore.bvh.header import shown
 from twistcore.bvh.numbers import LARGEST, number
-from twistcore.clip import ClipWarning
+from twistcore.clip import ClipWarning, some_of
 from twistcore.errors import AmcError
 from twistcore.motion import Skeleton
+from twistcore.ordinary_files import read_file
 from twistcore.rotation import Array, quaternion_from_euler
 
 ROOT = "root"
@@ -108,7 +109,7 @@ def read_asf(path: str | Path) -> Asf:
     """Read a skeleton file; AmcError where it cannot be."""
     path = Path(path)
     try:
-        return parse_asf(path.read_bytes(), path)
+        return parse_asf(read_file(path), path)
     except OSError as error:
         raise AmcError(str(path), f"cannot be read ({error.strerror})") from None
 
@@ -295,7 +296,8 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     while waiting:
         names.append(name := waiting.pop())
         waiting += reversed(children.get(name, []))
-    if left := [name for name in read.bones if name not in names]:
+    there = set(names)
+    if left := [name for name in read.bones if name not in there]:
         raise read.fail(f"expected {shown(left[0])} to hang on the root in :hierarchy", hierarchy)
     bones = [read.bones[name] for name in names]
     at = {name: joint for joint, name in enumerate(names)}
@@ -315,7 +317,7 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     radians = [b.axis if read.radians else tuple(np.radians(b.axis)) for b in bones]
     turned = zip(bones, radians, strict=True)
     axes = [quaternion_from_euler(b.order[::-1], angles[::-1]) for b, angles in turned]
-    start, told = np.array(read.start), tuple(read.warnings)
+    start, told = np.array(read.start), tuple(some_of(read.warnings))
     given = np.array(axes), start, read.radians, told
     return Asf(path, data, skeleton, tuple(layouts), *given)
 

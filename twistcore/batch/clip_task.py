@@ -9,7 +9,7 @@ import hashlib
 import os
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
@@ -98,7 +98,9 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
     if has_companions(path):
         with os.scandir(Path(path).parent) as entries:
             beside = sorted((e.name, e) for e in entries if e.name.lower().endswith(".asf"))
-        states += [entry.stat() for _, entry in beside]
+        for _, entry in beside:
+            with suppress(OSError):  # a link astray is no skeleton
+                states.append(entry.stat())
     texts = [f"{s.st_size} {s.st_mtime_ns} {s.st_ino}" for s in states]
     if texts[1:]:
         texts[1:] = [hashlib.sha256(" ".join(texts).encode()).hexdigest()[:16]]

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from twistcore.batch.clip_task import Outcome, Task, process
 from twistcore.errors import TwistError
+from twistcore.ordinary_files import read_file
 from twistcore.processes import Apart, ProcessEndedError
 
 if TYPE_CHECKING:
@@ -103,7 +104,7 @@ def _in_cluster(
             outcome = _outcome(client, future)
             unseen = isinstance(outcome, Outcome) and outcome.unseen and task.data is None
             if unseen and Path(task.source).is_file():  # no disk that the workers share
-                todo.appendleft(replace(task, data=Path(task.source).read_bytes()))
+                todo.appendleft(replace(task, data=read_file(task.source)))
                 continue
             yield replace(task, data=None), outcome
     finally:

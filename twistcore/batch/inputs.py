@@ -16,6 +16,7 @@ from twistcore.batch.manifest import FILE, is_batch_folder
 from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import exports_in
+from twistcore.ordinary_files import read_file
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def _spelled_out(words: Iterable[str]) -> Iterator[str]:
             yield from _lines(sys.stdin.read())
         elif word.startswith("@"):
             try:
-                text = Path(word[1:]).read_text("utf-8-sig", "surrogateescape")
+                text = read_file(word[1:]).decode("utf-8", "surrogateescape").removeprefix("\ufeff")
             except OSError as error:
                 raise TwistError(f"{word[1:]}: cannot be read ({error.strerror})") from None
             yield from _lines(text)
@@ -155,7 +156,7 @@ def _below(
                 continue
             if entry.is_dir(follow_symlinks=False):
                 below.append(entry.path)
-            elif is_clip_name(entry.name) and not entry.is_dir():
+            elif is_clip_name(entry.name) and not os.path.isdir(entry.path):  # noqa: PTH112
                 name = os.path.relpath(entry.path, root).replace(os.sep, "/")
                 if fits(name) and not _other(entry.path):
                     yield _looked_at(entry.path, name)

@@ -6,7 +6,6 @@ that is killed, or a full disk, leaves what was noted before.
 
 from __future__ import annotations
 
-import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -15,7 +14,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
 
+from twistcore.batch.manifest_tables import make_tables, shape_of, shape_of_ours
 from twistcore.batch.parameters import Parameters
+from twistcore.batch.stored_rows import column, decisions_of_clip, parameters_of, result_of
+from twistcore.document_values import saying, shown_words, text
 from twistcore.encoding import escaped, json_text, unescaped
 from twistcore.errors import FormatError, TwistError
 from twistcore.version import __version__
@@ -27,22 +29,6 @@ _SCHEMA = 1
 _OURS = 0x54774261  # 'TwBa': SQLite keeps it in the file's head, where it is read without SQLite
 _MAGIC, _SCHEMA_AT, _OURS_AT = b"SQLite format 3\0", 60, 68
 _BUSY_S = 10.0  # another process notes something, which takes no longer
-
-# A result belongs to bytes and parameters, however many clips have them and whatever their names.
-_TABLES = """
-CREATE TABLE parameters (mark TEXT PRIMARY KEY, document TEXT NOT NULL, version TEXT NOT NULL);
-CREATE TABLE results (
-    sha256 TEXT NOT NULL, mark TEXT NOT NULL, bytes INTEGER NOT NULL, document TEXT NOT NULL,
-    PRIMARY KEY (sha256, mark)) WITHOUT ROWID;
-CREATE INDEX results_by_size ON results (bytes);
-CREATE TABLE clips (
-    source TEXT PRIMARY KEY, name TEXT NOT NULL UNIQUE, state TEXT NOT NULL, reason TEXT NOT NULL,
-    again INTEGER NOT NULL, mark TEXT NOT NULL, sha256 TEXT NOT NULL, bytes INTEGER NOT NULL,
-    signature TEXT NOT NULL, seconds REAL NOT NULL, peak_bytes INTEGER NOT NULL,
-    finished_at TEXT NOT NULL, corrected TEXT NOT NULL, corrected_sha256 TEXT NOT NULL,
-    corrected_signature TEXT NOT NULL);
-CREATE TABLE decisions (source TEXT PRIMARY KEY, document TEXT NOT NULL);
-"""
 
 
 @dataclass(frozen=True)
@@ -132,6 +118,10 @@ _RECORDS = (
 )
 
 
+_OF_RECORD = (
+    *("source", "name", "state", "reason", "sha256", "bytes", "seconds", "peak_bytes"),
+    *("finished_at", "corrected"),
+)
 _GLANCES = (
     "SELECT c.source, c.name, c.state, c.reason, c.mark, c.sha256, c.signature, "
     "coalesce(json_extract(r.document, '$.severity'), 0.0), "
@@ -184,12 +174,23 @@ class Manifest:
             raise FormatError(f"{file}: expected a manifest of twistcore batch")
         with _told(file):
             connection = sqlite3.connect(file, timeout=_BUSY_S, isolation_level=None)
-            # No WAL: its shared memory does not work on network disks, where captures live.
-            connection.execute("PRAGMA journal_mode = TRUNCATE").fetchone()
+        try:
             manifest = cls(folder, connection)
-            if create:
-                manifest._make()
+            manifest._begin(create)
+        except BaseException:
+            connection.close()
+            raise
         return manifest
+
+    def _begin(self, create: bool) -> None:
+        file = self.folder / FILE
+        with _told(file):
+            # No WAL: its shared memory does not work on network disks, where captures live.
+            self._connection.execute("PRAGMA journal_mode = TRUNCATE").fetchone()
+            if create:
+                self._make()
+            if shape_of(self._connection) != shape_of_ours():
+                raise FormatError("expected a manifest of twistcore batch with its own tables")
 
     def __enter__(self) -> Self:
         """Itself."""
@@ -219,31 +220,31 @@ class Manifest:
         """All clips, by name, without their results being read: of many thousands in a moment."""
         with _told(self.folder / FILE):
             rows = self._connection.execute(_GLANCES).fetchall()
-        return [
-            ClipGlance(unescaped(source), unescaped(name), state, unescaped(reason), *known)
-            for source, name, state, reason, *known in rows
-        ]
+            names = ClipGlance.__dataclass_fields__
+            return [ClipGlance(**_columns(names, row)) for row in rows]
 
     def parameters(self) -> dict[str, dict[str, Any]]:
         """What clips were processed with, JSON by mark."""
         with _told(self.folder / FILE):
             rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
-        return {mark: json.loads(document) for mark, document in rows}
+            return {column("mark", mark): parameters_of(_text(told)) for mark, told in rows}
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
         """Of clips in which something could not be corrected: source, name and sentences."""
         with _told(self.folder / FILE):
             for source, name, document in self._connection.execute(_UNCORRECTED):
-                yield unescaped(source), unescaped(name), json.loads(document)["uncorrected"]
+                told = _columns(("source", "name"), (source, name))
+                sentences = result_of(_text(document))["uncorrected"]
+                yield told["source"], told["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
         """That of a source; TwistError where there is none."""
         with _told(self.folder / FILE):
             query = _RECORDS + "WHERE c.source = ?"
             row = self._connection.execute(query, (escaped(source),)).fetchone()
-        if row is None:
-            raise TwistError(f"{source}: expected a clip of {self.folder}")
-        return _record(row)
+            if row is not None:
+                return _record(row)
+        raise TwistError(f"{source}: expected a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
         """Keep how far a clip's review is, in place of what was noted before; {} forgets it.
@@ -319,8 +320,7 @@ class Manifest:
         if self._connection.execute("PRAGMA user_version").fetchone()[0]:
             return
         with self.transaction():  # killed before its end, there is an empty file
-            for statement in _TABLES.split(";\n"):
-                self._connection.execute(statement)
+            make_tables(self._connection)
             self._connection.execute(f"PRAGMA application_id = {_OURS}")
             self._connection.execute(f"PRAGMA user_version = {_SCHEMA}")
 
@@ -334,11 +334,26 @@ def now() -> str:
 def _told(file: Path) -> Iterator[None]:
     """What SQLite raises, as a sentence."""
     try:
-        yield
+        with saying(file):
+            yield
     except sqlite3.OperationalError as error:
-        raise TwistError(f"{file}: cannot be read or written ({error})") from None
+        told = shown_words(error)
+        raise TwistError(f"{file}: cannot be read or written ({told})") from None
+    except UnicodeDecodeError:  # SQLite tells of damage in the damaged words
+        raise FormatError(f"{file}: expected a manifest of twistcore batch in UTF-8") from None
     except sqlite3.DatabaseError as error:
-        raise FormatError(f"{file}: expected a manifest of twistcore batch ({error})") from None
+        told = shown_words(error)
+        raise FormatError(f"{file}: expected a manifest of twistcore batch ({told})") from None
+
+
+def _columns(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:
+    """Values of columns by their names."""
+    told = {name: column(name, value) for name, value in zip(names, values, strict=True)}
+    return {k: unescaped(v) if isinstance(v, str) else v for k, v in told.items()}
+
+
+def _text(value: Any) -> str:
+    return text(value, "a document")
 
 
 def _values(row: ClipRow) -> tuple[Any, ...]:
@@ -349,31 +364,21 @@ def _values(row: ClipRow) -> tuple[Any, ...]:
 
 
 def _row(values: tuple[Any, ...]) -> ClipRow:
-    told = dict(zip(_COLUMNS, values, strict=True))
-    told = {k: unescaped(v) if isinstance(v, str) else v for k, v in told.items()}
+    told = _columns(_COLUMNS, values)
     return ClipRow(**{**told, "again": bool(told["again"])})
 
 
 def _record(row: tuple[Any, ...]) -> ClipRecord:
     """A row of _RECORDS."""
-    source, name, reason, corrected = (unescaped(row[k]) for k in (0, 1, 3, 12))
-    result = row[11] and json.loads(row[11])
-    if result is not None:
-        schema = {"schema": result.pop("schema"), "clip": name}
-        result = schema | result
+    told = _columns(_OF_RECORD, (row[k] for k in (*range(9), 12)))
+    parameters, version, result, decisions = row[9], row[10], row[11], row[13]
+    document = None if result is None else result_of(_text(result))
+    if document is not None:
+        document = {"schema": document.pop("schema"), "clip": told["name"]} | document
     return ClipRecord(
-        source=source,
-        name=name,
-        state=row[2],
-        reason=reason,
-        sha256=row[4],
-        bytes=row[5],
-        seconds=row[6],
-        peak_bytes=row[7],
-        finished_at=row[8],
-        parameters=json.loads(row[9]) if row[9] else {},
-        version=row[10] or "",
-        result=result,
-        corrected=corrected,
-        decisions=json.loads(row[13]) if row[13] else {},
+        **told,
+        parameters={} if parameters is None else parameters_of(_text(parameters)),
+        version="" if version is None else column("version", version),
+        result=document,
+        decisions={} if decisions is None else decisions_of_clip(_text(decisions)),
     )

@@ -14,6 +14,8 @@ from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array, euler_from_quaternion
 
 _ORDER = "ZXY"
+_DEEPEST = 100  # tabs
+_ROWS = 1024  # at a time: as numbers of Python they take four times their room
 _END = 0.05  # length of an End Site as a share of the skeleton's height
 
 
@@ -41,13 +43,14 @@ def bvh_text(motion: Motion) -> str:
     """
     skeleton = motion.skeleton
     lines, columns, depth = ["HIERARCHY"], [], 0
+    positioned, sites = frozenset(motion.positioned), _sites(skeleton)
     todo = [(root, 0) for root in reversed(np.flatnonzero(skeleton.parents < 0).tolist())]
     while todo:
         joint, above = todo.pop()
         lines += _closed(depth, above)
         depth = above + 1
-        placed = above == 0 or joint in motion.positioned
-        lines += _described(skeleton, joint, above, placed)
+        placed = above == 0 or joint in positioned
+        lines += _described(skeleton, joint, above, placed, sites[joint])
         todo += [(child, depth) for child in reversed(skeleton.children[joint])]
         if placed:
             columns.append(np.broadcast_to(motion.translation(joint), (motion.frames, 3)))
@@ -57,13 +60,29 @@ def bvh_text(motion: Motion) -> str:
     rows = np.concatenate(columns, axis=1)
     lines += ["MOTION", f"Frames: {motion.frames}", f"Frame Time: {motion.frame_time:.9g}"]
     form = " ".join(["%.6f"] * rows.shape[1])
-    lines += [form % tuple(row) for row in rows.tolist()]
+    for a in range(0, len(rows), _ROWS):
+        lines += [form % tuple(row) for row in rows[a : a + _ROWS].tolist()]
     return "\n".join(lines) + "\n"
 
 
-def _described(skeleton: Skeleton, joint: int, depth: int, placed: bool) -> list[str]:
+def _sites(skeleton: Skeleton) -> list[list[Array]]:
+    """The End Sites of every joint."""
+    sites: list[list[Array]] = [[] for _ in skeleton.names]
+    for owner, site in skeleton.ends:
+        sites[owner].append(np.array(site))
+    return sites
+
+
+def _indent(depth: int) -> str:
+    """Deeper than figures are, no further: a file would grow by the square of its depth."""
+    return "\t" * min(depth, _DEEPEST)
+
+
+def _described(
+    skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
+) -> list[str]:
     """A joint's lines up to its children's."""
-    indent, offset = "\t" * depth, skeleton.offsets[joint]
+    indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [
         f"{indent}{'JOINT' if depth else 'ROOT'} {skeleton.names[joint]}",
@@ -71,7 +90,6 @@ def _described(skeleton: Skeleton, joint: int, depth: int, placed: bool) -> list
         f"{indent}\tOFFSET {_words(offset)}",
         f"{indent}\tCHANNELS {channels} {' '.join(f'{letter}rotation' for letter in _ORDER)}",
     ]
-    sites = [np.array(site) for owner, site in skeleton.ends if owner == joint]
     if not sites and not skeleton.children[joint]:
         length = float(np.linalg.norm(offset))
         tip = offset / length if length > 0.0 else np.array([0.0, 1.0, 0.0])
@@ -83,7 +101,7 @@ def _described(skeleton: Skeleton, joint: int, depth: int, placed: bool) -> list
 
 
 def _closed(depth: int, to: int) -> list[str]:
-    return ["\t" * k + "}" for k in range(depth - 1, to - 1, -1)]
+    return [_indent(k) + "}" for k in range(depth - 1, to - 1, -1)]
 
 
 def _words(vector: Array) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from twistcore.bvh.channels import JointChannels
 from twistcore.bvh.numbers import LARGEST, number
-from twistcore.clip import ClipWarning
+from twistcore.clip import ClipWarning, some_of
 from twistcore.errors import BvhError
 from twistcore.motion import Skeleton
 
@@ -39,10 +39,14 @@ class _Words:
         self.path = path
         self._text = text
         self._at = self._end = 0
+        self._counted, self._line = 0, 1  # up to there the lines are counted
 
     def line(self) -> int:
         """The line of the last word, from 1."""
-        return 1 + sum(1 for _ in _LINE_END.finditer(self._text, 0, self._at))
+        if self._at > self._counted:
+            ends = _LINE_END.finditer(self._text, self._counted, self._at)
+            self._counted, self._line = self._at, self._line + sum(1 for _ in ends)
+        return self._line
 
     def fail(self, expected: str) -> BvhError:
         line_start = max(self._text.rfind(end, 0, self._at) for end in "\r\n") + 1
@@ -132,6 +136,7 @@ def parse_header(
             )
     if stack:
         raise words.fail(f"expected {len(stack)} more '}}' before MOTION")
+    warnings[:] = some_of(warnings)
     if not joints:
         raise words.fail("expected at least one ROOT")
     return _assemble(joints, ends, warnings)
@@ -202,6 +207,7 @@ def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
         number, shown_name = seen[name], name
         while number > 1 and (shown_name := f"{name} #{number}") in taken:
             number += 1
+        seen[name] = number
         taken.add(shown_name)
         out.append(shown_name)
     repeated = [name for name, count in seen.items() if count > 1]

@@ -21,7 +21,9 @@ _BLOCK = 1 << 18  # bytes at a time: what stays in a core's own cache
 _SAMPLE = 1 << 14  # bytes that tell how dense the numbers stand
 LARGEST = 1e100  # a length beyond has no square; sums and products of lower ones stay finite
 _SPACES = bytes.maketrans(b"\t\n\v\f\r", b"     ")
-_NUMBER = re.compile(rb"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+# No digit can be taken in two ways: a long number that ends in a letter is refused at once.
+_NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_BLANK = re.compile(rb"[\x00-\x20]")
 _TOKEN = re.compile(rb"[^ \t\n\v\f\r]+")
 _Bytes = NDArray[np.uint8]
 
@@ -74,9 +76,8 @@ def read_numbers(data: bytes, start: int, tell: Tell = nobody) -> Numbers:
 def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
     """Blocks of data[start:end] that end in white space, the last one wherever the text ends."""
     while start < end:
-        stop = min(start + _BLOCK, end)
-        while stop < end and data[stop - 1] > 32:
-            stop += 1
+        found = _BLANK.search(data, start + _BLOCK - 1, end)
+        stop = found.end() if found else end
         yield start, stop
         start = stop
 

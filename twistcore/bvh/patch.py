@@ -15,6 +15,7 @@ from twistcore.rotation import Array
 
 _MIN_DECIMALS = 6
 _MAX_DECIMALS = 15
+_FARTHEST = 2e6 * np.pi  # radians: a million turns, beyond which digits of the angle are lost
 
 
 def turned_numbers(
@@ -38,18 +39,24 @@ def turned_numbers(
             raise ValueError(f"joint {name!r} has no three rotation channels to write to")
         rotation = list(layout.rotation)
         source = np.radians(values[:, rotation])
+        wrapped = np.arctan2(np.sin(source), np.cos(source))
+        near = np.where(np.abs(source) < _FARTHEST, source, wrapped)
         rotations = np.ascontiguousarray(motion.rotations[:, joint])
         for start, stop in _runs(changed[:, joint]).tolist():
-            before = source[start - 1] if start > 0 else None
-            after = source[stop] if stop < len(source) else None
-            q, own = rotations[start:stop], source[start:stop]
-            found = continuous_angles(layout.order, q, own, before, after)
-            for row, channel in angle_jumps(found, before, after):
+            q, own = rotations[start:stop], near[start:stop]
+            found = continuous_angles(layout.order, q, own, *_beside(near, start, stop))
+            for row, channel in angle_jumps(found, *_beside(source, start, stop)):
                 letter = layout.order[channel]
                 jumps.append(ChannelJump(name, start + row, f"{letter}rotation"))
             tokens.append((np.arange(start, stop)[:, None] * columns + rotation).ravel())
             numbers.append(np.degrees(found).ravel())
     return np.concatenate(tokens), np.concatenate(numbers), tuple(jumps)
+
+
+def _beside(angles: Array, start: int, stop: int) -> tuple[Array | None, Array | None]:
+    """The rows before and behind some; None at an end of the clip."""
+    before = angles[start - 1] if start > 0 else None
+    return before, angles[stop] if stop < len(angles) else None
 
 
 def moved_numbers(
@@ -108,10 +115,10 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
         byte = buffer[at]
         decimals[(byte == 46) & (at == ends - 1 - back)] = back
         # An exponent is behind the mantissa: its letters do not count, and it is not kept.
-        behind = ((byte | 32) == 101) & (at == ends - 1 - back)
-        for k in np.flatnonzero(behind).tolist():
+        behind = np.flatnonzero(((byte | 32) == 101) & (at == ends - 1 - back)).tolist()
+        ends = ends.copy() if behind else ends
+        for k in behind:
             mantissa = data[starts[k] : at[k]]
-            ends = ends.copy()
             ends[k] = starts[k]
             decimals[k] = len(mantissa.partition(b".")[2])
     return decimals

@@ -12,10 +12,11 @@ import numpy as np
 from twistcore.bvh.bvh_clip import BvhClip
 from twistcore.bvh.header import parse_header, shown
 from twistcore.bvh.numbers import LARGEST, BadNumberError, Numbers, read_numbers
-from twistcore.clip import LONGEST, SHORTEST, ClipWarning
+from twistcore.clip import LONGEST, SHORTEST, ClipWarning, too_few_numbers
 from twistcore.clip_suffixes import clip_suffix
 from twistcore.errors import BvhError
 from twistcore.file_kinds import BVH, found_instead
+from twistcore.ordinary_files import read_file
 from twistcore.progress import Tell, nobody
 
 _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
@@ -26,7 +27,8 @@ _FRAME_TIME = re.compile(
     rb"(?:[ \t]*(?=[^\s:])|\s*(?=[^\s:]+[ \t]*(?:[\r\n]|\Z))|[ \t]*)([^\s:]*)[^\r\n]*",
     re.I,
 )
-_SECONDS = re.compile(rb"[0-9]*\.?[0-9]+(?:[eE][+-]?[0-9]+)?")
+# No digit can be taken in two ways: a long number that ends in a letter is refused at once.
+_SECONDS = re.compile(rb"(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _LINE = re.compile(rb"\r\n|\r|\n")
 _ASSUMED_FPS = 30.0
 
@@ -42,7 +44,7 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
     if (suffix := clip_suffix(path)) not in ("", ".bvh"):
         raise BvhError(str(path), f"expected a BVH file, which alone is taken here, found {suffix}")
     try:
-        data = path.read_bytes()
+        data = read_file(path)
     except FileNotFoundError:
         raise BvhError(str(path), "expected a BVH file, but there is no such file") from None
     except IsADirectoryError:
@@ -85,6 +87,8 @@ def parse_bvh(
         raise BvhError(name, expected, line=line, column=column) from None
     _check_rows(name, data, start, numbers, columns)
     rows = len(numbers.values) // columns
+    if too_few := too_few_numbers(len(skeleton), rows, columns):
+        raise BvhError(name, too_few)
     if rows != declared:
         warnings.append(
             ClipWarning(
@@ -204,11 +208,13 @@ def _wrong_line(counts: list[tuple[int, int]], columns: int) -> tuple[int, int, 
         return (*wrong, columns)
     # Wrapped: the first frame shows how.
     pattern: list[int] = []
+    left = columns
     for line, count in counts:
-        if sum(pattern) + count > columns:
-            return line, count, columns - sum(pattern)
+        if count > left:
+            return line, count, left
         pattern.append(count)
-        if sum(pattern) == columns:
+        left -= count
+        if not left:
             break
     for k, (line, count) in enumerate(counts):
         if count != pattern[k % len(pattern)]:

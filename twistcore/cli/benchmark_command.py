@@ -16,6 +16,7 @@ from twistcore.cli.output import counter, problem, refuse_overwrite, say_all, te
 from twistcore.detection import DETECTORS
 from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import TwistError
+from twistcore.ordinary_files import real_path
 from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown
 from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows, rows_to_csv
@@ -43,7 +44,7 @@ def benchmark(arguments: argparse.Namespace) -> int:
         resume=arguments.resume,
         counter=counter,
     )
-    source = folder.resolve().name
+    source = real_path(folder).name
     say_all(benchmark_to_markdown(summary, settings, source))
     if arguments.json:
         document = benchmark_to_json(summary, settings, source)
@@ -61,7 +62,7 @@ def partial_path(folder: Path, json_file: Path | None, settings: Settings) -> Pa
     """Where partial results are kept: beside the JSON, if that is a file, else in the cache."""
     if json_file and not is_stream(json_file):
         return json_file.with_name(f"{json_file.name}.partial.jsonl")
-    words = json.dumps([str(folder.resolve()), settings.to_json()])
+    words = json.dumps([str(real_path(folder)), settings.to_json()])
     name = hashlib.sha256(words.encode()).hexdigest()[:16]
     return Path(platformdirs.user_cache_dir("twist-inspector")) / "benchmark" / f"{name}.jsonl"
 

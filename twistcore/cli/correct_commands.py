@@ -40,6 +40,7 @@ from twistcore.export.replay import (
     uncorrected,
 )
 from twistcore.formats import own_name
+from twistcore.ordinary_files import is_there
 from twistcore.refinement import SURE_ENOUGH, applied_unasked
 from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
 from twistcore.report.report_document import Report
@@ -54,7 +55,7 @@ def refine(arguments: argparse.Namespace) -> int:
     refuse_overwrite(
         [arguments.output], [p for p in (arguments.clip, arguments.profile, arguments.rig) if p]
     )
-    if arguments.report and arguments.report.exists() and not arguments.report.is_dir():
+    if arguments.report and is_there(arguments.report) and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     if arguments.report:
         check_report(arguments.report, own_name(clip.path), clip)

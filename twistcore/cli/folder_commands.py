@@ -35,6 +35,7 @@ from twistcore.export.folder_replay import (
     read_written,
     replay_into,
 )
+from twistcore.ordinary_files import is_there
 from twistcore.processes import each, reason
 
 
@@ -108,7 +109,7 @@ def diff_folders(arguments: argparse.Namespace) -> int:
 
 def _folders(*paths: Path) -> tuple[Path, ...]:
     for path in paths:
-        if path.exists() and not path.is_dir():
+        if is_there(path) and not path.is_dir():
             raise TwistError(f"{path}: expected a folder, as the other is one")
     return paths
 

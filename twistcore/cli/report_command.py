@@ -9,6 +9,7 @@ from twistcore.cli.output import count_of, counter, remark, tell_problems
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.formats import own_name, read_clip
+from twistcore.ordinary_files import is_there
 from twistcore.report.clip_report import check_report, write_clip_report
 from twistcore.report.folder_report import write_folder_report
 from twistcore.report.report_document import Report
@@ -17,7 +18,7 @@ from twistcore.review import read_session
 
 def report(arguments: argparse.Namespace) -> int:
     """Write the pages of what is named; 1 if some clip could not be read again."""
-    if arguments.output.exists() and not arguments.output.is_dir():
+    if is_there(arguments.output) and not arguments.output.is_dir():
         raise TwistError(f"{arguments.output}: expected a folder for the report")
     if arguments.what.is_dir():
         if arguments.clip:

@@ -21,6 +21,7 @@ from twistcore.clip_files import clips_in
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import without_exports
+from twistcore.ordinary_files import is_there
 from twistcore.processes import each, reason
 from twistcore.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import TauCurve, clip_curves, cost_of_all, tuned, write_profile
@@ -143,7 +144,7 @@ def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
         {clip: session for clip, session in there.of.items() if clip in paths},
         tuple(one for one in there.damaged if one.clip in (*paths, folder)),
     )
-    if source.exists() and not own.files:
+    if is_there(source) and not own.files:
         raise TwistError(f"{source}: expected clips with sessions beside them, found none")
     return own
 

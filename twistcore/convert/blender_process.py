@@ -24,7 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
+from twistcore.ordinary_files import real_path
 from twistcore.rotation import Array
+from twistcore.with_parent import bound
 
 VARIABLE = "TWIST_BLENDER"
 TIME_LIMIT = 600.0  # seconds
@@ -93,7 +95,7 @@ def read_scene(
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         job, script = folder / "job.json", folder / "read_scene.py"
-        words = {"source": str(source.resolve()), "take": take, "figure": figure, "fps": fps}
+        words = {"source": str(real_path(source)), "take": take, "figure": figure, "fps": fps}
         job.write_text(json.dumps({**words, "out": str(folder)}))
         text = (files("twistcore.convert") / "read_scene.py.txt").read_text("utf-8")
         script.write_text(text, "utf-8")
@@ -132,7 +134,7 @@ def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) 
     with (folder / "said.txt").open("w+b") as said:
         try:
             process = subprocess.Popen(
-                command,
+                bound(command),
                 env=own,
                 stdin=subprocess.DEVNULL,
                 stdout=said,

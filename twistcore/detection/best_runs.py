@@ -39,11 +39,10 @@ def _disjoint(frame: Index, first: Index, last: Index, gain: Array) -> list[int]
     ends = places[np.maximum.accumulate(beyond_) == places].tolist()
     index, gains, beyond = order.tolist(), gain[order].tolist(), beyond_.tolist()
     chosen: list[int] = []
-    value = [0.0] * (len(order) + 1)  # of the runs of a group from here on
+    value = [0.0] * (len(order) + 1)  # of the runs of a group from here on; 0 behind it
     taken = [False] * len(order)
     begin = 0
     for end in ends:
-        value[end] = 0.0
         for k in range(end - 1, begin - 1, -1):
             with_it = gains[k] + value[beyond[k]]
             taken[k] = with_it > value[k + 1] + SAME

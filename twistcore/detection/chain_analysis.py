@@ -96,7 +96,7 @@ class ChainAnalysis:
         found: list[Interval] = []
         for table in self.tables:
             # τ matters by the edges it lets pass, and of sorted jumps their number says which.
-            passing = int((np.abs(table.edges.jump) >= tau).sum()) if len(table.edges.jump) else 0
+            passing = int((np.abs(table.edges.jump) >= tau).sum())
             if not passing:
                 continue
             key = table.low, passing

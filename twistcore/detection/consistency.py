@@ -19,7 +19,13 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.pairing import pair_table
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors import Known, SoftError, soft_errors, soft_interval
-from twistcore.detection.straight_limbs import Jumps, interval_of, straight_limb, without_errors
+from twistcore.detection.straight_limbs import (
+    Jumps,
+    StraightError,
+    interval_of,
+    straight_limb,
+    without_errors,
+)
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array
@@ -97,13 +103,7 @@ def _line_analyses(
         standing: tuple[Standing, ...] = ()
         if row in straight:
             own = straight[row].leaves(own)
-            standing = tuple(
-                # Its transition may reach beyond it, where the curve has no interval.
-                Standing(
-                    interval_of(chain.name, e), e.strength, min(max(e.peak, e.start), e.stop - 1)
-                )
-                for e in straight[row].errors
-            )
+            standing = tuple(_standing_straight(chain.name, e) for e in straight[row].errors)
         analyses.append(
             ChainAnalysis(
                 chain.name, fps, own.counter, row, own.edges, own.step, own.tables, standing
@@ -163,6 +163,12 @@ def _with_soft(
     ]
 
 
+def _standing_straight(chain: str, error: StraightError) -> Standing:
+    # Its transition may reach beyond it, where the curve has no interval.
+    peak = min(max(error.peak, error.start), error.stop - 1)
+    return Standing(interval_of(chain, error), error.strength, peak)
+
+
 def _standing(chain: str, error: SoftError) -> Standing:
     steepest = int(np.abs(np.diff(error.offset, prepend=0.0)).argmax())
     size = float(np.abs(error.offset).max())
@@ -218,7 +224,7 @@ def _limbs(lines: list[list[Chain]], motion: Motion) -> Limbs:
 
 def _segments(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
     """Frames [low, high) between cuts; where too short to tell error from motion, left out."""
-    shortest = max(2, round(SHORTEST_SEGMENT * fps))
+    shortest = round(SHORTEST_SEGMENT * fps)
     borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
     return tuple(
         (a, b) for a, b in pairwise(borders) if b - a >= min(shortest, len(cut)) and b - a > 1

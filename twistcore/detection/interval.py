@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -62,8 +62,23 @@ class Interval:
 
     def __getstate__(self) -> dict[str, Any]:
         """Sent to another process it takes its evidence along, not the analysis that tells it."""
+        own = {name: value for name, value in vars(self).items() if name != "as_written"}
         evidence = self.evidence
-        return {**vars(self), "explain": evidence and partial(dict, evidence)}
+        return {**own, "explain": evidence and partial(dict, evidence)}
+
+    @cached_property
+    def as_written(self) -> Interval:
+        """The interval with its offset as files hold it: degrees with nine decimals, no −0.0.
+
+        Kept with it: while τ is dragged most intervals come again, the same objects. In a table
+        beside them they would outlive their clip, which :attr:`explain` knows.
+        """
+        offset = self.offset
+        one = (
+            offset[:1] if offset.strides == (0,) else offset
+        )  # of a constant one, as files have it
+        degrees = np.round(np.degrees(wrap(one)), 9) + 0.0
+        return replace(self, offset=np.broadcast_to(np.radians(degrees), offset.shape))
 
     @property
     def frames(self) -> int:

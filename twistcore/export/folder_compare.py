@@ -11,6 +11,7 @@ from twistcore.clip_files import clips_by_name, no_files_in
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.formats import read_clip
+from twistcore.ordinary_files import read_file
 from twistcore.processes import each, reason
 from twistcore.progress import Counter, uncounted
 
@@ -86,7 +87,7 @@ def _compared(a: Path, b: Path, name: str) -> Difference | None:
 
 def _read(path: Path) -> bytes:
     try:
-        return path.read_bytes()
+        return read_file(path)
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections import defaultdict
 from collections.abc import Collection, Mapping
 from contextlib import suppress
@@ -14,11 +13,13 @@ from pathlib import Path, PurePath
 from twistcore.atomic import write_atomically, write_companions
 from twistcore.clip import ChannelJump, rewritten
 from twistcore.clip_files import clips_by_name
+from twistcore.document_values import bytes_of, parsed_json
 from twistcore.encoding import json_text
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.exports_beside import exports_among
 from twistcore.export.replay import replayed, uncorrected
 from twistcore.file_marks import file_mark
+from twistcore.ordinary_files import is_there, real_path
 from twistcore.tuning.folder_sessions import read_sessions
 
 WRITTEN = "applied.jsonl"  # in the folder written into: what this command wrote there
@@ -74,8 +75,10 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
     latest. What lies in `output` is no clip. TwistError where there is no clip, or no session.
     """
     there = clips_by_name(clips)
-    if (inside := output.resolve()).is_relative_to(clips.resolve()):
-        there = {n: p for n, p in there.items() if not (clips.resolve() / n).is_relative_to(inside)}
+    if (inside := real_path(output)).is_relative_to(real_path(clips)):
+        there = {
+            n: p for n, p in there.items() if not (real_path(clips) / n).is_relative_to(inside)
+        }
     exported = exports_among(there.values())
     exports = {name for name, path in there.items() if path in exported}
     files = _Clips(there, exports)
@@ -153,7 +156,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: Pair) -> Replayed:
     patch = rewritten(replay.clip, replay.motion)
     path = output / pair.name
     mark, before = hashlib.sha256(patch.data).hexdigest(), ""
-    if path.exists() or path.is_symlink():
+    if is_there(path) or path.is_symlink():
         before = file_mark(path)
         if before not in (mark, own.get(pair.name)):
             raise TwistError(f"{path}: expected nothing there, or what this command wrote")
@@ -168,15 +171,15 @@ def replay_into(output: Path, own: Mapping[str, str], pair: Pair) -> Replayed:
 
 
 def read_written(output: Path) -> dict[str, str]:
-    """SHA-256 by name of what this command wrote into a folder; FormatError."""
+    """SHA-256 by name of what this command wrote into a folder; TwistError, FormatError."""
     path, own = output / WRITTEN, dict[str, str]()
-    if not path.exists():
+    if not is_there(path):
         return own
-    lines = path.read_text("utf-8", errors="replace").split("\n")
+    lines = bytes_of(path).decode("utf-8", errors="replace").split("\n")
     for number, line in enumerate(lines):
         entry = None
-        with suppress(ValueError):  # a line cut short: what it told of is no longer known as ours
-            entry = json.loads(line)
+        with suppress(FormatError):  # a line cut short: what it told of is not known as ours
+            entry = parsed_json(line)
         if not number and not (isinstance(entry, dict) and entry.get("schema") == _SCHEMA):
             raise FormatError(f"{path}: expected a document with schema {_SCHEMA!r}")
         if isinstance(entry, dict) and {"clip", "sha256"} <= entry.keys():
@@ -187,7 +190,7 @@ def read_written(output: Path) -> dict[str, str]:
 def note_written(output: Path, name: str, sha256: str) -> None:
     """Remember that this command wrote a clip; raises OSError."""
     path = output / WRITTEN
-    new = not path.exists()
+    new = not is_there(path)
     head = json_text({"schema": _SCHEMA}, indent=None)
     line = json_text({"clip": name, "sha256": sha256}, indent=None)
     with path.open("a", encoding="utf-8") as file:

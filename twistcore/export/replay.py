@@ -9,6 +9,7 @@ from pathlib import Path
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
+from twistcore.document_values import shown
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.tracking import check_tracking, tracked_motion
 from twistcore.formats import read_clip
@@ -122,7 +123,9 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
         chain, flips = by_name.get(interval.chain), interval.kind == Kind.LIMB_FLIP
         if chain is None or isinstance(chain, Limb) != flips:
             what = "limb" if flips else "chain"
-            raise ClipMismatchError(f"{clip.path}: the session names a {what} {interval.chain!r}")
+            raise ClipMismatchError(
+                f"{clip.path}: the session names a {what} {shown(interval.chain)}"
+            )
         if interval.stop > clip.motion.frames:
             raise ClipMismatchError(f"{clip.path}: an interval ends behind the clip's last frame")
     if session.state.tracking is not None:

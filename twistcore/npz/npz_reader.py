@@ -14,6 +14,7 @@ from twistcore.motion import Skeleton
 from twistcore.npz.archive import LARGEST, Archive, open_archive, too_large
 from twistcore.npz.body import BODIES, BODY, MODELS
 from twistcore.npz.npz_clip import POSES, TRANS, NpzClip, SamePoses
+from twistcore.ordinary_files import read_file
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 
@@ -48,7 +49,7 @@ def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
     try:
         if path.stat().st_size > LARGEST:
             raise too_large(path)
-        data = path.read_bytes()
+        data = read_file(path)
     except FileNotFoundError:
         raise NpzError(f"{path}: expected an .npz, but there is no such file") from None
     except IsADirectoryError:

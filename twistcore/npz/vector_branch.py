@@ -11,6 +11,7 @@ from twistcore.rotation import Array, logarithm
 
 _TURN = 2.0 * np.pi
 _NONE = 1e-9  # radians: a rotation so small has no axis of its own
+_MOST_TURNS = 8  # to either side; vectors beyond are no file's, and ways grow by the square
 _OWN = 1e-3  # how much nearness to the file's own vector counts beside the steps
 
 
@@ -30,7 +31,8 @@ def continuous_vectors(
     axis = axis / np.where(size > _NONE, size, 1.0)[:, None]
     beside = [v[None] for v in (before, after) if v is not None]
     most = np.linalg.norm(np.concatenate([own, *beside]), axis=1).max()
-    turns = _TURN * np.arange(-int(most / _TURN) - 1, int(most / _TURN) + 2)
+    whole = min(int(most / _TURN) + 1, _MOST_TURNS)
+    turns = _TURN * np.arange(-whole, whole + 1)
     choices = short[:, None] + turns[:, None] * axis[:, None]  # (n, turns, 3)
     cost = _OWN * np.linalg.norm(choices - own[:, None], axis=2)
     if before is not None:

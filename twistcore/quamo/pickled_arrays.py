@@ -16,7 +16,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.npz.archive import check_shape
+
 _KINDS = "biuf"  # dtypes that are plain numbers
+_KEY = 1 << 60  # whole numbers up to there hash as themselves
 
 
 class Unreadable:
@@ -99,6 +102,12 @@ class _Inline(Unreadable):
         return _shaped(source.read(count), dtype, shape, self.state["order"])
 
 
+def _check_keys(keys: list[Any]) -> None:
+    """UnpicklingError for numbers that may be many and hash alike: each would meet all others."""
+    if any(isinstance(key, int) and abs(key) > _KEY for key in keys):
+        raise pickle.UnpicklingError("keys beyond all counting")
+
+
 def _count(shape: tuple[Any, ...]) -> int:
     """How many elements, in whole numbers that cannot overflow."""
     out = 1
@@ -114,6 +123,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
         raise TypeError("no dtype")
     shape = tuple(shape)
     plain, count = dtype.plain(), _count(shape)
+    check_shape(shape, len(raw))
     if len(raw) != count * plain.itemsize:
         raise ValueError("not as many bytes as the shape says")
     return np.frombuffer(raw, dtype=plain).reshape(shape, order="F" if order == "F" else "C")
@@ -165,7 +175,8 @@ _NAMES: dict[tuple[str, str], Any] = {
 class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand between its opcodes
     """Unpickles with the names above. source is in memory: no length in it can make it grow."""
 
-    dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(pickle._Unpickler.dispatch)
+    inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
+    dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(inherited)
     stack: list[Any]  # these three are made by load()
     read: Callable[[int], bytes]
     append: Callable[[Any], None]
@@ -196,6 +207,21 @@ class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand bet
             raise pickle.UnpicklingError("bytes are missing")
         self.append(bytearray(raw))
 
+    def _setitem(self) -> None:
+        _check_keys(self.stack[-2:-1])
+        self.inherited[pickle.SETITEM[0]](self)
+
+    def _setitems(self) -> None:
+        _check_keys(self.stack[::2])
+        self.inherited[pickle.SETITEMS[0]](self)
+
+    def _dict(self) -> None:
+        _check_keys(self.stack[::2])
+        self.inherited[pickle.DICT[0]](self)
+
+    dispatch[pickle.SETITEM[0]] = _setitem
+    dispatch[pickle.SETITEMS[0]] = _setitems
+    dispatch[pickle.DICT[0]] = _dict
     dispatch[pickle.BUILD[0]] = _build
     dispatch[pickle.BYTEARRAY8[0]] = _bytearray
 

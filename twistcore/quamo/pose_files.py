@@ -3,29 +3,29 @@
 from __future__ import annotations
 
 import bz2
-import io
 import lzma
-import zipfile
 import zlib
 from collections.abc import Callable
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
-from twistcore.errors import TwistError
+from twistcore.errors import NpzError, TwistError
+from twistcore.npz.archive import LARGEST, npy_header, open_archive, room
+from twistcore.ordinary_files import read_file
 from twistcore.quamo.pickled_arrays import Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
-_LARGEST = 1 << 31  # bytes that are taken into memory
+_DICTIONARY = 1 << 27  # bytes; the largest that xz makes of itself takes half of it
 _CONVERT = "save its arrays by name with numpy.savez"
 # What joblib compresses with, by the first bytes; gzip is zlib with another header.
 _COMPRESSED: tuple[tuple[bytes, Callable[[], Any]], ...] = (
     (b"\x78", zlib.decompressobj),
     (b"\x1f\x8b", lambda: zlib.decompressobj(31)),
     (b"BZh", bz2.BZ2Decompressor),
-    (b"\xfd7zXZ", lzma.LZMADecompressor),
-    (b"\x5d\x00\x00", lzma.LZMADecompressor),
+    (b"\xfd7zXZ", lambda: lzma.LZMADecompressor(memlimit=_DICTIONARY)),
+    (b"\x5d\x00\x00", lambda: lzma.LZMADecompressor(memlimit=_DICTIONARY)),
 )
 
 
@@ -44,18 +44,20 @@ def read_names(path: Path) -> dict[Any, Any]:
     A pickle is read without running anything (:mod:`pickled_arrays
     <twistcore.quamo.pickled_arrays>`), so are dicts within an .npz. Raises PosesError, OSError.
     """
-    if path.stat().st_size > _LARGEST:
-        raise _too_large(path)
-    data = path.read_bytes()
+    if path.stat().st_size > LARGEST:
+        raise _too_large(path, LARGEST)
+    data = read_file(path)
     try:
         if data.startswith(b"PK"):
             found = _archive(path, data)
         elif data.startswith(b"\x93NUMPY"):
-            found = _member(io.BytesIO(data))
+            found = _array(data)
         else:
             found = read_pickle(_decompressed(path, data))
     except PosesError:
         raise
+    except NpzError as error:
+        raise PosesError(str(error)) from None
     except Exception:  # a damaged archive fails in as many ways as it has parts
         raise PosesError(
             f"{path}: expected an .npz, .npy or pickle of arrays; {_CONVERT} if it is none"
@@ -91,46 +93,35 @@ def _short(value: Any) -> str:
     return f"({type(value).__name__})"
 
 
-def _too_large(path: Path) -> PosesError:
-    return PosesError(f"{path}: expected at most {_LARGEST >> 30} GiB; leave out vertices")
+def _too_large(path: Path, most: int) -> PosesError:
+    return PosesError(f"{path}: expected at most {most >> 20} MiB unpacked; leave out vertices")
 
 
 def _decompressed(path: Path, data: bytes) -> bytes:
     for start, make in _COMPRESSED:
         if data.startswith(start):
             reader = make()
-            out: bytes = reader.decompress(data, _LARGEST)
+            most = room(len(data))
+            out: bytes = reader.decompress(data, most)
             if not reader.eof:
-                if len(out) >= _LARGEST:
-                    raise _too_large(path)
+                if len(out) >= most:
+                    raise _too_large(path, most)
                 raise ValueError("cut off")
             return out
     return data
 
 
 def _archive(path: Path, data: bytes) -> dict[str, Any]:
-    with zipfile.ZipFile(io.BytesIO(data)) as archive:
-        names = archive.namelist()
-        if any(name.endswith("data.pkl") for name in names):
-            raise PosesError(f"{path}: expected arrays of numpy, found a file of torch; {_CONVERT}")
-        if sum(info.file_size for info in archive.infolist()) > _LARGEST:
-            raise _too_large(path)
-        found = {}
-        for name in names:
-            with archive.open(name) as file:
-                found[name.removesuffix(".npy")] = _member(file)
-        return found
+    archive = open_archive(path, data)
+    if any(name.endswith("data.pkl") for name in archive.infos):
+        raise PosesError(f"{path}: expected arrays of numpy, found a file of torch; {_CONVERT}")
+    return {name: _array(archive.raw(name)) for name in archive.infos}
 
 
-def _member(file: IO[bytes]) -> Any:
-    form = np.lib.format
-    if form.read_magic(file) == (1, 0):
-        shape, by_column, dtype = form.read_array_header_1_0(file)
-    else:
-        file.seek(0)
-        form.read_magic(file)
-        shape, by_column, dtype = form.read_array_header_2_0(file)
-    raw = file.read()
+def _array(raw: bytes) -> Any:
+    """What an .npy holds."""
+    start, shape, dtype, by_column = npy_header(raw)
     if dtype.hasobject:
-        return read_pickle(raw)
-    return np.frombuffer(raw, dtype=dtype).reshape(shape, order="F" if by_column else "C")
+        return read_pickle(raw[start:])
+    flat = np.frombuffer(raw, dtype=dtype, offset=start)
+    return flat.reshape(shape, order="F" if by_column else "C")

@@ -35,6 +35,8 @@ _COUNTS = (24, 22, 52, 55)  # joints: SMPL; without hands; SMPL-H; SMPL-X
 _BODY_JOINTS = 22  # before the hands, alike in all of them
 _NUMERIC = (np.ndarray, np.generic, float, int)
 _MOST = 1_000_000  # frames; hours of video
+_UNSEEN = 100_000  # of them between others: an hour
+_PERSONS = 10_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +123,7 @@ def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
     bodies = [_shape(names[n]) for n in (*(row[0] for row in _WHOLE), *_BODY) if n in names]
     if place.shape[1] == 1 and not any(len(s) > 2 and s[1] == 1 for s in bodies):
         return {None: names}
+    _check_persons(path, len(place))
     used = {n for row in _WHOLE for n in row[:2]} | {*_ROOT, *_BODY, *_PLACE}
     for name in used & names.keys():
         if _shape(names[name])[:1] != place.shape[:1]:
@@ -130,6 +133,11 @@ def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
     return {
         str(k): {n: v[k] if n in used else v for n, v in names.items()} for k in range(len(place))
     }
+
+
+def _check_persons(path: Path, count: int) -> None:
+    if count > _PERSONS:
+        raise PosesError(f"{path}: expected at most {_PERSONS} persons, found {count}")
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
@@ -151,8 +159,10 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
         raise PosesError(f"{path}: expected the root's place in 'world_trans' or 'cam_trans'")
     ids = arrays.get("track_ids", np.zeros((rows, 1)))[:, 0]
     out: dict[Any, Names] = {}
-    for who in np.unique(ids):
-        own = np.flatnonzero(ids == who)
+    persons, which, counts = np.unique(ids, return_inverse=True, return_counts=True)
+    _check_persons(path, len(persons))
+    every = np.split(np.argsort(which, kind="stable"), np.cumsum(counts)[:-1])
+    for who, own in zip(persons, every, strict=True):
         # The world of the first camera: its y points down, as the camera's.
         record = {"pose": poses[own], "trans": place[own]}
         at = arrays[_ROWS_AT][own, 0] if _ROWS_AT in arrays else None
@@ -259,7 +269,7 @@ def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
     span = int(ids[-1] - ids[0]) + 1
     if span == len(ids):
         return poses
-    if span > min(_MOST, 20 * len(ids)):
+    if span > min(_MOST, 20 * len(ids), len(ids) + _UNSEEN):
         raise PosesError(
             f"{path}: expected frames close to each other, found {len(ids)} of {span} in {numbered}"
         )

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from pathlib import Path
 from typing import Any
 
 from twistcore.atomic import write_atomically
 from twistcore.clip import Clip
+from twistcore.document_values import parsed_json
 from twistcore.encoding import encoded, json_bytes
-from twistcore.errors import TwistError
+from twistcore.errors import FormatError, TwistError
 from twistcore.export.markers import blender_markers
 from twistcore.file_marks import file_mark
 from twistcore.formats import own_name
+from twistcore.ordinary_files import is_file, read_file
 from twistcore.report.clip_page import clip_page, pictures_of
 from twistcore.report.report_document import SCHEMA, Report, intervals_csv, report_to_json
 
@@ -51,12 +52,12 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
     for path in others:
-        if path.is_dir() or (path.is_file() and marks.get(path.name) != file_mark(path)):
+        if path.is_dir() or (is_file(path) and marks.get(path.name) != file_mark(path)):
             raise TwistError(
                 f"{path}: expected a place for the report, but what is there this version did not "
                 "write, or it was changed since; move it, or do without the report"
             )
-    if listing.is_file() and not marks:
+    if is_file(listing) and not marks:
         raise TwistError(
             f"{listing}: expected a place for the report, but there is another file; move it, or "
             "do without the report"
@@ -104,9 +105,9 @@ def report_marks(listing: Path) -> dict[str, str]:
 def _listed(listing: Path) -> dict[str, Any]:
     """A report's JSON; empty for no file or anything else, TwistError if it cannot be read."""
     try:
-        document = json.loads(listing.read_bytes())
+        document = parsed_json(read_file(listing))
         return dict(document) if document["schema"] == SCHEMA else {}
-    except (FileNotFoundError, ValueError, KeyError, TypeError, RecursionError):
+    except (FileNotFoundError, FormatError, KeyError, TypeError):
         return {}
     except OSError as error:
         raise TwistError(f"{listing}: cannot be read ({error.strerror})") from None

@@ -29,7 +29,7 @@ class ClipRow:
     state: str
     reason: str = ""
     severity: float = 0.0
-    counts: Mapping[str, int] = field(default_factory=dict)
+    counts: Mapping[str, int] = field(default_factory=lambda: dict.fromkeys(KINDS, 0))
     frames: int = 0
     affected: int = 0
     seconds: float = 0.0

@@ -13,6 +13,7 @@ from twistcore.batch.gates import Broken
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.encoding import encoded
 from twistcore.errors import TwistError
+from twistcore.ordinary_files import open_to_read, real_path
 from twistcore.processes import each, reason
 from twistcore.progress import Counter, uncounted
 from twistcore.report.clip_page import Home, clip_page, figure_of_worst
@@ -83,7 +84,7 @@ def write_folder_report(
                 tell(record.name)
     rows = [replace(row, page=pages.get(row.name, "")) for row in rows]
     index = target / INDEX
-    _write(index, folder_page(folder.resolve().name, rows, numbers, broken))
+    _write(index, folder_page(real_path(folder).name, rows, numbers, broken))
     return FolderReport(index, len(pages), tuple(problems))
 
 
@@ -161,7 +162,7 @@ def _write(path: Path, page: str) -> None:
 def _check_ours(path: Path) -> None:
     """TwistError where a file of somebody else stands in the place of a page."""
     try:
-        with path.open("rb") as file:
+        with open_to_read(path) as file:
             head = file.read(_HEAD)
     except (FileNotFoundError, NotADirectoryError):
         return

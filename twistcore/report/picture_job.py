@@ -24,6 +24,7 @@ from twistcore.chain import Chain
 from twistcore.encoding import json_bytes
 from twistcore.limb import Limb
 from twistcore.motion import Motion, Skeleton
+from twistcore.with_parent import python_bound
 
 PROGRAM = "inspector.recording.report_pictures"
 SCHEMA = "twistcore.report_pictures/1"
@@ -99,7 +100,7 @@ def draw(figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)) -
     with tempfile.TemporaryDirectory(prefix="twist-pictures-") as name:
         folder = Path(name)
         write_job(folder, figures)
-        problem = _run([*python, "-m", PROGRAM, name], _TO_START + _TO_DRAW * total)
+        problem = _run([*python, *python_bound(PROGRAM, name)[1:]], _TO_START + _TO_DRAW * total)
         return [_come_back(folder, k, figure, problem) for k, figure in enumerate(figures)]
 
 

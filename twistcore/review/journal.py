@@ -9,22 +9,34 @@ place of a file that is there, and what stands in it is never shortened.
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
 from twistcore.atomic import free_name, sync_folder, write_atomically
 from twistcore.clip import Clip
 from twistcore.detection import DETECTORS, Interval
+from twistcore.document_values import (
+    bytes_of,
+    each,
+    flag,
+    has,
+    one_of,
+    parsed_json,
+    text,
+    texts,
+    whole,
+)
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_lock import is_held, lock
 from twistcore.limb import Limb
 from twistcore.motion import Motion
+from twistcore.ordinary_files import read_file
 from twistcore.review.commands import (
     CarryOver,
     ChangeChains,
@@ -54,15 +66,8 @@ from twistcore.review.session import (
 from twistcore.rig import Rig, rig_from_json, rig_to_json
 
 SCHEMA = "twistcore.journal/1"
-_DAMAGE = (
-    ArithmeticError,  # a number out of all bounds
-    AttributeError,
-    FormatError,
-    KeyError,
-    RecursionError,
-    TypeError,
-    ValueError,
-)
+_DAMAGE = FormatError, KeyError, ValueError  # the last two where a command does not fit
+_MOST_BYTES = 1 << 32  # of a journal: what is in it is nowhere else
 UNDO, REDO = {"undo": True}, {"redo": True}
 
 
@@ -96,7 +101,7 @@ class Journal:
         Lines that could not be replayed are first put beside it, under a name of their own.
         """
         path = recovered.path
-        data = path.read_bytes()
+        data = read_file(path)
         if recovered.damaged:
             write_atomically(free_name(path, ".damaged"), data)
         try:  # a file of our own: another window may still have the old one open
@@ -193,40 +198,37 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
 
     clip: if it is the journal's own, entries about frames that it has not are damaged ones.
     """
-    try:
-        lines = path.read_bytes().split(b"\n")
-    except OSError as error:
-        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
+    lines = bytes_of(path, _MOST_BYTES).split(b"\n")
     try:
         if len(lines) < 2:
             raise FormatError("expected a whole line")
-        head = json.loads(lines[0])
-        if head.get("schema") != SCHEMA:
+        head = has(parsed_json(lines[0]), "schema", "session")
+        if head["schema"] != SCHEMA:
             raise FormatError(f"expected a document with schema {SCHEMA!r}")
         session = session_from_document(head["session"])
-        steps = int(head.get("steps", 0))
+        steps = whole(head.get("steps", 0), "steps")
     except _DAMAGE:
         raise FormatError(f"{path}: expected a journal; its first line is damaged") from None
     review = Review(session.state)
     review.mark_unsaved()
     entries, size = 0, len(lines[0]) + 1
     # Behind the last newline stands nothing, or a line that a crash cut short.
-    whole = lines[1:-1]
+    finished = lines[1:-1]
     own = clip is not None and clip.sha256 == session.sha256
     motion = clip.motion if clip is not None and own else None
-    for line in whole:
+    for line in finished:
         try:
-            review = _replayed(review, json.loads(line), motion)
+            review = _replayed(review, parsed_json(line), motion)
         except _DAMAGE:
             break  # later commands may refer to what this one did
         entries += 1
         size += len(line) + 1
-    return Recovered(path, session, review, entries, steps + entries, size, len(whole) - entries)
+    return Recovered(path, session, review, entries, steps + entries, size, len(finished) - entries)
 
 
-def _replayed(review: Review, entry: Mapping[str, Any], motion: Motion | None) -> Review:
+def _replayed(review: Review, entry: Any, motion: Motion | None) -> Review:
     frames = None if motion is None else motion.frames
-    if "session" in entry:
+    if "session" in has(entry, what="an entry"):
         state = session_from_document(entry["session"]).state
         if state.rig != review.state.rig:  # an undo leads back to other chains
             _check_chains(state.rig, state.tau, motion)
@@ -297,42 +299,55 @@ _KINDS: Mapping[str, Callable[..., Command]] = {
     **{kind.__name__: kind for kind in Command.__subclasses__()},
     _BOTH_WAYS: Track,
 }
-# How fields of commands are written and read, where not as they are, and their names if others.
+_TEXTS = "reviewer", "decided_at", "note", "reason", "method", "what"
+
+
+def _as_is(value: Any) -> Any:
+    return value
+
+
+# How fields of commands are written and read, and their names if others.
 _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
-    "ids": (list, tuple),
-    "again": (list, tuple),
+    **{name: (_as_is, partial(text, what=name)) for name in _TEXTS},
+    **{name: (_as_is, partial(flag, what=name)) for name in ("same_clip", "in_bulk")},
+    **{name: (_as_is, partial(whole, what=name)) for name in ("id", "drag")},
+    "ids": (list, partial(each, what="ids", read=partial(whole, what="an id"))),
+    "again": (list, partial(texts, what="again")),
     "rig": (rig_to_json, rig_from_json),
-    "decision": (str, Decision),
+    "decision": (str, lambda d: Decision(one_of(d, "decision", [d.value for d in Decision]))),
     "spans": (lambda spans: [list(span) for span in spans], spans_from_json),
     "interval": (interval_to_json, interval_from_json),
     "tau": (tau_to_json, tau_from_json),
     "found": (
         lambda found: [interval_to_json(i) for i in found],
-        lambda found: tuple(interval_from_json(i) for i in found),
+        partial(each, what="found", read=interval_from_json),
     ),
     "earlier": (
         lambda earlier: [judged_to_json(j) for j in earlier],
-        lambda earlier: tuple(judged_from_json(j) for j in earlier),
+        partial(each, what="earlier", read=judged_from_json),
     ),
-    "tracking": (lambda t: t and tracking_to_json(t), lambda t: t and tracking_from_json(t)),
+    "tracking": (
+        lambda t: t and tracking_to_json(t),
+        lambda t: None if t is None else tracking_from_json(t),
+    ),
 }
-_PLAIN = (lambda value: value, lambda value: value)
 _NAMES = {"tau": "tau_deg"}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
     """A command as data: its verb, as a rule its class name, then its fields in their order."""
-    fields = {_NAMES.get(k, k): _FORMS.get(k, _PLAIN)[0](v) for k, v in vars(command).items()}
+    fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
     other = isinstance(command, Track) and tracks_otherwise(command.tracking)
     return {"do": _BOTH_WAYS if other else type(command).__name__, **fields}
 
 
-def command_from_json(entry: Mapping[str, Any]) -> Command:
-    """The reverse; KeyError, TypeError or ValueError where it is damaged."""
-    kind: Any = _KINDS[entry["do"]]
+def command_from_json(entry: Any) -> Command:
+    """The reverse; FormatError where it is damaged."""
+    kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
     # Which the first journals did not have.
     entry = {"same_clip": False, "in_bulk": False, **entry}
-    names = [field.name for field in fields(kind)]
-    read = {k: _FORMS.get(k, _PLAIN)[1](entry[_NAMES.get(k, k)]) for k in names}
+    names = {field.name: _NAMES.get(field.name, field.name) for field in fields(kind)}
+    has(entry, *names.values())
+    read = {name: _FORMS[name][1](entry[key]) for name, key in names.items()}
     command: Command = kind(**read)
     return command

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+from twistcore.document_values import each, frames, unexpected
 from twistcore.review.commands import Command
 from twistcore.review.model import ReviewState, Span
 
@@ -39,16 +40,27 @@ def joined(spans: Iterable[Span]) -> tuple[Span, ...]:
     return tuple(out)
 
 
-def _is_pair(entry: Any) -> bool:
-    return isinstance(entry, list | tuple) and len(entry) == 2
+def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
+    """What of some spans is in none of the others."""
+    out: list[Span] = []
+    taken = joined(others)
+    for start, stop in joined(spans):
+        for a, b in taken:
+            if start < a < stop:
+                out.append((start, a))
+            if a < stop and start < b:
+                start = b
+        if start < stop:
+            out.append((start, stop))
+    return tuple(out)
 
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
-    """Spans as files list them; TypeError or ValueError where they are damaged."""
-    if not (isinstance(entries, list | tuple) and all(map(_is_pair, entries))):
-        raise ValueError("left_out, a list of [start, stop],")
-    spans = tuple((start, stop) for start, stop in entries)
-    for start, stop in spans:
-        if not (type(start) is int and type(stop) is int and 0 <= start < stop):
-            raise ValueError(f"frames from {start} to {stop}")
-    return joined(spans)
+    """Spans as files list them; FormatError where they are damaged."""
+    return joined(each(entries, "left_out", _span))
+
+
+def _span(entry: Any) -> Span:
+    if not (isinstance(entry, list | tuple) and len(entry) == 2):
+        raise unexpected("[start, stop]", "a span", entry)
+    return frames({"start": entry[0], "stop": entry[1]})

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import lru_cache
 from operator import attrgetter
 from types import MappingProxyType
 
@@ -224,20 +223,24 @@ def in_order(chains: Iterable[str]) -> Mapping[str, int]:
     return MappingProxyType({name: k for k, name in enumerate(chains)})
 
 
-@lru_cache(maxsize=16_384)  # while τ is dragged most intervals come again, the same objects
 def as_written(interval: Interval) -> Interval:
     """The interval with its offset as a session file holds it: degrees with nine decimals, no −0.0.
 
     So the program and `twistcore apply` correct by the very same numbers.
     """
-    degrees = np.round(np.degrees(wrap(interval.offset)), 9) + 0.0
-    return replace(interval, offset=np.radians(degrees))
+    return interval.as_written
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
     """The interval over [start, stop): kept offsets stay, new frames get the nearest one."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
+
+
+def same_offsets(one: Interval, other: Interval) -> bool:
+    """Whether two intervals of a chain take the same out of the same frames, but for rounding."""
+    frames = (one.start, one.stop, one.carried) == (other.start, other.stop, other.carried)
+    return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
 
 def levelled(interval: Interval, delta: float) -> Interval:

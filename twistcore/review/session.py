@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -16,12 +16,31 @@ import numpy as np
 from twistcore.atomic import write_atomically
 from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
+from twistcore.document_values import (
+    DEGREES,
+    above_zero,
+    bytes_of,
+    each,
+    flag,
+    frames,
+    has,
+    number,
+    one_of,
+    parsed_json,
+    path_text,
+    saying,
+    text,
+    texts,
+    whole,
+)
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_kinds import JSON, SESSION, found_instead
+from twistcore.ordinary_files import is_there
 from twistcore.review.left_out import spans_from_json
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
 from twistcore.rig import AS_FOUND, rig_from_json, rig_to_json
+from twistcore.rotation import Array
 
 SCHEMA = "twistcore.session/1"
 # A session that tracks: a program that knows nothing of it must not replay the rest.
@@ -34,11 +53,10 @@ BOTH_WAYS_SCHEMA = "twistcore.session/4"
 _SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA, BOTH_WAYS_SCHEMA)
 _WITH_KINDS = (LIMBS_SCHEMA, BOTH_WAYS_SCHEMA)
 # What an interval under review has beside the interval, its id and the decision, as files list it.
-_JUDGED = {
-    **dict.fromkeys(("by_hand", "edited", "supported"), bool),
-    **dict.fromkeys(("reviewer", "decided_at", "note", "reason"), str),
+_JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
+    **dict.fromkeys(("by_hand", "edited", "supported"), flag),
+    **dict.fromkeys(("reviewer", "decided_at", "note", "reason"), text),
 }
-_ENDLESS = 100_000_000  # no clip has as many frames: a damaged number, not a wish for memory
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,60 +124,48 @@ def read_session(path: Path) -> Session:
 
 def read_session_file(path: Path) -> tuple[Session, str]:
     """The same, and the SHA-256 of the bytes that were read."""
-    try:
-        data = path.read_bytes()
-    except FileNotFoundError:
-        raise TwistError(f"{path}: expected a session file, but there is no such file") from None
-    except OSError as error:
-        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
-    try:
+    if not is_there(path):
+        raise TwistError(f"{path}: expected a session file, but there is no such file")
+    data = bytes_of(path)
+    with saying(path):
         if instead := found_instead(data, SESSION, JSON):
             raise FormatError(instead)
-        session = session_from_document(json.loads(data))
-    except FormatError as error:
-        raise FormatError(f"{path}: {error}") from None
-    except (ValueError, RecursionError) as error:
-        raise FormatError(f"{path}: expected JSON ({error})") from None
+        session = session_from_document(parsed_json(data))
     return session, hashlib.sha256(data).hexdigest()
 
 
 def session_from_document(document: Any) -> Session:
     """A session from its JSON document; FormatError says what is missing or wrong."""
-    if not isinstance(document, Mapping) or document.get("schema") not in _SCHEMAS:
+    if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
-    try:
-        tracking = _tracking_of(document)
-        fps = float(document["fps"])
-        if not (math.isfinite(fps) and fps > 0.0):
-            raise ValueError(f"fps {fps}")
-        tau = tau_from_json(document["tau_deg"])
-        if not all(math.isfinite(t) and t > 0.0 for t in tau.values()):
-            raise ValueError("a τ that is not above 0")
-        kinds = document["schema"] in _WITH_KINDS
-        intervals = tuple(judged_from_json(j, kinds=kinds) for j in document["intervals"])
-        ids = [j.id for j in intervals]
-        if len(set(ids)) != len(ids) or any(k >= int(document["next_id"]) for k in ids):
-            raise ValueError("an interval's id")
-        state = ReviewState(
-            method=str(document["method"]),
-            tau=MappingProxyType(tau),
-            intervals=intervals,
-            next_id=int(document["next_id"]),
-            chain_order=in_order(tau),
-            tracking=tracking,
-            rig=rig_from_json(document["rig"]) if kinds and "rig" in document else AS_FOUND,
-            left_out=spans_from_json(document.get("left_out", ())),
-        )
-        return Session(str(document["clip"]), str(document["sha256"]), fps, state)
-    except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
-        raise FormatError(f"{error} is missing or of the wrong kind") from None
+    has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
+    kinds = document["schema"] in _WITH_KINDS
+    tau = tau_from_json(document["tau_deg"])
+    intervals = each(document["intervals"], "intervals", partial(judged_from_json, kinds=kinds))
+    next_id, ids = whole(document["next_id"], "next_id"), [j.id for j in intervals]
+    if len(set(ids)) != len(ids) or any(k >= next_id for k in ids):
+        raise FormatError("expected intervals with ids below next_id, each its own")
+    state = ReviewState(
+        method=text(document["method"], "method"),
+        tau=MappingProxyType(tau),
+        intervals=intervals,
+        next_id=next_id,
+        chain_order=in_order(tau),
+        tracking=_tracking_of(document),
+        rig=rig_from_json(document["rig"]) if kinds and "rig" in document else AS_FOUND,
+        left_out=spans_from_json(document.get("left_out", ())),
+    )
+    clip, sha256 = path_text(document["clip"], "clip"), text(document["sha256"], "sha256")
+    return Session(clip, sha256, above_zero(document["fps"], "fps"), state)
 
 
 def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
     """What is tracked, where the document's schema says that there is such a thing."""
     schema = document["schema"]
     may_be = schema in _WITH_KINDS and document.get("tracking") is not None
-    return tracking_from_json(document["tracking"]) if schema == TRACKING_SCHEMA or may_be else None
+    if schema == TRACKING_SCHEMA or may_be:
+        return tracking_from_json(document.get("tracking"))
+    return None
 
 
 def degrees_to_json(radians: float) -> float:
@@ -172,9 +178,10 @@ def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
     return {name: degrees_to_json(t) for name, t in tau.items()}
 
 
-def tau_from_json(entry: Mapping[str, Any]) -> dict[str, float]:
-    """The reverse; AttributeError or TypeError where it is damaged."""
-    return {name: float(np.radians(t)) for name, t in entry.items()}
+def tau_from_json(entry: Any) -> dict[str, float]:
+    """The reverse; FormatError where it is damaged."""
+    degrees = {name: above_zero(t, "tau_deg") for name, t in has(entry, what="tau_deg").items()}
+    return {text(name, "tau_deg"): math.radians(min(t, DEGREES)) for name, t in degrees.items()}
 
 
 def tracks_otherwise(tracking: Tracking | None) -> bool:
@@ -199,24 +206,18 @@ def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
     }
 
 
-def tracking_from_json(entry: Mapping[str, Any]) -> Tracking:
-    """The reverse; KeyError, TypeError or ValueError where it is damaged."""
-    entry = {"causal": True, "place": False, **entry}  # which the first files did not have
-    joints, gains, causal, place = (entry[k] for k in ("joints", "gains", "causal", "place"))
-    for name, value in (("causal", causal), ("place", place)):
-        if not isinstance(value, bool):
-            raise TypeError(name)
-    if not (isinstance(joints, list) and all(isinstance(j, str) for j in joints)):
-        raise TypeError("a list of joints to track")
+def tracking_from_json(entry: Any) -> Tracking:
+    """The reverse; FormatError where it is damaged."""
+    has(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
+    joints = texts(entry["joints"], "joints")
+    causal = flag(entry.get("causal", True), "causal")  # which the first files did not have,
+    place = flag(entry.get("place", False), "place")  # nor this
     if not (joints or place):
-        raise ValueError("a list of joints to track")
-    if gains not in ("hand", "learned"):
-        raise ValueError(f"gains {gains!r}")
-    kp, kd, ka = (float(entry[key]) for key in ("kp", "kd", "ka"))
-    if not all(map(math.isfinite, (kp, kd, ka))):
-        raise ValueError("a gain that is not finite")
-    learned, weights = gains == "learned", str(entry["weights"])
-    return Tracking(tuple(joints), kp, kd, ka, learned, weights, causal, place)
+        raise FormatError("expected a list of joints to track, which is empty")
+    learned = one_of(entry["gains"], "gains", ("hand", "learned")) == "learned"
+    kp, kd, ka = (number(entry[key], key) for key in ("kp", "kd", "ka"))
+    weights = text(entry["weights"], "weights")
+    return Tracking(joints, kp, kd, ka, learned, weights, causal, place)
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
@@ -239,39 +240,36 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
     return entry
 
 
-def interval_from_json(entry: Mapping[str, Any]) -> Interval:
-    """The reverse; KeyError, TypeError or ValueError where it is damaged."""
-    start, stop = entry["start"], entry["stop"]
-    if not (isinstance(start, int) and isinstance(stop, int) and 0 <= start < stop < _ENDLESS):
-        raise ValueError(f"an interval from {start} to {stop}")
-    if not isinstance(entry["chain"], str):
-        raise TypeError("a chain")
-    offset = np.radians(np.broadcast_to(np.asarray(entry["offset_deg"], float), (stop - start,)))
-    if not np.isfinite(offset).all():
-        raise ValueError("an offset that is not finite")
-    confidence, residual = entry["confidence"], float(np.radians(entry["residual_deg"]))
-    if not (math.isfinite(residual) and (confidence is None or math.isfinite(confidence))):
-        raise ValueError("a number that is not finite")
-    kind, carried = entry.get("kind", Kind.COUNTER_TWIST), entry.get("carried", False)
-    if kind not in list(Kind):
-        raise ValueError(f"kind {kind!r}")
-    if not isinstance(joint := entry.get("joint", ""), str):
-        raise TypeError("joint")
-    for name, value in (("open", entry["open"]), ("carried", carried)):
-        if not isinstance(value, bool):
-            raise TypeError(name)
+def interval_from_json(entry: Any) -> Interval:
+    """The reverse; FormatError where it is damaged.
+
+    An offset that is the same in all frames takes the memory of one, however many they are: there
+    may be no such frames in any clip.
+    """
+    has(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
+    start, stop = frames(entry)
+    confidence = entry["confidence"]
     return Interval(
-        entry["chain"],
+        text(entry["chain"], "chain"),
         start,
         stop,
-        offset,
-        confidence=confidence,
-        open=entry["open"],
-        residual=residual,
-        kind=Kind(kind),
-        carried=carried,
-        joint=joint,
+        _offset(entry["offset_deg"], stop - start),
+        confidence=None if confidence is None else number(confidence, "confidence"),
+        open=flag(entry["open"], "open"),
+        residual=math.radians(number(entry["residual_deg"], "residual_deg", -DEGREES, DEGREES)),
+        kind=Kind(one_of(entry.get("kind", Kind.COUNTER_TWIST), "kind", [k.value for k in Kind])),
+        carried=flag(entry.get("carried", False), "carried"),
+        joint=text(entry.get("joint", ""), "joint"),
     )
+
+
+def _offset(entry: Any, frames: int) -> Array:
+    """One number, or one for every frame, as radians."""
+    listed = entry if isinstance(entry, list) else [entry]
+    degrees = [number(one, "offset_deg", -DEGREES, DEGREES) for one in listed]
+    if len(degrees) not in (1, frames):
+        raise FormatError(f"expected {frames} numbers for offset_deg, found {len(degrees)}")
+    return np.broadcast_to(np.radians(degrees), (frames,))
 
 
 def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
@@ -285,23 +283,18 @@ def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
     }
 
 
-def judged_from_json(entry: Mapping[str, Any], *, kinds: bool = False) -> Judged:
-    """The reverse; KeyError, TypeError or ValueError where it is damaged.
+def judged_from_json(entry: Any, *, kinds: bool = False) -> Judged:
+    """The reverse; FormatError where it is damaged.
 
     kinds: a counter-twist, too, must say that it is one.
     """
-    entry = {"reason": "", **entry}  # which the first files did not have
-    if kinds and not {"kind", "carried"} <= entry.keys():
-        raise KeyError("kind or carried")
-    for key, kind in _JUDGED.items():
-        if not isinstance(entry[key], kind):
-            raise TypeError(key)
-    if not isinstance(in_bulk := entry.get("in_bulk", False), bool):
-        raise TypeError("in_bulk")
+    has(entry, "id", "decision", *(k for k in _JUDGED if k != "reason"), what="an interval")
+    has(entry, *(("kind", "carried") if kinds else ()))
+    told = {"reason": "", **entry}  # which the first files did not have
     return Judged(
-        int(entry["id"]),
+        whole(entry["id"], "id"),
         interval_from_json(entry),
-        Decision(entry["decision"]),
-        **{key: entry[key] for key in _JUDGED},
-        in_bulk=in_bulk,
+        Decision(one_of(entry["decision"], "decision", [d.value for d in Decision])),
+        **{key: look(told[key], key) for key, look in _JUDGED.items()},
+        in_bulk=flag(entry.get("in_bulk", False), "in_bulk"),
     )

@@ -6,18 +6,31 @@ which intervals are to be judged, and of which clip, but not which of them are e
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from twistcore.atomic import write_atomically
 from twistcore.detection import Interval
+from twistcore.document_values import (
+    DEGREES,
+    bytes_of,
+    each,
+    frames,
+    has,
+    number,
+    one_of,
+    parsed_json,
+    path_text,
+    saying,
+    text,
+    unexpected,
+)
 from twistcore.encoding import csv_text, json_bytes
-from twistcore.errors import FormatError, TwistError
+from twistcore.errors import FormatError
 from twistcore.review import Decision, Judged
 from twistcore.study.exercise import score
 from twistcore.synthesis import InjectedError
@@ -26,8 +39,10 @@ EXERCISE = "twistcore.exercise/1"
 SCORE = "twistcore.exercise-score/1"
 KINDS = ("judge", "find")
 _MOST_BYTES = 10_000_000  # of a file: a student may hand in anything
-_MOST_FRAMES = 10_000_000  # in all intervals of a file: a day at 120 fps
+_MOST_FRAMES = 10_000_000  # of its clip: a day at 120 fps
+_MOST_INTERVALS = 1000
 _LONGEST_NAME = 100  # letters, in the table
+_Thing = TypeVar("_Thing")
 COLUMNS = (
     "name", "hits", "misses", "false_accepted", "false_rejected", "without_verdict", "seconds",
 )  # fmt: skip
@@ -63,17 +78,17 @@ def write_exercise(path: Path, exercise: ClassExercise) -> None:
 
 def read_exercise(path: Path) -> ClassExercise:
     """Read an exercise; raises TwistError in one sentence."""
-    document = _document(path, EXERCISE)
-    try:
-        if document["kind"] not in KINDS:
-            raise ValueError(f"a kind {document['kind']!r}")
-        name = str(document["clip"])
+    with saying(path):
+        document = has(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
+        name = path_text(document["clip"], "clip")
         if not name or Path(name).name != name:
-            raise ValueError("a clip elsewhere than beside it")
-        listed = _intervals(document["intervals"])
-        return ClassExercise(name, str(document["sha256"]), document["kind"], listed)
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None
+            raise unexpected("a clip beside it", "clip", name)
+        return ClassExercise(
+            name,
+            text(document["sha256"], "sha256"),
+            one_of(document["kind"], "kind", KINDS),
+            _few(each(document["intervals"], "intervals", _interval)),
+        )
 
 
 def write_handed_in(path: Path, handed: HandedIn) -> None:
@@ -93,22 +108,17 @@ def write_handed_in(path: Path, handed: HandedIn) -> None:
 
 def read_handed_in(path: Path) -> HandedIn:
     """Read what a student handed in; raises TwistError in one sentence."""
-    document = _document(path, SCORE)
-    try:
-        entries = document["verdicts"]
-        verdicts = tuple(
-            Judged(k, interval, Decision(entry["decision"]))
-            for k, (interval, entry) in enumerate(zip(_intervals(entries), entries, strict=True))
-        )
-        own = document["exercise"]
-        seconds = float(document["seconds"])
-        if not np.isfinite(seconds):
-            raise ValueError("a time that is not finite")
+    with saying(path):
+        document = has(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
+        verdicts = _few(each(document["verdicts"], "verdicts", _verdict))
+        own = has(document["exercise"], "clip", "sha256", what="exercise")
         return HandedIn(
-            str(document["name"]), seconds, str(own["clip"]), str(own["sha256"]), verdicts
+            text(document["name"], "name"),
+            number(document["seconds"], "seconds"),
+            text(own["clip"], "clip"),
+            text(own["sha256"], "sha256"),
+            tuple(replace(judged, id=k) for k, judged in enumerate(verdicts)),
         )
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None
 
 
 def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> str:
@@ -132,25 +142,15 @@ def _in_cell(name: str) -> str:
 
 def schema_of(path: Path) -> str:
     """What kind of document a file is; raises TwistError where it is no JSON of ours."""
-    return str(_document(path)["schema"])
+    with saying(path):
+        return str(_document(path)["schema"])
 
 
 def _document(path: Path, schema: str = "") -> Mapping[str, Any]:
-    try:
-        with path.open("rb") as file:
-            data = file.read(_MOST_BYTES + 1)
-        if len(data) > _MOST_BYTES:
-            raise FormatError(f"{path}: expected a file of at most {_MOST_BYTES // 10**6} MB")
-        document = json.loads(data)
-    except OSError as error:
-        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
-    except RecursionError:
-        raise FormatError(f"{path}: expected JSON that is less deep") from None
-    except ValueError as error:
-        raise FormatError(f"{path}: expected JSON ({error})") from None
+    document = parsed_json(bytes_of(path, _MOST_BYTES))
     found = document.get("schema") if isinstance(document, dict) else None
-    if found is None or (schema and found != schema):
-        raise FormatError(f"{path}: expected a document with schema {schema or EXERCISE!r}")
+    if not isinstance(found, str) or (schema and found != schema):
+        raise FormatError(f"expected a document with schema {schema or EXERCISE!r}")
     return dict(document)
 
 
@@ -160,23 +160,23 @@ def _interval_to_json(interval: Interval) -> dict[str, Any]:
     return {**own, "delta_deg": shown}
 
 
-def _intervals(entries: Iterable[Mapping[str, Any]]) -> tuple[Interval, ...]:
-    out: list[Interval] = []
-    left = _MOST_FRAMES  # looked at before an offset for every frame takes the memory
-    for entry in entries:
-        out.append(_interval(entry, left))
-        left -= out[-1].stop - out[-1].start
-    return tuple(out)
+def _few(things: tuple[_Thing, ...]) -> tuple[_Thing, ...]:
+    """Each is compared with each of the key's, so that many would take long."""
+    if len(things) > _MOST_INTERVALS:
+        raise FormatError(f"expected at most {_MOST_INTERVALS} intervals, found {len(things)}")
+    return things
 
 
-def _interval(entry: Mapping[str, Any], most: int) -> Interval:
-    """With at most so many frames."""
-    start, stop, delta = entry["start"], entry["stop"], float(entry["delta_deg"])
-    whole = isinstance(start, int) and isinstance(stop, int)
-    if not (whole and 0 <= start < stop <= _MOST_FRAMES):
-        raise ValueError(f"the interval {start}-{stop}")
-    if stop - start > most:
-        raise ValueError(f"so long an interval as {start}-{stop}")
-    if not np.isfinite(delta):
-        raise ValueError("an angle that is not finite")
-    return Interval(str(entry["chain"]), start, stop, np.full(stop - start, np.radians(delta)))
+def _verdict(entry: Any) -> Judged:
+    decision = has(entry, "decision", what="a verdict")["decision"]
+    known = [d.value for d in Decision]
+    return Judged(0, _interval(entry), Decision(one_of(decision, "decision", known)))
+
+
+def _interval(entry: Any) -> Interval:
+    """Its offset takes the memory of one number, however many frames there are said to be."""
+    has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
+    start, stop = frames(entry, _MOST_FRAMES)
+    delta = np.radians([number(entry["delta_deg"], "delta_deg", -DEGREES, DEGREES)])
+    offset = np.broadcast_to(delta, (stop - start,))
+    return Interval(text(entry["chain"], "chain"), start, stop, offset)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.chain import SEGMENTS, Chain
+from twistcore.document_values import shown
 from twistcore.errors import ClipMismatchError
 from twistcore.limb import Limb, find_limbs
 from twistcore.motion import Motion
@@ -84,7 +85,7 @@ def measure(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain
     by_name = {chain.name: chain for chain in every}
     unknown = sorted({e.chain for e in truth.errors} - by_name.keys())
     if unknown:
-        raise ClipMismatchError(f"the clip has no chain {unknown[0]!r} that the truth names")
+        raise ClipMismatchError(f"the clip has no chain {shown(unknown[0])} that the truth names")
     dirty = inject(clean, every, truth.errors)
     wrong = np.zeros((clean.frames, len(clean.skeleton)), dtype=bool)
     frames_of: dict[str, set[int]] = {}

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +11,35 @@ import numpy as np
 
 from twistcore.atomic import write_atomically
 from twistcore.detection import Kind
+from twistcore.document_values import (
+    DEGREES,
+    MOST_FRAMES,
+    above_zero,
+    bytes_of,
+    each,
+    flag,
+    has,
+    items,
+    number,
+    one_of,
+    parsed_json,
+    path_text,
+    saying,
+    text,
+    unexpected,
+    whole,
+)
+from twistcore.document_values import frames as frames_of
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
+from twistcore.rotation import Array
 from twistcore.synthesis.injection import InjectedError
 from twistcore.synthesis.protocol import parse_protocol
 
 SCHEMA = "twistcore.truth/1"
+_KINDS = Kind.COUNTER_TWIST.value, Kind.LIMB_FLIP.value
+_LONGEST_NAME = 200  # letters, of several protocols joined
+_MOST_ERRORS = 20_000  # each is compared with each of a review's
 SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left [Choi26 §4.2.1]
 
 
@@ -59,38 +81,57 @@ def write_truth(path: Path, truth: Truth) -> None:
 
 def read_truth(path: Path) -> Truth:
     """Read a truth file; FormatError or TwistError in one sentence."""
-    try:
-        document: Mapping[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
-    except ValueError as error:
-        raise FormatError(f"{path}: expected JSON ({error})") from None
-    if not isinstance(document, dict) or document.get("schema") != SCHEMA:
-        raise FormatError(f"{path}: expected a document with schema {SCHEMA!r}")
-    try:
-        frames = int(document["frames"])
-        parse_protocol(document["protocol"])
-        errors = tuple(
-            InjectedError(
-                e["chain"],
-                e["start"],
-                e["stop"],
-                np.radians(e["offset_deg"]),
-                np.radians(e["leak_deg"]) if "leak_deg" in e else None,
-                Kind(e.get("kind", Kind.COUNTER_TWIST)),
-                bool(e.get("carried", False)),
-            )
-            for e in document["errors"]
+    data = bytes_of(path)
+    with saying(path):
+        document = parsed_json(data)
+        if not isinstance(document, dict) or document.get("schema") != SCHEMA:
+            raise FormatError(f"expected a document with schema {SCHEMA!r}")
+        has(document, "clip", "protocol", "seed", "frames", "fps", "errors")
+        frames = whole(document["frames"], "frames", 0, MOST_FRAMES)
+        return Truth(
+            path_text(document["clip"], "clip"),
+            _protocol(document["protocol"]),
+            whole(document["seed"], "seed"),
+            frames,
+            above_zero(document["fps"], "fps"),
+            _errors(document["errors"], frames),
+            text(document.get("sha256", ""), "sha256"),
         )
-        for e in errors:
-            if not (0 <= e.start < e.stop <= frames and len(e.offset) == e.stop - e.start):
-                raise ValueError(f"the error in frames {e.start}-{e.stop}")
-            if not np.isfinite(e.offset).all():
-                raise ValueError("an offset that is not finite")
-            if e.kind == Kind.LONE_JUMP or (e.carried and e.kind != Kind.LIMB_FLIP):
-                raise ValueError(f"an error of the kind {e.kind.value!r}")
-        named = {key: document[key] for key in ("clip", "protocol", "seed", "fps")}
-        sha256 = str(document.get("sha256", ""))
-        return Truth(**named, frames=frames, errors=errors, sha256=sha256)
-    except (KeyError, TypeError, ValueError, AttributeError) as error:
-        raise FormatError(f"{path}: {error} is missing or of the wrong kind") from None
+
+
+def _protocol(name: Any) -> str:
+    if len(text(name, "protocol")) > _LONGEST_NAME:
+        raise unexpected("the name of a protocol", "protocol", name)
+    try:
+        parse_protocol(name)
+    except TwistError as error:
+        raise FormatError(str(error)) from None
+    return str(name)
+
+
+def _errors(entries: Any, frames: int) -> tuple[InjectedError, ...]:
+    if len(items(entries, "errors")) > _MOST_ERRORS:
+        raise FormatError(f"expected at most {_MOST_ERRORS} errors, found {len(entries)}")
+    return each(entries, "errors", partial(_error, frames=frames))
+
+
+def _error(entry: Any, frames: int) -> InjectedError:
+    has(entry, "chain", "start", "stop", "offset_deg", what="an error")
+    start, stop = frames_of(entry, frames)
+    kind = Kind(one_of(entry.get("kind", Kind.COUNTER_TWIST), "kind", _KINDS))
+    carried = flag(entry.get("carried", False), "carried")
+    if carried and kind != Kind.LIMB_FLIP:
+        raise unexpected("a limb flip", "an error whose end was carried", kind.value)
+    leak = None
+    if "leak_deg" in entry:
+        leak = _angles(entry["leak_deg"], "leak_deg", stop - start)
+    offset = _angles(entry["offset_deg"], "offset_deg", stop - start)
+    chain = text(entry["chain"], "chain")
+    return InjectedError(chain, start, stop, offset, leak, kind, carried)
+
+
+def _angles(entry: Any, what: str, frames: int) -> Array:
+    """One for every frame, as radians."""
+    if len(items(entry, what)) != frames:
+        raise FormatError(f"expected {frames} numbers for {what}, found {len(entry)}")
+    return np.radians([number(one, what, -DEGREES, DEGREES) for one in entry])

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from twistcore.clip_files import clips_in
+from twistcore.document_values import bytes_of, parsed_json
 from twistcore.errors import TwistError
 from twistcore.file_marks import file_mark
 from twistcore.formats import own_name
+from twistcore.ordinary_files import is_file
 from twistcore.review import Session, read_session
 
 _SESSION = ".twist.json"  # as the program names them; a person may choose another name
@@ -55,7 +56,7 @@ def sessions_in(folder: Path) -> FolderSessions:
             damaged.append(Damaged(path, _meant_for(path) or folder, str(session)))
             continue
         clip = folder / PurePath(session.clip).name
-        if _is_file(clip):  # not the folder, by '' or '/'
+        if is_file(clip):  # not the folder, by '' or '/'
             found.setdefault(clip, []).append((path, session.sha256))
     of = {clip: _best(clip, found[clip]) for clip in sorted(found)}
     return FolderSessions(of, tuple(damaged))
@@ -84,25 +85,18 @@ def _meant_for(path: Path) -> Path | None:
 
     Beside clips there are other documents, which have nothing to do with this.
     """
-    try:
-        document = json.loads(path.read_bytes())
-    except (OSError, ValueError, RecursionError):
-        document = None
+    document = None
+    with suppress(TwistError):
+        document = parsed_json(bytes_of(path))
     said = document if isinstance(document, Mapping) else {}
     named = path.name.endswith(_SESSION)
     if not (named or str(said.get("schema")).startswith("twistcore.session/")):
         return None
     said_clip = path.parent / PurePath(str(said.get("clip", ""))).name
-    if _is_file(said_clip):
+    if is_file(said_clip):
         return said_clip
     name = path.name.removesuffix(_SESSION)
     return next((clip for clip in clips_in(path.parent) if own_name(clip) == name), path.parent)
-
-
-def _is_file(path: Path) -> bool:
-    with suppress(OSError):  # a name longer than any may be
-        return path.is_file()
-    return False
 
 
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:

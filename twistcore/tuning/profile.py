@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,12 +12,25 @@ from typing import Any, TypeVar
 from twistcore.atomic import write_atomically
 from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
+from twistcore.document_values import (
+    bytes_of,
+    has,
+    number,
+    one_of,
+    parsed_toml,
+    saying,
+    shown,
+    text,
+    unexpected,
+    whole,
+)
 from twistcore.encoding import encoded, escaped, legible, unescaped
-from twistcore.errors import FormatError, TwistError
+from twistcore.errors import FormatError
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
 
-_MOST_SHIFT, _MOST_SCALE = 30.0, 100.0  # of a learned confidence: beyond them it is damaged
+# Of a learned confidence: beyond them it is damaged.
+_MOST_SHIFT, _LEAST_SCALE, _MOST_SCALE = 30.0, 1e-6, 100.0
 _Value = TypeVar("_Value")
 
 
@@ -112,60 +124,56 @@ def _text(text: str) -> str:
 
 def read_profile(path: Path) -> Profile:
     """A TOML file with a table for every joint, each with its tau_deg; raises TwistError."""
-    try:
-        document = tomllib.loads(path.read_text(encoding="utf-8"))
-        tau = {unescaped(name): math.radians(float(t["tau_deg"])) for name, t in document.items()}
-        methods = {str(t["detector"]) for t in document.values() if "detector" in t}
-    except OSError as error:
-        raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise FormatError(f"{path}: expected TOML ({error})") from None
-    except (KeyError, TypeError, ValueError, OverflowError):
-        raise FormatError(f"{path}: expected a table with tau_deg for every joint") from None
-    if not tau:
-        raise FormatError(f"{path}: expected a table with tau_deg for every joint, found none")
-    for name, value in tau.items():
-        if not 0.0 < value <= math.pi:
-            raise FormatError(f"{path}: expected tau_deg above 0 and up to 180 for {name}")
-    if len(methods) > 1 or methods - DETECTORS.keys():
+    data = bytes_of(path)
+    with saying(path):
+        return _profile(parsed_toml(data))
+
+
+def _profile(document: Mapping[str, Any]) -> Profile:
+    expected = "expected a table with tau_deg for every joint"
+    if not document:
+        raise FormatError(f"{expected}, found none")
+    for name, table in document.items():
+        if not (isinstance(table, dict) and "tau_deg" in table):
+            raise FormatError(f"{expected}, found none for {shown(name)}")
+    tables = list(document.values())
+    tau = {unescaped(name): _tau(t["tau_deg"], name) for name, t in document.items()}
+    methods = {
+        one_of(t["detector"], "detector", sorted(DETECTORS)) for t in tables if "detector" in t
+    }
+    if len(methods) > 1:
         known, found = " or ".join(sorted(DETECTORS)), ", ".join(sorted(methods))
-        raise FormatError(f"{path}: expected one detector, {known}, found {found}")
-    tables = document.values()
-    rig, performer = (_one(path, tables, key, "") for key in ("rig", "performer"))
-    confidence = _one(path, tables, "confidence", None)
-    for key, value in (("rig", rig), ("performer", performer)):
-        if not isinstance(value, str):
-            raise FormatError(f"{path}: expected a text for {key}")
+        raise FormatError(f"expected one detector, {known}, found {found}")
+    rig, performer = (text(_one(tables, key, ""), key) for key in ("rig", "performer"))
+    confidence = _one(tables, "confidence", None)
     return Profile(
         tau,
         methods.pop() if methods else "",
         unescaped(rig),
         unescaped(performer),
-        None if confidence is None else _confidence(path, confidence),
+        None if confidence is None else _confidence(confidence),
     )
 
 
-def _one(path: Path, tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
+def _tau(degrees: Any, name: str) -> float:
+    """Radians."""
+    place = f"tau_deg of {shown(name)}"
+    if not number(degrees, place, 0.0, 180.0):
+        raise unexpected("a number above 0", place, degrees)
+    return math.radians(degrees)
+
+
+def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
     """What every table that has a key has there."""
-    values: list[Any] = []
-    for table in tables:
-        if key in table and table[key] not in values:
-            values.append(table[key])
-    if len(values) > 1:
-        raise FormatError(f"{path}: expected one {key} in all tables, found {len(values)}")
+    values = [table[key] for table in tables if key in table]
+    if others := sum(value != values[0] for value in values):
+        raise FormatError(f"expected one {key} in all tables, found {others} others")
     return values[0] if values else default
 
 
-def _confidence(path: Path, entry: Any) -> LearnedConfidence:
-    try:
-        shift, scale = float(entry["shift"]), float(entry["scale"])
-        counts = entry.get("accepted", 0), entry.get("rejected", 0)
-        good = abs(shift) <= _MOST_SHIFT and 0.0 < scale <= _MOST_SCALE
-        if not (good and all(isinstance(n, int) and n >= 0 for n in counts)):
-            raise ValueError
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError):
-        raise FormatError(
-            f"{path}: expected confidence with a shift within ±{_MOST_SHIFT:.0f}, a scale above 0 "
-            f"and up to {_MOST_SCALE:.0f}, and whole numbers accepted and rejected"
-        ) from None
+def _confidence(entry: Any) -> LearnedConfidence:
+    has(entry, "shift", "scale", what="confidence")
+    shift = number(entry["shift"], "shift", -_MOST_SHIFT, _MOST_SHIFT)
+    scale = number(entry["scale"], "scale", _LEAST_SCALE, _MOST_SCALE)
+    counts = (whole(entry.get(key, 0), key) for key in ("accepted", "rejected"))
     return LearnedConfidence(shift, scale, *counts)

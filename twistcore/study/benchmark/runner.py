@@ -5,13 +5,14 @@ from __future__ import annotations
 import functools
 import json
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from twistcore.clip_files import BVH, clips_by_name
 from twistcore.detection.natural_events import NaturalEvent
+from twistcore.document_values import parsed_json
 from twistcore.encoding import escaped
 from twistcore.errors import FormatError
 from twistcore.processes import each, reason
@@ -146,10 +147,9 @@ def read_partial(
     FormatError where the file is another, or belongs to other settings.
     """
     with path.open(encoding="utf-8") as file:
-        try:
-            head = json.loads(next(file, "null"))
-        except ValueError:
-            head = None
+        head = None
+        with suppress(FormatError, UnicodeDecodeError):
+            head = parsed_json(next(file, "null"))
         if not isinstance(head, dict) or head.get("schema") != PART_SCHEMA:
             raise FormatError(f"{path}: expected a document with schema {PART_SCHEMA!r}")
         if head.get("settings") != settings.to_json():
@@ -158,10 +158,10 @@ def read_partial(
             )
         for line in file:
             try:
-                document: Any = json.loads(line)
+                document = parsed_json(line)
                 result = result_from_json(document)
                 unchanged = tuple(document["stamp"]) == stamps.get(result.clip)
-            except (ValueError, KeyError, TypeError):
+            except (FormatError, AttributeError, KeyError, TypeError, ValueError):
                 continue
             if unchanged and not result.problems:
                 yield result

@@ -1,0 +1,118 @@
+"""What benchmarks/mutation.py tries: a module's mutants, made by mutmut's operators.
+
+Unlike mutmut's own command, this mutates properties, other decorated functions and constants of a
+module, too: a mutant here is a whole source file, so nothing need be wrapped. Sentences (strings
+with a blank) are left as they are: a test that quotes them would test the wording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import libcst as cst
+from libcst.metadata import MetadataWrapper, PositionProvider
+from mutmut.mutation.file_mutation import Mutation, MutationVisitor, deep_replace
+from mutmut.mutation.mutators import mutation_operators
+from mutmut.mutation.pragma_handling import IgnoredCode
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One change of one file.
+
+    lines: the first and last line (from 1) of what is changed. function: those of the function
+    around it, None outside of functions. change: what stood there and what stands there now.
+    source(): the whole changed file.
+    """
+
+    path: Path
+    lines: tuple[int, int]
+    function: tuple[int, int] | None
+    change: str
+    source: Callable[[], str]
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.lines[0]}: {self.change}"
+
+
+class _Visitor(MutationVisitor):
+    def _skip_node_and_children(self, node: cst.CSTNode) -> bool:
+        if isinstance(node, cst.FunctionDef):  # decorated ones, too
+            return False
+        if isinstance(node, cst.SimpleString):
+            return " " in node.value
+        return super()._skip_node_and_children(node)
+
+
+def mutants_of(path: Path) -> list[Mutant]:
+    """Every mutant of a Python file, in the order of its lines."""
+    wrapper = MetadataWrapper(cst.parse_module(path.read_text(encoding="utf-8")))
+    visitor = _Visitor(mutation_operators, IgnoredCode(set(), set(), set()))
+    wrapper.visit(visitor)
+    places = wrapper.resolve(PositionProvider)
+    functions = [
+        (places[node].start.line, places[node].end.line)
+        for node in _below(wrapper.module)
+        if isinstance(node, cst.FunctionDef)
+    ]
+    made = []
+    for mutation in visitor.mutations:
+        place = places[mutation.original_node]
+        lines = (place.start.line, place.end.line)
+        around = [f for f in functions if f[0] <= lines[0] and lines[1] <= f[1]]
+        old, new = (
+            _text(wrapper.module, n) for n in (mutation.original_node, mutation.mutated_node)
+        )
+        if old != new:
+            function = max(around, default=None)  # the innermost: it begins last
+            source = partial(_changed, wrapper.module, mutation)
+            made.append(Mutant(path, lines, function, _shown(old, new), source))
+    return sorted(made, key=lambda mutant: (mutant.lines, mutant.change))
+
+
+def _changed(module: cst.Module, mutation: Mutation) -> str:
+    changed = deep_replace(module, mutation.original_node, mutation.mutated_node)
+    return cst.ensure_type(changed, cst.Module).code
+
+
+def _shown(old: str, new: str, around: int = 24) -> str:
+    """Both, less what is alike at their ends but for a few characters."""
+    begin = max(_alike(old, new) - around, 0)
+    end = max(_alike(old[begin:][::-1], new[begin:][::-1]) - around, 0)
+    first, last = ("… " if begin else ""), (" …" if end else "")
+    return "  →  ".join(first + text[begin : len(text) - end] + last for text in (old, new))
+
+
+def _alike(a: str, b: str) -> int:
+    """How many characters two texts begin with alike."""
+    pairs = enumerate(zip(a, b, strict=False))
+    return next((i for i, (x, y) in pairs if x != y), min(len(a), len(b)))
+
+
+def _text(module: cst.Module, node: cst.CSTNode) -> str:
+    return " ".join(module.code_for_node(node).split())
+
+
+def _below(node: cst.CSTNode) -> Iterator[cst.CSTNode]:
+    yield node
+    for child in node.children:
+        yield from _below(child)
+
+
+def files_of(names: Iterable[str]) -> list[Path]:
+    """Python files that are named, and those in folders that are named.
+
+    Raises ValueError for a name that is neither.
+    """
+    found: list[Path] = []
+    for name in map(Path, names):
+        if name.is_dir():
+            found += [p for p in sorted(name.glob("*.py")) if p.name != "__init__.py"]
+        elif name.suffix == ".py" and name.is_file():
+            found.append(name)
+        else:
+            raise ValueError(f"{name}: neither a Python file nor a folder of them")
+    return found

@@ -1,0 +1,164 @@
+"""Beside other people's programs, all at once: python -m benchmarks.crosschecks FOLDER…
+
+    python -m benchmarks.crosschecks FOLDER… [--blender PYTHON] [--uncorrected] [--list FILE]
+
+Every BVH file below the folders, whoever wrote it (test files of other libraries are good ones):
+
+- it is read, or refused with a sentence, which is printed to be judged; anything else is a fault;
+- written with nothing corrected it comes back byte for byte;
+- joints are where pybvh puts them, as read, written anew and corrected
+  (:mod:`benchmarks.bvh_crosscheck`), and where Blender does, written anew and corrected
+  (:mod:`benchmarks.blender_check`), where PYTHON can import bpy.
+
+--uncorrected leaves the correction out, which takes longest. FILE: a line of JSON a file. Exit
+status 1 where a file ends in a fault, comes back changed, or a joint is elsewhere. What pybvh or
+Blender refuse is counted, not judged. AMC files have a command of their own,
+:mod:`benchmarks.amc_crosscheck`; a report's pages are opened in a browser by
+`python3 dev.py test tests/gui/test_report_in_browser.py`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from benchmarks import blender_check, bvh_crosscheck
+from benchmarks.odd_files import comes_back
+from twistcore.bvh import read_bvh
+from twistcore.clip_files import BVH, clips_in
+from twistcore.errors import TwistError
+
+
+@dataclass(frozen=True)
+class Peer:
+    """What another program makes of a file: its distances of our height, or why it has none."""
+
+    name: str
+    distances: tuple[float, ...] = ()
+    most: tuple[float, ...] = ()
+    refused: str = ""
+
+    @property
+    def outcome(self) -> str:
+        """In a word."""
+        if self.refused:
+            return "refuses"
+        fits = all(d <= most for d, most in zip(self.distances, self.most, strict=True))
+        return "agrees" if fits else "DIFFERS"
+
+
+@dataclass(frozen=True)
+class Checked:
+    """One file: read, refused or FAULT, what was said, whether its bytes came back, and peers."""
+
+    path: str
+    outcome: str
+    said: str = ""
+    kept: bool = True
+    peers: tuple[Peer, ...] = ()
+
+    @property
+    def is_wrong(self) -> bool:
+        """Whether something is."""
+        differs = any(peer.outcome == "DIFFERS" for peer in self.peers)
+        return self.outcome == "FAULT" or not self.kept or differs
+
+
+def checked(path: Path, blender: str | None, *, correct: bool) -> Checked:
+    """What we and others make of a file."""
+    try:
+        clip = read_bvh(path)
+        kept = comes_back(clip)
+    except TwistError as error:
+        return Checked(str(path), "refused", str(error).replace(str(path), path.name))
+    except Exception as error:
+        return Checked(str(path), "FAULT", f"{type(error).__name__}: {error}")
+    peers = [asked("pybvh", lambda: _by_pybvh(path, correct), bvh_crosscheck.MOST)]
+    if blender:
+        peers.append(
+            asked("Blender", lambda: _by_blender(path, blender), (blender_check.MOST,) * 2)
+        )
+    said = f"{clip.motion.frames} frames, {len(clip.skeleton)} joints"
+    return Checked(str(path), "read", said, kept, tuple(peers))
+
+
+def asked(name: str, ask: Callable[[], tuple[float, ...]], most: tuple[float, ...]) -> Peer:
+    """What a peer answers; whatever it raises is its refusal, whatever we raise is ours to see."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = ask()
+    except TwistError as error:
+        return Peer(name, refused=f"not corrected: {error}")
+    except Exception as error:
+        said = str(error).splitlines() or [""]
+        return Peer(name, refused=f"{type(error).__name__}: {said[-1][:120]}")
+    return Peer(name, found, most[: len(found)])
+
+
+def _by_pybvh(path: Path, correct: bool) -> tuple[float, ...]:
+    found = bvh_crosscheck.differences(path)
+    return (*found, bvh_crosscheck.corrected(path)[0]) if correct else found
+
+
+def _by_blender(path: Path, blender: str) -> tuple[float, ...]:
+    return tuple(found["worst"] for found in blender_check.compared(path, blender))
+
+
+def told(one: Checked) -> str:
+    """A line of a file."""
+    words = [one.path, one.outcome, one.said, "" if one.kept else "COMES BACK CHANGED"]
+    for peer in one.peers:
+        figures = " ".join(f"{d:.1e}" for d in peer.distances)
+        words.append(f"{peer.name} {peer.outcome} {figures or peer.refused}")
+    return "  ".join(filter(None, words))
+
+
+def summary(files: list[Checked]) -> list[str]:
+    """The counts, over all files."""
+    ours = Counter(one.outcome for one in files)
+    lines = [
+        f"{len(files)} files: {ours['read']} read, {ours['refused']} refused with a sentence, "
+        f"{ours['FAULT']} ended in a fault, {sum(not one.kept for one in files)} came back changed"
+    ]
+    for name in sorted({peer.name for one in files for peer in one.peers}):
+        answers = [peer for one in files for peer in one.peers if peer.name == name]
+        count = Counter(peer.outcome for peer in answers)
+        worst = max((max(p.distances) for p in answers if p.distances), default=0.0)
+        lines.append(
+            f"{name}: {count['agrees']} agree, {count['DIFFERS']} differ, {count['refuses']} "
+            f"refused by it; worst {worst:.1e} of the height"
+        )
+    return lines
+
+
+def main() -> int:
+    """Print a line a file, then the counts."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--blender", metavar="PYTHON", help="an interpreter that can import bpy")
+    parser.add_argument("--uncorrected", action="store_true")
+    parser.add_argument("--list", type=Path, metavar="FILE")
+    arguments = parser.parse_args()
+    files = []
+    for folder in arguments.folders:
+        for path in sorted(clips_in(folder, below=True, suffixes=BVH)):
+            files.append(checked(path, arguments.blender, correct=not arguments.uncorrected))
+            print(told(files[-1]), flush=True)
+    if arguments.list:
+        lines = [json.dumps(asdict(one)) + "\n" for one in files]
+        arguments.list.write_text("".join(lines), "utf-8")
+    print("\n".join(summary(files)))
+    return int(any(one.is_wrong for one in files))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,384 @@
+"""An hour at the window: python -m benchmarks.endurance FOLDER [--minutes 60] [--seed 1].
+
+Copies of the folder's clips, with seeded errors, are reviewed one after the other in the real
+window, over and over: opened, judged by keys, undone and redone, edited, dragged, τ dragged, taught
+with gizmo and what-if, tuned, exported with a report, switched while they are being analysed, the
+folder queue opened, dialogs and lessons opened and left. Every minute, with the first clip open
+again and nothing under way, what is alive is counted. It fails where memory at the end is more
+than 5 % above that of minute ten (or of a fifth of the time, if that is sooner), where windows,
+widgets, threads, processes, files, clips, reviews or intervals grow, or an exception or a warning
+of Qt's was said.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import shutil
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+os.environ.setdefault("QT_API", "pyside6")
+
+import numpy as np
+from PySide6.QtCore import Qt, QThreadPool, QTimer
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QDialog, QWidget
+
+from benchmarks.alive import Alive, Said, alive, children, heard
+from benchmarks.day_at_the_window import with_errors
+from inspector.app import keep_for_good, make_application
+from inspector.session.export_files import ExportChoice
+from inspector.session.settings import Settings
+from inspector.window.main_window import MainWindow
+from twistcore.clip_files import BVH, clips_in
+from twistcore.decomposition import WhatIf
+from twistcore.review.model import resized
+
+MOST = 1.05  # times the memory at minute ten
+SETTLED = 10.0  # minutes until caches are as large as they get
+_PATIENCE = 120.0  # seconds for any one thing
+# Counts that must not grow between the same states; those of a clip follow its review.
+_LEVEL = ("files", "threads", "processes", "windows", "widgets", "ours", "clips", "analyses")
+_OF_REVIEW = ("reviews", "states", "intervals")
+_LESSONS = ("tour", "exercise")
+_DIALOGS = (
+    "open_dialog", "save_session_as", "export_dialog", "preferences", "command_palette",
+    "show_shortcuts", "show_about", "record_dialog", "add_chain", "go_to_frame", "reject_for",
+    "accept_confident", "open_lesson", "export_page", "load_profile", "show_guide",
+    "why_quaternions",
+)  # fmt: skip
+_LOOKS = ("skin", "side_by_side", "trails", "colour_by_offset", "both_detectors", "presentation")
+
+
+@dataclass
+class Sitting:
+    """A person at a window; done: how often each thing was."""
+
+    window: MainWindow
+    clips: list[Path]
+    rng: random.Random
+    done: Counter[str] = field(default_factory=Counter)
+
+    # -- how hands and eyes work ------------------------------------------------------------------
+
+    def wait(self, ready: Callable[[], bool], what: str) -> None:
+        """Turn the event loop until something is so."""
+        end = time.monotonic() + _PATIENCE
+        while not ready():
+            if time.monotonic() > end:
+                raise TimeoutError(what)
+            QTest.qWait(5)
+
+    def key(self, key: Qt.Key) -> None:
+        """Press a key in the window."""
+        QTest.keyClick(self.window, key)
+        QTest.qWait(2)
+
+    def act(self, name: str) -> None:
+        """Do what an action does, if it can be done now."""
+        self.window.actions_by_id[name].trigger()
+        QTest.qWait(2)
+
+    def quiet(self) -> None:
+        """Wait until nothing is under way: no clip, export, folder, typesetting, measuring."""
+        window = self.window
+
+        def idle() -> bool:
+            busy = window.document.opener.busy or window.exporter.running or window.queue.running
+            return not busy and QThreadPool.globalInstance().activeThreadCount() == 0
+
+        self.wait(idle, "it does not come to rest")
+        QTest.qWait(100)
+        self.wait(idle, "it does not come to rest")
+
+    def open(self, path: Path) -> None:
+        """Open a clip and wait until it is there."""
+        window = self.window
+        window.open_path(path)
+        self.wait(
+            lambda: not window.document.opener.busy and window.document.data is not None, "open"
+        )
+        assert window.document.data is not None
+        self.done["open"] += 1
+        for button in window.bar.buttons():
+            if button.text() in ("Restore", "Forget them"):
+                button.click()
+                break
+        QTest.qWait(2)
+
+    # -- what is done ---------------------------------------------------------------------------
+
+    def judge(self) -> None:
+        """By keys, some of them taken back."""
+        for _ in range(4):
+            self.act("next_interval")
+            self.key(self.rng.choice([Qt.Key.Key_A, Qt.Key.Key_A, Qt.Key.Key_R]))
+        for name in self.rng.choices(("undo", "redo", "reset", "turn_end"), k=4):
+            self.act(name)
+
+    def edit(self) -> None:
+        """An interval's borders, by a drag and at the playhead; a hand-made one comes and goes."""
+        document = self.window.document
+        self.act("next_of_all")
+        if (judged := document.interval) is not None and judged.interval.repairable:
+            drag = document.begin_drag()
+            for more in range(1, 6):
+                interval = judged.interval
+                document.edit(
+                    judged.id, resized(interval, interval.start, interval.stop + more), drag
+                )
+                QTest.qWait(2)
+        document.select_interval(None)
+        document.go_to(document.frames // 2)
+        self.act("insert_interval")
+        self.act("make_following")
+        self.act("make_level")
+        self.act("remove_interval")
+        self.act("undo")
+
+    def scrub(self) -> None:
+        """The playhead all over the clip, some looks, and a little playing."""
+        document, look = self.window.document, self.rng.choice(_LOOKS)
+        self.act(look)
+        for frame in self.rng.choices(range(document.frames), k=10):
+            document.go_to(frame)
+            QTest.qWait(2)
+        self.act("toggle_play")
+        QTest.qWait(100)
+        self.act("toggle_play")
+        self.act(look)
+
+    def drag_tau(self) -> None:
+        """τ of a chain, up and down; then as it was."""
+        document = self.window.document
+        assert document.data is not None
+        chain = self.rng.choice(document.data.chains_and_limbs).name
+        document.select_chain(chain)
+        drag = document.begin_drag()
+        for tau in np.geomspace(0.02, 1.0, 12):
+            document.set_tau(float(tau) * self.rng.uniform(0.9, 1.1), chain, drag)
+            QTest.qWait(2)
+        self.act("undo")
+
+    def tune(self) -> None:
+        """The tuning tab in front, while it measures for a while."""
+        self.act("show_tuning")
+        QTest.qWait(600)
+        self.act("suggest_tau")
+        bring = self.window.docks["intervals"]
+        bring.raise_()
+        QTest.qWait(20)
+
+    def teach(self) -> None:
+        """The teaching tab: gizmo, what-if, stages."""
+        window = self.window
+        self.act("show_teaching")
+        for chain in window.document.data.chains[:3] if window.document.data else ():
+            window.document.select_chain(chain.name)
+            for turn in self.rng.choices(range(-150, 150), k=3):
+                window.taught.set_what_if(WhatIf(twist=float(np.radians(turn)), counter=True))
+                QTest.qWait(5)
+        window.taught.reset()
+        window.docks["intervals"].raise_()
+        QTest.qWait(20)
+
+    def other_detector(self) -> None:
+        """The paper's detector, and ours again."""
+        for method in ("use_paper", "use_consistency"):
+            self.act(method)
+            self.wait(lambda: not self.window.document.opener.busy, method)
+
+    def export(self) -> None:
+        """Into a folder that goes again, with a report."""
+        self.window.document.accept_undecided()
+        with tempfile.TemporaryDirectory() as folder:
+            self.window.files.export(ExportChoice(Path(folder) / "corrected.bvh"))
+            self.wait(lambda: not self.window.exporter.running, "export")
+        self.act("save_session")
+
+    def switch(self) -> None:
+        """Clips opened before the last one is there, with all kinds of commands meanwhile."""
+        window = self.window
+        names = ["accept", "reject", "undo", "redo", "next_interval", "next_faint", "why_not",
+                 "start_here", "insert_interval", "turn_end", "focus_chain", "reset", "use_paper",
+                 "toggle_play", "show_tuning", "show_teaching", "next_clip", "play_edge",
+                 "use_consistency", "zoom_to_interval"]  # fmt: skip
+        for _ in range(10):
+            window.open_path(self.rng.choice(self.clips))
+            for name in self.rng.choices(names, k=3):
+                self.act(name)
+            QTest.qWait(self.rng.choice((0, 5, 40, 200)))
+            self.done["switch"] += 1
+        self.wait(lambda: not window.document.opener.busy, "switch")
+
+    def dialogs(self) -> None:
+        """Opened and closed again."""
+        for name in self.rng.sample(_DIALOGS, 4):
+            self.dialog(name)
+
+    def dialog(self, name: str) -> None:
+        """Opened by its action and closed again."""
+        QTimer.singleShot(30, self._close_dialogs)  # also of one that has a loop of its own
+        self.act(name)
+        QTest.qWait(60)
+        self._close_dialogs()
+
+    def _close_dialogs(self) -> None:
+        for box in self._others():
+            box.reject() if isinstance(box, QDialog) else box.close()
+
+    def _others(self) -> list[QWidget]:
+        return [w for w in QApplication.topLevelWidgets() if w.isVisible() and w is not self.window]
+
+    def lesson(self) -> None:
+        """The tour or an exercise, begun and left."""
+        window, name = self.window, self.rng.choice(_LESSONS)
+        own = window.document.data.clip.path if window.document.data else None
+        self.act(name)
+        if name == "tour":
+            player = window.lesson_actions.player
+            self.wait(lambda: player.at >= 0, name)
+            for _ in range(4):
+                player.show_me.click()
+                player.forward.click()
+                QTest.qWait(50)
+        else:
+            QTest.qWait(100)
+        window.lesson_actions.leave_guide()
+        self.wait(lambda: not window.document.opener.busy, name)
+        back = window.document.data.clip.path if window.document.data else None
+        assert back == own, f"{back} is open after the {name}, and was {own}"
+
+    def folder(self) -> None:
+        """The folder is surveyed from anew, and given up half way."""
+        window = self.window
+        window.open_path(self.clips[0].parent)
+        QTest.qWait(self.rng.choice((200, 1500)))
+        window.queue.close()
+        window.document.opener.cancel()
+        QTest.qWait(20)
+
+    # -- the whole ------------------------------------------------------------------------------
+
+    def visit(self, path: Path) -> None:
+        """One clip: opened, judged, and three more things."""
+        self.open(path)
+        self.judge()
+        more = (
+            self.edit, self.scrub, self.drag_tau, self.tune, self.teach, self.other_detector,
+            self.export, self.switch, self.dialogs, self.lesson, self.folder,
+        )  # fmt: skip
+        for thing in self.rng.sample(more, 3):
+            thing()
+            self.done[thing.__name__] += 1
+
+    def count(self) -> Alive:
+        """With the first clip open again and nothing under way."""
+        window = self.window
+        window.queue.close()
+        window.docks["intervals"].raise_()
+        self.open(self.clips[0])
+        self.open(self.clips[1])
+        self.open(self.clips[0])
+        self.quiet()
+        self.wait(lambda: not children(), f"processes stay: {children()}")
+        return alive()
+
+
+def grown(noted: list[tuple[float, Alive]]) -> list[str]:
+    """What is more at the end than when it had settled; memory by its median over a tenth."""
+    settled = min(SETTLED, noted[-1][0] / 5.0)
+    rest = [a for minute, a in noted if minute >= settled]
+    few = max(1, len(rest) // 10)
+    first, last = rest[:few], rest[-few:]
+    out = []
+    before, after = (float(np.median([a.mib for a in part])) for part in (first, last))
+    if after > MOST * before:
+        out.append(f"memory: {before:.0f} → {after:.0f} MiB")
+    half = len(rest) // 2
+    for name in (*_LEVEL, *_OF_REVIEW):
+        early, late = ([getattr(a, name) for a in part] for part in (rest[:half], rest[half:]))
+        if early and min(late) > max(early):
+            out.append(f"{name}: {max(early)} → {min(late)}")
+    return out
+
+
+def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tuple[
+    list[tuple[float, Alive]], Sitting, Said
+]:  # fmt: skip
+    """Review for so long; what was noted each minute, what was done, and what was said."""
+    noted: list[tuple[float, Alive]] = []
+    with heard() as said:
+        window = MainWindow(Settings(theme="light", turn_ms=0), None)
+        window.resize(1440, 900)
+        window.show()
+        window.activateWindow()
+        QTest.qWaitForWindowActive(window, 10_000)
+        keep_for_good()
+        sitting = Sitting(window, clips, random.Random(seed))
+        begun = last = time.monotonic()
+        print(f"  minute {Alive.heads()}   wrong", flush=True)
+        sitting.open(clips[0])
+        for name in _DIALOGS:  # some stay for good once they have been seen
+            sitting.dialog(name)
+        while True:
+            for clip in clips:
+                try:
+                    sitting.visit(clip)
+                except Exception as error:  # it is counted, and the hour goes on
+                    said.note(type(error), error, error.__traceback__)
+                    sitting._close_dialogs()
+                now = time.monotonic()
+                if now - last >= min(60.0, 6.0 * minutes):
+                    last = now
+                    noted.append(((now - begun) / 60.0, sitting.count()))
+                    print(f"{noted[-1][0]:8.1f} {noted[-1][1]}  {len(said.wrong):6d}", flush=True)
+                if now - begun >= 60.0 * minutes:
+                    break
+            else:
+                continue
+            break
+        window.document.review.mark_saved()
+        window.close_unasked()
+        QTest.qWait(200)
+        app.processEvents()
+    return noted, sitting, said
+
+
+def main() -> int:
+    """Print what was noted every minute, and what of it grew."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path, help="a folder of BVH clips; only copies are touched")
+    parser.add_argument("--minutes", type=float, default=60.0)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    with tempfile.TemporaryDirectory() as scratch:
+        os.environ["XDG_STATE_HOME"] = str(Path(scratch, "state"))
+        os.environ["TWIST_INSPECTOR_SETTINGS"] = str(Path(scratch, "settings.json"))
+        folder = Path(scratch, "clips")
+        folder.mkdir()
+        sources = clips_in(arguments.folder, suffixes=BVH)
+        for source in sources:
+            with_errors(source, folder / source.name)
+        app = make_application()
+        noted, sitting, said = sit(app, clips_in(folder), arguments.minutes, arguments.seed)
+        shutil.rmtree(folder)
+    print("\n" + ", ".join(f"{n} × {name}" for name, n in sorted(sitting.done.items())))
+    for text, n in Counter(said.wrong).most_common():
+        print(f"said {n} ×: {text}")
+    more = grown(noted)
+    for line in more:
+        print(f"grown: {line}")
+    print("nothing grew" if not more else "", f"{len(said.wrong)} exceptions and warnings")
+    return 1 if more or said.wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,163 @@
+"""Do the tests notice a changed program? python -m benchmarks.mutation MODULE… [--sample N]
+
+Each MODULE is a Python file or a folder of them, named from the root of the checkout. Its mutants
+(mutmut's operators: a sign turned, a number one larger, an argument left out, …) are tried one by
+one: a mutant is killed if a test fails, and survives if none does. One with which a test takes
+3 s and four times its time counts as noticed, too ("timeout"). Survivors are listed with their
+line; what was listed can be tried --again, with more tests.
+
+Tests are chosen by coverage, out of the files that TESTS names for a module's room, or --tests.
+Needs mutmut (the extra "dev") and a system that forks.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy: a process for each mutant is enough
+
+import argparse
+import random
+import sys
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from benchmarks._mutant_tests import learn, outcomes
+from benchmarks._mutants import Mutant, files_of, mutants_of
+
+FOLDER = Path("tests/twistcore")
+REVIEW = ("review", "journal", "left_out", "proposal", "review_flips", "review_tracking", "markers")
+# For each file or folder, what its tests are called; the longest name that fits holds.
+TESTS: dict[str, tuple[str, ...]] = {
+    "twistcore/rotation.py": ("rotation", "bvh_branch"),
+    "twistcore/chain.py": ("chain", "rig"),
+    "twistcore/limb.py": ("limb", "limb_flips", "rig"),
+    "twistcore/twist_removal.py": ("limb_flips", "rig", "refinement"),
+    "twistcore/refinement": ("refinement", "taught_correction", "soft_intervals"),
+    "twistcore/bvh": ("bvh", "bvh_branch", "bvh_numbers", "bvh_writing", "refinement", "encoding"),
+    "twistcore/analysis.py": ("analysis",),
+    "twistcore/signals.py": ("analysis", "detection"),
+    "twistcore/decomposition": ("decomposition", "frame_correction"),
+    "twistcore/detection/bends.py": ("plain_cuts",),
+    "twistcore/detection/best_runs.py": ("best_runs",),
+    "twistcore/detection/chain_analysis.py": ("chain_analysis", "lines_of_chains"),
+    "twistcore/detection/confidence.py": ("chain_analysis",),
+    "twistcore/detection/consistency.py": (
+        "lines_of_chains",
+        "partly_compensated",
+        "soft_intervals",
+        "sureness",
+    ),
+    "twistcore/detection/counter_rotation.py": ("counter_rotation",),
+    "twistcore/detection/coupling.py": ("coupling",),
+    "twistcore/detection/cuts.py": ("plain_cuts", "cuts"),
+    "twistcore/detection/edges.py": ("edges",),
+    "twistcore/detection/interval.py": ("intervals", "detection"),
+    "twistcore/detection/leading_blend.py": ("plain_cuts",),
+    "twistcore/detection/limbs.py": ("lines_of_chains",),
+    "twistcore/detection/lone_jumps.py": ("intervals",),
+    "twistcore/detection/natural_events.py": ("intervals",),
+    "twistcore/detection/offsets.py": ("offsets",),
+    "twistcore/detection/pairing.py": ("pairing",),
+    "twistcore/detection/paper.py": ("intervals",),
+    "twistcore/detection/prediction.py": ("prediction",),
+    "twistcore/detection/robust_cost.py": ("edges",),
+    "twistcore/detection/twist_increments.py": ("lines_of_chains",),
+    "twistcore/review": (*REVIEW, "soft_intervals"),
+}
+CHANGES = ("killed", "timeout", "survived")
+
+
+def tests_of(path: Path) -> list[str]:
+    """Files of tests for a module: TESTS', or tests/twistcore/test_<module or its folder>.py."""
+    fitting = [name for name in TESTS if path.as_posix().startswith(name)]
+    if fitting:
+        return [f"{FOLDER}/test_{name}.py" for name in TESTS[max(fitting, key=len)]]
+    named = [FOLDER / f"test_{name}.py" for name in (path.stem, path.parent.name)]
+    found = [str(p) for p in named if p.exists()]
+    if not found:
+        raise ValueError(f"{path}: name its tests with --tests")
+    return found
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Exit status: 0, 1 if fewer than --least per cent are killed, 2 if it could not be tried."""
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.mutation",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("modules", nargs="+", metavar="MODULE")
+    parser.add_argument("--sample", type=int, help="as many mutants at random (all, if left out)")
+    parser.add_argument("--together", action="store_true", help="one sample over all, not of each")
+    parser.add_argument("--seed", type=int, default=0, help="of the sample (0)")
+    parser.add_argument("--tests", nargs="+", default=[], help="files of tests, not TESTS'")
+    parser.add_argument(
+        "--slowest", type=float, default=1.0, help="longer tests are left out (1 s)"
+    )
+    parser.add_argument("--again", type=Path, help="an earlier run's output: only what is listed")
+    parser.add_argument("--jobs", type=int, default=1, help="mutants tried at once (1)")
+    parser.add_argument("--least", type=float, default=0.0, help="per cent that must be killed (0)")
+    options = parser.parse_args(arguments)
+    try:
+        made = {path: mutants_of(path) for path in files_of(options.modules)}
+        tried = _sampled(made, options.sample, options.seed, options.together)
+        if options.again:
+            listed = set(options.again.read_text(encoding="utf-8").splitlines())
+            tried = {path: [m for m in ms if str(m) in listed] for path, ms in tried.items()}
+        rows = {}
+        for path, mutants in tried.items():
+            if mutants:
+                tests = learn(path, options.tests or tests_of(path), options.slowest)
+                rows[path] = _count(outcomes(mutants, tests, options.jobs), len(mutants))
+    except ValueError as error:
+        print(error, file=sys.stderr)
+        return 2
+    heads = f"{'mutants':>8} {'tried':>6} {'killed':>7} {'timeout':>8} {'survived':>9}   share"
+    print(f"\n{'module':40} {heads}")
+    total: Counter[str] = Counter()
+    for path, counts in rows.items():
+        total += counts
+        print(_row(str(path), len(made[path]), counts))
+    if len(rows) > 1:
+        print(_row("all", sum(map(len, made.values())), total))
+    return 0 if _share(total) >= options.least else 1
+
+
+def _sampled(
+    made: dict[Path, list[Mutant]], size: int | None, seed: int, together: bool
+) -> dict[Path, list[Mutant]]:
+    if size is None:
+        return made
+    pools = [[m for mutants in made.values() for m in mutants]] if together else made.values()
+    rng = random.Random(seed)
+    chosen = [m for pool in pools for m in rng.sample(pool, min(size, len(pool)))]
+    return {path: [m for m in chosen if m.path == path] for path in made}
+
+
+def _count(ended: Iterable[tuple[Mutant, str]], tried: int) -> Counter[str]:
+    counts = Counter[str]()
+    for mutant, outcome in ended:
+        counts[outcome] += 1  # no tqdm: its thread and its lock would be forked, too
+        if sys.stderr.isatty():
+            print(f"\r{mutant.path}: {counts.total()} of {tried}", end="\r", file=sys.stderr)
+        if outcome == "survived":
+            print(mutant, flush=True)
+    return counts
+
+
+def _share(counts: Counter[str]) -> float:
+    return 100.0 * (1.0 - counts["survived"] / max(counts.total(), 1))
+
+
+def _row(name: str, mutants: int, counts: Counter[str]) -> str:
+    killed, timeout, survived = (counts[c] for c in CHANGES)
+    return (
+        f"{name:40} {mutants:8} {counts.total():6} {killed:7} {timeout:8} {survived:9}"
+        f"  {_share(counts):5.1f} %"
+    )
+
+
+if __name__ == "__main__":
+    sys.exit(main())

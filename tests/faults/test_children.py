@@ -1,0 +1,82 @@
+"""Children end with their parent, in the midst of what they are doing, and however it ended."""
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.twistcore.batch_folders import KILL, ROOT, environment
+
+pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux")
+
+# Each starts a child that notes its number and sleeps, and is killed meanwhile.
+SLEEP = "import os, time; open({note!r}, 'w').write(str(os.getpid())); time.sleep(600)"
+STARTS = {
+    "a worker of a command": (
+        "import functools\nfrom tests.faults.asleep import asleep\n"
+        "from twistcore.processes import Apart\n"
+        "Apart().call(asleep, {note!r}, None)"
+    ),
+    "a worker of the window": (
+        "import multiprocessing\nfrom tests.faults import asleep\n"
+        "if __name__ == '__main__':\n"
+        "    process = multiprocessing.get_context('spawn').Process("
+        "target=asleep.work_asleep, args=({note!r},), daemon=True)\n"
+        "    process.start()\n    process.join()"
+    ),
+    "a module": (
+        "import subprocess\nfrom twistcore.with_parent import python_bound\n"
+        "subprocess.run(python_bound('tests.faults.asleep', {note!r}))"
+    ),
+    "another program": (
+        "import subprocess, sys\nfrom twistcore.with_parent import bound\n"
+        "subprocess.run(bound([sys.executable, '-m', 'tests.faults.asleep', {note!r}]),"
+        " start_new_session=True)"
+    ),
+}
+
+
+def until(condition, seconds=60.0):
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end
+        time.sleep(0.02)
+    return found
+
+
+def is_alive(pid):
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:
+        return False
+    return state != "Z"
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_a_child_ends_with_a_parent_that_was_killed(name, tmp_path):
+    note, program = tmp_path / "pid", tmp_path / "parent.py"
+    program.write_text(STARTS[name].format(note=str(note)))
+    parent = subprocess.Popen([sys.executable, program], cwd=ROOT, env=environment())
+    try:
+        child = int(until(lambda: note.exists() and note.read_text()))
+        assert child != parent.pid
+        assert is_alive(child)
+    finally:
+        os.kill(parent.pid, KILL)
+        parent.wait(60)
+    until(lambda: not is_alive(child))
+
+
+def test_whose_parent_was_gone_before_is_not_begun(tmp_path):
+    note = tmp_path / "pid"
+    program = (
+        "import subprocess\nfrom twistcore.with_parent import bound, python_bound\n"
+        f"for command in (bound(['{sys.executable}', '-m', 'tests.faults.asleep', {str(note)!r}]),"
+        f" python_bound('tests.faults.asleep', {str(note)!r})):\n"
+        "    command = [w.replace(str(__import__('os').getpid()), '1000000') for w in command]\n"
+        "    assert subprocess.run(command, timeout=60).returncode in (0, 1)"
+    )
+    subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=environment(), check=True)

@@ -1,0 +1,191 @@
+"""Clips made to cost much time or memory are read, or refused, for what their size allows."""
+
+import contextlib
+import time
+
+import pytest
+
+from tests.conftest import ASSETS
+from tests.twistcore import amc_files
+from twistcore.amc import parse_amc, parse_asf
+from twistcore.bvh import parse_bvh
+from twistcore.bvh.compose import bvh_text
+from twistcore.chain import find_chains
+from twistcore.clip import rewritten
+from twistcore.errors import AmcError, BvhError, TwistError
+from twistcore.limb import find_limbs
+
+SLOW = 2.0  # seconds of processor time; by the square of their size all of these take minutes
+XYZ = "Xrotation Yrotation Zrotation"
+
+
+def spent(work):
+    """What it gave, or its error, and the seconds of processor time."""
+    begun = time.process_time()
+    try:
+        found = work()
+    except TwistError as error:
+        found = error
+    return found, time.process_time() - begun
+
+
+def bvh(inside, rows="1 2 3\n", *, seconds="0.01", frames=1):
+    head = f"HIERARCHY\nROOT r\n{{\nOFFSET 0 0 0\nCHANNELS 3 {XYZ}\n{inside}\n}}\n"
+    return f"{head}MOTION\nFrames: {frames}\nFrame Time: {seconds}\n{rows}".encode()
+
+
+def joint(name, inside=""):
+    return f"JOINT {name}\n{{\nOFFSET 0 1 0\n{inside}\n}}\n"
+
+
+HOSTILE = {
+    "many OFFSETs": lambda: bvh("OFFSET 1 2 3\n" * 20_000),
+    "many CHANNELS": lambda: bvh("CHANNELS 1 Xposition\n" * 20_000, "1 " * 20_003),
+    "one number a line": lambda: bvh("CHANNELS 1 Xposition\n" * 20_000, "1\n" * 20_003 + "1 1\n"),
+    "many End Sites": lambda: bvh("End Site\n{\nOFFSET 0 1 0\n}\n" * 20_000),
+    "one name": lambda: bvh(joint("a") * 5_000 + "".join(joint(f"a #{k}") for k in range(5_000))),
+    "names of many words": lambda: bvh(joint("a " * 30_000) * 4),
+    "one line": lambda: bvh(
+        (joint("a") * 5_000).replace("\n", " ").replace("JOINT a", "JOINT a\n")
+    ),
+    "empty lines": lambda: bvh("\n" * 1_000_000, "\n" * 1_000_000 + "1 2 3" + "\n" * 1_000_000),
+    "a long Frame Time": lambda: bvh("", seconds="9" * 300_000 + "x"),
+    "a long number": lambda: bvh("", "1 2 " + "9" * 300_000 + "x"),
+    "a long OFFSET": lambda: bvh("OFFSET 1 2 " + "9" * 300_000 + "x"),
+    "a long block": lambda: bvh("", "1 2 0." + "3" * 3_000_000),
+    "many chains": lambda: bvh(joint("a", joint("b", joint("c", joint("d")))) * 2_000),
+    "many positions": lambda: bvh(
+        joint("a", "CHANNELS 1 Xposition") * 5_000, " ".join("1" * 5_003)
+    ),
+}
+
+
+@pytest.mark.parametrize("what", HOSTILE)
+def test_time_grows_with_the_size_of_a_bvh_not_with_its_square(what):
+    data = HOSTILE[what]()
+
+    def work():
+        clip = parse_bvh(data)
+        find_limbs(clip.motion, find_chains(clip.motion))
+        bvh_text(clip.motion)
+        return clip
+
+    found, seconds = spent(work)
+    assert seconds < SLOW
+    if isinstance(found, TwistError):
+        assert isinstance(found, BvhError)
+        assert what in ("one number a line", "a long number", "a long OFFSET")
+    else:
+        assert len(found.warnings) < 50
+
+
+def test_of_thousands_of_warnings_the_first_are_shown_and_the_rest_counted():
+    clip = parse_bvh(bvh("OFFSET 1 2 3\n" * 1000))
+    assert "second OFFSET" in str(clip.warnings[0])
+    assert clip.warnings[0].line == 6
+    assert clip.warnings[39].line == 45
+    assert str(clip.warnings[40]) == "960 more warnings are not shown."
+
+
+def test_a_nested_figure_is_written_for_its_joints_not_for_the_square_of_their_depth():
+    depth = 3000
+    inside = "".join(f"JOINT j{k}\n{{\nOFFSET 0 1 0\n" for k in range(depth)) + "}" * depth
+    text = bvh_text(parse_bvh(bvh(inside)).motion)
+    assert len(text) < 4000 * depth
+    assert len(parse_bvh(text.encode()).skeleton) == depth + 1
+
+
+def test_numbers_with_exponents_are_rewritten_in_one_go():
+    rows = 20_000
+    clip = parse_bvh(bvh("", "1.5e+0 2.5E1 35e-1\n" * rows, frames=rows))
+    motion = clip.motion.with_rotations(clip.motion.rotations[::-1] * [1.0, -1.0, 1.0, 1.0])
+    patch, seconds = spent(lambda: rewritten(clip, motion))
+    assert seconds < 5 * SLOW  # 60,000 numbers on the best branch; their exponents were hours
+    assert parse_bvh(patch.data).frames == rows
+
+
+def test_a_pose_of_every_joint_in_every_frame_is_not_made_of_next_to_no_numbers():
+    """120 kB of text ask for 3.5 GB."""
+    joints, frames = 2_000, 20_000
+    with pytest.raises(BvhError, match=r"channels in more joints: 20000 frames of 2001 joints"):
+        parse_bvh(bvh(joint("a") * joints, "1 2 3\n" * frames, frames=frames))
+    with pytest.raises(AmcError, match="channels in more joints"):
+        parse_amc(b"1\nroot 0\n" * frames, parse_asf(many_bones(joints)))
+
+
+def test_deep_nesting_needs_no_recursion():
+    depth = 5000
+    joints = "".join(
+        f"{'ROOT' if k == 0 else 'JOINT'} j{k}\n{{\nOFFSET 0 1 0\nCHANNELS {3 * (k == 0)} "
+        f"{'Xrotation Yrotation Zrotation' if k == 0 else ''}\n"
+        for k in range(depth)
+    )
+    text = f"HIERARCHY\n{joints}{'}' * depth}\nMOTION\nFrames: 1\nFrame Time: .01\n1 2 3\n"
+    begun = time.process_time()
+    clip = parse_bvh(text.encode())
+    find_chains(clip.motion)
+    assert len(clip.skeleton) == depth
+    assert time.process_time() - begun < SLOW
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (b"CHANNELS 6", b"CHANNELS 999999999"),
+        (b"Frames: 344", b"Frames: " + b"9" * 5000),
+        (b"Frames: 344", b"Frames: 1_000"),
+        (b"Frames: 344", "Frames: ３".encode()),
+        (b"MOTION", b"MOTION" + b" " * 1_000_000 + b"\n" * 100_000),
+        (b"HIERARCHY", b"HIERARCHY " + b"x " * 300_000),
+        (b"HIERARCHY", b"HIERARCHY" + b"\x00"),
+    ],
+)
+def test_absurd_declarations_cost_neither_time_nor_memory(old, new):
+    source = (ASSETS / "walk.bvh").read_bytes()
+    assert old in source
+    begun = time.process_time()
+    with contextlib.suppress(BvhError):
+        parse_bvh(source.replace(old, new, 1))
+    assert time.process_time() - begun < SLOW
+
+
+def test_gigantic_frame_counts_are_only_told():
+    source = (ASSETS / "walk.bvh").read_bytes().replace(b"Frames: 344", b"Frames: 999999999999999")
+    clip = parse_bvh(source)
+    assert clip.values.shape == (344, 96)
+    assert clip.warnings[0].line is not None
+    assert "999999999999999" in str(clip.warnings[0])
+
+
+# -- AMC and ASF -----------------------------------------------------------------------------------
+
+
+def many_bones(count, extra=b""):
+    bones = b"".join(
+        b"begin\nname b%d\ndirection 0 1 0\nlength 1\n%b\nend\n" % (k, extra) for k in range(count)
+    )
+    names = b" ".join(b"b%d" % k for k in range(count))
+    return b":root\norder TX\naxis XYZ\n:bonedata\n%b:hierarchy\nbegin\nroot %b\nend\n" % (
+        bones,
+        names,
+    )
+
+
+def test_time_grows_with_the_size_of_a_skeleton_and_an_amc_not_with_its_square():
+    asf, seconds = spent(lambda: parse_asf(many_bones(10_000, b"odd 1")))
+    assert seconds < SLOW
+    assert len(asf.skeleton) == 10_001
+    assert str(asf.warnings[-1]) == "9960 more warnings are not shown."
+    few = parse_asf(many_bones(2))
+    backwards = b"".join(b"%d\nroot 1\n" % k for k in range(30_000, 0, -1))
+    clip, seconds = spent(lambda: parse_amc(b":odd " * 30_000 + b"\n" + backwards, few))
+    assert seconds < SLOW
+    assert clip.frames == 30_000
+    assert len(clip.warnings) < 50
+    long = b"1\nroot " + b"9" * 300_000 + b"x\n"
+    assert spent(lambda: parse_amc(long, few))[1] < SLOW
+
+
+def test_hostile_figures_of_an_amc_are_those_of_its_skeleton():
+    found = parse_amc(amc_files.amc(full=False), parse_asf(amc_files.asf(full=False)))
+    assert found.frames == amc_files.FRAMES

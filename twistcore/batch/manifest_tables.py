@@ -1,0 +1,45 @@
+"""The tables of a manifest: made, and known again."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import closing
+from functools import cache
+
+# A result belongs to bytes and parameters, however many clips have them and whatever their names.
+_TABLES = """
+CREATE TABLE parameters (mark TEXT PRIMARY KEY, document TEXT NOT NULL, version TEXT NOT NULL);
+CREATE TABLE results (
+    sha256 TEXT NOT NULL, mark TEXT NOT NULL, bytes INTEGER NOT NULL, document TEXT NOT NULL,
+    PRIMARY KEY (sha256, mark)) WITHOUT ROWID;
+CREATE INDEX results_by_size ON results (bytes);
+CREATE TABLE clips (
+    source TEXT PRIMARY KEY, name TEXT NOT NULL UNIQUE, state TEXT NOT NULL, reason TEXT NOT NULL,
+    again INTEGER NOT NULL, mark TEXT NOT NULL, sha256 TEXT NOT NULL, bytes INTEGER NOT NULL,
+    signature TEXT NOT NULL, seconds REAL NOT NULL, peak_bytes INTEGER NOT NULL,
+    finished_at TEXT NOT NULL, corrected TEXT NOT NULL, corrected_sha256 TEXT NOT NULL,
+    corrected_signature TEXT NOT NULL);
+CREATE TABLE decisions (source TEXT PRIMARY KEY, document TEXT NOT NULL);
+"""
+
+_Shape = tuple[tuple[str, ...], ...]
+
+
+def make_tables(connection: sqlite3.Connection) -> None:
+    """Make them in an empty file, inside a transaction."""
+    for statement in _TABLES.split(";\n"):
+        connection.execute(statement)
+
+
+def shape_of(connection: sqlite3.Connection) -> _Shape:
+    """What there is in a file, and how it was made."""
+    query = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
+    return tuple(connection.execute(query).fetchall())
+
+
+@cache
+def shape_of_ours() -> _Shape:
+    """That of a manifest; a view, a trigger or another column may cost or do anything."""
+    with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
+        make_tables(connection)
+        return shape_of(connection)
