@@ -66,8 +66,8 @@ class SteadyLabel(QLabel):
 
 
 def as_rich(text: str) -> str:
-    """Rich text that is seen as the plain text."""
-    return escape(text, quote=False)
+    """Rich text that is seen as the plain text; nothing in it is obeyed."""
+    return escape(legible(text, lines=True), quote=False)
 
 
 def bold(text: str) -> str:
