@@ -7,6 +7,7 @@ import ctypes
 import os
 import re
 import sys
+import time
 from pathlib import Path
 
 import pyqtgraph as pg
@@ -237,6 +238,19 @@ def test_nothing_that_is_written_is_obeyed(qtbot, window, tmp_path, trap, begin)
     met = [n for n in names if legible(n)[:30] in seen or as_rich(n)[:30] in seen]
     assert len(met) > 20, "hostile texts were not met"
     print(f"{len(look.texts)} texts at {len(look.places)} places")
+
+
+def test_a_note_longer_than_its_line_is_kept(opened):
+    """Ten million letters, of which a line of text takes 32,767."""
+    act(opened, "next_interval")
+    judged = opened.document.interval
+    opened.document.do(Annotate(judged.id, "n" * 10**7, ""))
+    began = time.process_time()
+    for name in ("next_interval", "previous_interval", "accept"):
+        act(opened, name)
+    note = next(j.note for j in opened.document.intervals if j.id == judged.id)
+    assert len(note) == 10**7
+    assert time.process_time() - began < 30.0
 
 
 @pytest.mark.parametrize("text", hostile_texts("/hostile-trap"))
