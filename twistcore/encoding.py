@@ -44,13 +44,14 @@ def unescaped(text: str) -> str:
     return _ESCAPED.sub(lambda found: chr(int(found[1], 16)), text)
 
 
-def legible(text: object, *, lines: bool = False) -> str:
+def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
     r"""A text of which all is seen and nothing obeyed: what would be is escaped, as `\x1b`.
 
-    lines: line ends and tabs stay as they are.
+    lines: line ends and tabs stay as they are; most: so many letters of it, then '…'; 0 for all.
     """
-    obeyed = _OBEYED_IN_LINES if lines else _OBEYED
-    return obeyed.sub(lambda found: repr(found[0])[1:-1], str(text))
+    obeyed, whole = _OBEYED_IN_LINES if lines else _OBEYED, str(text)
+    part = f"{whole[:most]}…" if 0 < most < len(whole) else whole
+    return obeyed.sub(lambda found: repr(found[0])[1:-1], part)
 
 
 def legible_json(text: str) -> str:

@@ -26,6 +26,8 @@ SOURCE = "en"  # the language that the code is written in
 
 CORE = "core"  # the context of twistcore's sentences
 
+_MOST = 4000  # letters of what is put in: to set millions of them takes minutes
+
 _language = SOURCE
 _texts: dict[tuple[str, str], str] = {}
 _plurals: dict[str, dict[int, str]] = {}
@@ -112,7 +114,11 @@ def plural(one: str, many: str, number: float, /, **values: object) -> str:
 
 
 def _seen(values: dict[str, object]) -> dict[str, object]:
-    texts = {k: legible(v, lines=True) for k, v in values.items() if isinstance(v, str | Path)}
+    texts = {
+        k: legible(v, lines=True, most=_MOST)
+        for k, v in values.items()
+        if isinstance(v, str | Path)
+    }
     return values | texts
 
 

@@ -236,6 +236,8 @@ class DetailCard(QWidget):
         shown = (j for j in self._document.intervals if j.id == self._shown)
         judged = next(shown, None)
         note, reason = self.note.text(), kept_reason(self.reason.currentText().strip())
+        if judged and note == judged.note[: self.note.maxLength()]:
+            note = judged.note  # the line holds no more of it
         if judged and (note, reason) != (judged.note, judged.reason):
             self._document.do(Annotate(judged.id, note, reason))
 

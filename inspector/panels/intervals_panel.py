@@ -26,6 +26,7 @@ from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, overlapping
 
 _ROOM, _ROOM_LOW = 8, 3  # pixels of a row beside its line
+_NOTED = 500  # letters of a note that its cell has
 _WITH_COUNT = 430  # pixels: in a narrower list the count stands in the status bar alone
 MARKS = {
     Decision.UNDECIDED: tr("· undecided"),
@@ -67,7 +68,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         chain = document.find_chain(interval.chain)
         joints = joints_of(chain, document.data.motion.skeleton)
         label, end = of_core(chain.list_label), _end(judged)
-        note = " · ".join(filter(None, (told_reason(judged.reason), judged.note)))
+        note = " · ".join(filter(None, (told_reason(judged.reason), judged.note)))[:_NOTED]
         cells: dict[str, tuple[str, object]] = {  # what is shown, and what it is sorted by
             "chain": (label, interval.chain),
             "decision": (decision, judged.decision.value),

@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 
 from twistcore.chain import Chain
+from twistcore.encoding import legible
 from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 
 
 def joints_of(chain: Chain, skeleton: Skeleton) -> str:
-    """The file's names of its joints: parent → child, of a limb down to its end."""
+    """The file's names of its joints, to be shown: parent → child, of a limb down to its end."""
     joints = (chain.parent, chain.child, *((chain.end,) if isinstance(chain, Limb) else ()))
-    return " → ".join(skeleton.names[j] for j in joints)
+    return " → ".join(legible(skeleton.names[j]) for j in joints)
 
 
 def own_joints(chain: Chain, skeleton: Skeleton) -> str:

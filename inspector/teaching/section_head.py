@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QPointF, QSize, Qt
-from PySide6.QtGui import QPainter, QPaintEvent, QPalette, QPolygonF
+from PySide6.QtGui import QKeySequence, QPainter, QPaintEvent, QPalette, QPolygonF
 from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 
 from inspector.language import tr
+from inspector.widgets.labels import as_tip
 
 _ARROW = 8.0  # pixels, and a little room
 _GAP = 6.0
@@ -35,7 +36,8 @@ class SectionHead(QAbstractButton):
         """Other words."""
         if text != self.text():
             self.setText(text)
-            self.setToolTip(tr("{what}. Click to fold or unfold.", what=text))
+            self.setShortcut(QKeySequence())  # else '&' in a joint's name would make one
+            self.setToolTip(as_tip(tr("{what}. Click to fold or unfold.", what=text)))
             self.setAccessibleName(text)
 
     def sizeHint(self) -> QSize:

@@ -26,6 +26,7 @@ from twistcore.decomposition import (
     decompose,
 )
 from twistcore.detection.paper import running_offset
+from twistcore.encoding import legible
 from twistcore.limb import Limb
 from twistcore.motion import Skeleton, forward_kinematics
 from twistcore.review import Judged
@@ -88,9 +89,13 @@ class TaughtFrame(QObject):
 
     @property
     def joints(self) -> dict[str, str]:
-        """What P, C and G are called in the file; empty without a chain."""
+        """What P, C and G are called in the file, to be shown; empty without a chain."""
         data, chain = self.document.data, self.chain
-        return {} if data is None or chain is None else joint_names(data.motion.skeleton, chain)
+        if data is None or chain is None:
+            return {}
+        return {
+            letter: legible(n) for letter, n in joint_names(data.motion.skeleton, chain).items()
+        }
 
     @property
     def numbers(self) -> Numbers | None:

@@ -23,6 +23,7 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 from twistcore.encoding import legible
 
 _TAG = re.compile("[<&]")
+_MOST = 4000  # letters: to set millions of them takes minutes
 _LARGE = 2000  # pixels: no label is larger
 _ASIDE = 4  # pixels beside a line of the status bar
 _STILL_MS = 400  # a line that has not changed for so long is told to screen readers
@@ -66,8 +67,8 @@ class SteadyLabel(QLabel):
 
 
 def as_rich(text: str) -> str:
-    """Rich text that is seen as the plain text."""
-    return escape(text, quote=False)
+    """Rich text that is seen as the plain text; nothing in it is obeyed."""
+    return escape(legible(text, lines=True, most=_MOST), quote=False)
 
 
 def bold(text: str) -> str:
@@ -81,12 +82,12 @@ def as_tip(text: str) -> str:
     Qt guesses of a tool tip whether it is HTML. A word joiner, which is not seen, behind what a tag
     or the sign for '<' begins with leaves nothing to be guessed.
     """
-    return _TAG.sub("\\g<0>\u2060", legible(text, lines=True))
+    return _TAG.sub("\\g<0>\u2060", legible(text, lines=True, most=_MOST))
 
 
 def as_entry(text: str) -> str:
     """Plain text as menus and buttons have it: no key is made of what is behind '&'."""
-    return legible(text).replace("&", "&&")
+    return legible(text, most=_MOST).replace("&", "&&")
 
 
 def inked(text: str, colour: str) -> str:

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
 
 from inspector.language import of_core, tr
 from inspector.widgets.building import hbox, soft, tool_button
+from inspector.widgets.labels import as_tip
 
 _SHOWN_MS = 8000
 
@@ -94,7 +95,7 @@ class MessageBar(QFrame):
         for number, (name, slot) in enumerate(answers, 1):
             button = QPushButton(name)
             button.setShortcut(f"Alt+{number}")
-            button.setToolTip(f"{name} (Alt+{number})")
+            button.setToolTip(as_tip(f"{name} (Alt+{number})"))
             button.clicked.connect(self.clear)
             button.clicked.connect(lambda _=False, do=slot: do())
             self._answers.addWidget(button)

@@ -43,6 +43,7 @@ _LEFT, _RIGHT = (
 _MARK_ROOM = 4 * "\N{NO-BREAK SPACE}"
 _BESIDE = 12  # pixels between a text and what stands beside it
 _END = Qt.TextElideMode.ElideRight
+_MOST = 500  # letters of a cell: to set millions of them takes minutes
 _FEW = 64  # rows that come and go one by one; more of them make a new table
 
 
@@ -205,7 +206,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         if role == Qt.ItemDataRole.TextAlignmentRole:
             return self.alignment(column)
         if role == Qt.ItemDataRole.DisplayRole:
-            return legible(self.row(index.row()).texts[column])
+            return legible(self.row(index.row()).texts[column], most=_MOST)
         if role == Qt.ItemDataRole.ForegroundRole:
             colour = self.row(index.row()).colours.get(column)
             return None if colour is None else QColor(colour)
@@ -216,7 +217,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
             tips = self.row(index.row()).tips
             return as_tip(tips[column % len(tips)]) if tips else None
         if role == Qt.ItemDataRole.AccessibleTextRole:
-            return self.spoken(index.row(), column)
+            return legible(self.spoken(index.row(), column), most=_MOST)
         if role == SORT_ROLE:
             row = self.row(index.row())
             return (row.sort or row.texts)[column]

@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
 from inspector.language import of_core, tr, tr_as
 from inspector.session.document import Document
 from inspector.widgets.building import soft, vbox
+from twistcore.encoding import legible
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton
 from twistcore.rig import OwnChain, Rig
@@ -75,7 +76,7 @@ class ChainDialog(QDialog):
         taken = self._document.review.state.tau
         parents = self.joints[0]
         names = [parents.itemText(k) for k in range(parents.count())]
-        for name in [n for n in names if n not in taken] or names[:1]:
+        for name in [n for n in names if self._joint(n) not in taken] or names[:1]:
             with QSignalBlocker(parents):
                 parents.setCurrentText(name)
             self._changed(0)
@@ -87,9 +88,13 @@ class ChainDialog(QDialog):
         assert self._document.data is not None
         return self._document.data.motion.skeleton
 
+    def _joint(self, seen: str) -> str:
+        """The name in the file of what is chosen, or was typed."""
+        return next((name for name in self._skeleton.names if legible(name) == seen), seen)
+
     def _changed(self, place: int) -> None:
         """Below another joint there are other joints."""
-        name = self.joints[place].currentText()
+        name = self._joint(self.joints[place].currentText())
         if place < 2 and name in self._skeleton.names:
             children = self._skeleton.children
             below = list(children[self._skeleton.index(name)])
@@ -107,21 +112,23 @@ class ChainDialog(QDialog):
         """The first of a list that has a bone of some length above it, as rigs begin with none."""
         data, box = self._document.data, self.joints[place]
         assert data is not None
-        above = [upper.currentText() for upper in self.joints[:place]]
+        above = [self._joint(upper.currentText()) for upper in self.joints[:place]]
         with QSignalBlocker(box):
             for k in range(box.count()):
-                if (name := box.itemText(k)) == _NONE or _is_chain(data.motion, (*above, name)):
+                if (name := self._joint(box.itemText(k))) == _NONE or _is_chain(
+                    data.motion, (*above, name)
+                ):
                     box.setCurrentIndex(k)
                     return
 
     def _fill(self, place: int, joints: list[int]) -> None:
-        box, names = self.joints[place], [self._skeleton.names[j] for j in joints]
+        box, names = self.joints[place], [legible(self._skeleton.names[j]) for j in joints]
         with QSignalBlocker(box):
             box.clear()
             box.addItems([*names, _NONE] if place == 2 else names)
 
     def _own(self) -> OwnChain:
-        texts = [box.currentText().strip() for box in self.joints]
+        texts = [self._joint(box.currentText().strip()) for box in self.joints]
         joints = tuple(t for k, t in enumerate(texts) if k < 2 or t not in ("", _NONE))
         return OwnChain(joints, self.limb.isChecked())
 

@@ -19,7 +19,7 @@ from inspector.session.leftovers import unsaved_among
 from inspector.session.session_files import SESSION_SUFFIX, is_session, written
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_folder
-from inspector.widgets.labels import as_entry
+from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
@@ -235,7 +235,7 @@ class FileActions(Saving):
         self.recent_menu.clear()
         for name in self.settings.recent:
             # Made here, not by addAction(text): its answer may be taken for an object long deleted.
-            action = QAction(as_entry(name), self.recent_menu)
+            action = QAction(as_entry(name), self.recent_menu, toolTip=as_tip(name))
             action.triggered.connect(lambda _=False, n=name: self.open_path(Path(n)))
             self.recent_menu.addAction(action)
         self.recent_menu.setEnabled(bool(self.settings.recent))

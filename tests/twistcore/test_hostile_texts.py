@@ -12,7 +12,7 @@ import subprocess
 import sys
 import unicodedata
 from html.parser import HTMLParser
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from types import SimpleNamespace
 from xml.etree import ElementTree
 
@@ -33,6 +33,7 @@ from twistcore.export.markers import blender_markers
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
 from twistcore.refinement import refine
 from twistcore.report.clip_report import write_clip_report
+from twistcore.report.folder_report import page_of
 from twistcore.report.report_document import Report
 from twistcore.review import Annotate, Decide, Decision, Review, write_session
 from twistcore.review.model import constant
@@ -41,6 +42,7 @@ from twistcore.tuning import Tuned, read_profile, write_profile
 SOURCE = ASSETS / "walk_injected.bvh"
 TEXTS = hostile_texts("/hostile-trap")
 FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "＝", "＋", "－", "＠")
+NAMES = [text for text in TEXTS if text != "."]
 SINGLE = [text for text in TEXTS if not any("\ud800" <= c <= "\udc7f" for c in text)]
 
 
@@ -110,10 +112,14 @@ def verbs(clip, session, out):
     yield from (["completion", "\x1b"], ["\x1b[31m\u202e"], ["info", named, "--fps", "\x1b[1m"])
 
 
-def test_no_command_lets_a_terminal_be_steered(capsys, tmp_path, judged):
+def test_no_command_lets_a_terminal_be_steered(capsys, monkeypatch, tmp_path, judged):
+    """Nor does one write anywhere but where it was told to."""
     path, (clip, state) = judged
-    out = tmp_path / "out"
+    out, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
     out.mkdir()
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    monkeypatch.setenv("HOME", str(elsewhere))
     session = path.with_suffix(".json")
     write_session(session, clip, state)
     said = 0
@@ -123,6 +129,9 @@ def test_no_command_lets_a_terminal_be_steered(capsys, tmp_path, judged):
         assert not steered(told + wrong), words
         assert "Traceback" not in wrong, words
     assert said > 10_000
+    written = {file for file in tmp_path.rglob("*") if file.is_file() and out not in file.parents}
+    assert written == {path, session, path.parent / "\x1b]0;bad\x07.bvh"}
+    assert not Path("/tmp/hostile-absolute").exists()
 
 
 @pytest.mark.skipif(os.name != "posix", reason="no such terminals")
@@ -242,6 +251,16 @@ def test_a_page_has_the_tags_of_its_template_alone(tmp_path, judged):
 
 def state_of(clip):
     return Review.of(detect(clip)).state
+
+
+@pytest.mark.parametrize("name", ["../../out.bvh", "/etc/x.bvh", "a/../../b", *NAMES])
+def test_a_page_of_a_clip_stands_below_its_report(name):
+    """A manifest may say anything; its names differ."""
+    page = PurePosixPath(page_of(name))
+    assert page.parts[0] == "clips"
+    assert not {"..", "/"} & set(page.parts)
+    assert all(len(part.encode("utf-8", "surrogatepass")) <= 255 for part in page.parts[-1:])
+    assert page_of(f"{name}x") != page_of(name)
 
 
 # -- programs --------------------------------------------------------------------------------------

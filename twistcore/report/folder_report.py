@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
@@ -27,6 +28,7 @@ Made = TypeVar("Made")
 
 INDEX = "index.html"
 _TOGETHER = 12  # clips that one process draws: to start it takes longer than to draw one
+_LONGEST = 250  # bytes of a name that an ending is put behind
 _HEAD = 2048  # bytes in which a page says who wrote it
 
 
@@ -89,8 +91,13 @@ def write_folder_report(
 
 
 def page_of(name: str) -> str:
-    """Where the page of a clip stands below the report, with '/'."""
+    """Where the page of a clip stands below the report, with '/'.
+
+    A name that has no room for the ending is cut, and has a mark of the whole.
+    """
     parts = [part for part in PurePosixPath(name).parts if part not in ("/", "..", ".")]
+    if parts and len(encoded(parts[-1])) > _LONGEST:
+        parts[-1] = f"{parts[-1][:50]}-{sha256(encoded(name)).hexdigest()[:16]}"
     return "/".join(["clips", *parts]) + ".html"
 
 

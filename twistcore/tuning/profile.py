@@ -82,8 +82,8 @@ def write_profile(
     versions pass over what they do not know inside a table, and over nothing else. verdicts: what
     they say, by chain. The file is the old one or the new one, never half of either.
     """
-    told = f"tuned on {legible(source)} with detector {legible(method)}"  # on this line
-    lines = [f"# τ per joint for twistcore --profile, {told}."]
+    clip, by = legible(source), legible(method)  # nothing in them ends the line
+    lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
     common = [f"detector = {_text(method)}", *_whose_lines(whose)]
     for name, t in profile.items():
         reasons = {
