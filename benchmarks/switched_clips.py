@@ -3,7 +3,7 @@
 Another clip is opened before the last one is analysed, over and over, while the mouse holds
 borders, bodies and empty ground of the plots, rows are clicked, numbers and notes are typed, menus
 and palettes are answered, and actions of the table are triggered at random. Prints every exception
-and every warning of Qt's that was said; there should be none.
+and every warning of Qt's that was said, of which there should be none, and the memory at the end.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from PySide6.QtCore import QPoint, QPointF, Qt
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractItemView, QApplication, QWidget
 
-from benchmarks.alive import heard
+from benchmarks.alive import alive, heard, resident
 from benchmarks.day_at_the_window import with_errors
 from benchmarks.endurance import Sitting
 from inspector.app import make_application
@@ -169,11 +169,13 @@ def main() -> int:
         window.show()
         QTest.qWaitForWindowExposed(window)
         done = switch(window, clips, chosen.times, chosen.seed)
+        full, held = resident(), alive()
         window.document.review.mark_saved()
         window.close_unasked()
         QTest.qWait(200)
         app.processEvents()
     print(f"{chosen.times} switches, " + ", ".join(f"{n} × {what}" for what, n in done.items()))
+    print(f"{full:.0f} MiB, of which {held.mib:.0f} are in use; {held.clips} clips alive")
     for text, n in Counter(said.wrong).most_common():
         print(f"said {n} ×: {text}")
     print(f"{len(said.wrong)} exceptions and warnings")
