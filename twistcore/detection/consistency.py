@@ -16,7 +16,7 @@ from twistcore.detection.cuts import find_cuts
 from twistcore.detection.edges import find_edges
 from twistcore.detection.interval import Interval
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.pairing import pair_table
+from twistcore.detection.pairing import pair_table, running_sums
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors import Known, SoftError, soft_errors, soft_interval
 from twistcore.detection.straight_limbs import (
@@ -184,7 +184,8 @@ def _jumps(
     for row in range(len(counter.x)):
         tell(1.0)
         edges, step = find_edges(counter, row)
-        tables = tuple(pair_table(counter, row, edges, step, low, high) for low, high in segments)
+        sums = running_sums(counter, row, step)
+        tables = tuple(pair_table(edges, sums, low, high) for low, high in segments)
         out.append(Jumps(counter, row, edges, step, tables, automatic_tau(counter, row), fps))
     return out
 

@@ -92,15 +92,20 @@ class PairTable:
         return found
 
 
-def pair_table(
-    counter: CounterRotation, chain: int, edges: Edges, step: Mask, low: int, high: int
-) -> PairTable:
-    """Gains of all pairs of edges within frames [low, high)."""
-    inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
-    edges = edges[inside]
+def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
+    """Of d and σ² over the steps, then over all frames, up to each frame, (4, frames + 1).
+
+    Radians and radians². The same for all segments of a chain: a long clip has hundreds.
+    """
     d, var = counter.d[chain], counter.sigma[chain] ** 2
     sums = np.stack([d * step, var * step, d, var]).cumsum(axis=1)
-    sums = np.concatenate([np.zeros((4, 1)), sums], axis=1)
+    return np.concatenate([np.zeros((4, 1)), sums], axis=1)
+
+
+def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
+    """Gains of all pairs of edges within frames [low, high); sums: the chain's running ones."""
+    inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
+    edges = edges[inside]
     between = sums[:, edges.start], sums[:, edges.stop]
     blocks = tuple(
         _block(edges, between, first, min(first + BLOCK, len(edges)))

@@ -12,8 +12,8 @@ from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.edges import Edges
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.offsets import offsets_of
-from twistcore.detection.pairing import PairTable, best_pairs, pair_table
-from twistcore.detection.straight_limbs.straight_course import course
+from twistcore.detection.pairing import PairTable, best_pairs, pair_table, running_sums
+from twistcore.detection.straight_limbs.straight_course import course, scale_of
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Mask,
@@ -70,10 +70,8 @@ class Jumps:
     def without(self, peaks: Mask) -> Jumps:
         """Without the edges that peak in these frames, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
-        tables = tuple(
-            pair_table(self.counter, self.row, edges, self.step, table.low, table.high)
-            for table in self.tables
-        )
+        sums = running_sums(self.counter, self.row, self.step)
+        tables = tuple(pair_table(edges, sums, table.low, table.high) for table in self.tables)
         return replace(self, edges=edges, tables=tables)
 
     def offset(self) -> Array:
@@ -151,9 +149,11 @@ def straight_limb(
     unsaid = [j for j in found if _hinge_says(j, bend) is None]
     errors: list[StraightError] = []
     claimed = np.zeros(motion.frames, dtype=bool)
+    scales = scale_of(left[0]), scale_of(left[1])
     for table in tables:
+        beside = [j for j in unsaid if table.low <= j.start < table.high]
         for spell in spells(left, bend, table.low, table.high, fps):
-            if own := _error_of(left, unsaid, bend, spell, fps):
+            if own := _error_of(left, scales, beside, bend, spell, fps):
                 errors += own
                 claimed[max(spell.start - BESIDE, 0) : spell.stop + 1 + BESIDE] = True
     for j in certain:
@@ -175,22 +175,31 @@ def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
 
 def _error_of(
     increments: tuple[Array, Array],
+    scales: tuple[float, float],
     jumping: Sequence[_Jumping],
     bend: Bend,
     spell: Spell,
     fps: float,
 ) -> list[StraightError]:
-    """Errors of a spell that bring it nearer to its hinge; none where jumps explain it as well."""
-    delta, jumped = (np.zeros(len(increments[0])) for _ in range(2))
-    own = slice(spell.start, spell.stop)
-    delta[own] = course(increments, spell.start, spell.stop, spell.low, spell.high, fps)
+    """Errors of a spell that bring it nearer to its hinge; none where jumps explain it as well.
+
+    scales: of the increments in the whole clip; jumping: intervals of the spell's segment. Only
+    that is looked at: a long clip has thousands of spells.
+    """
+    low, high = spell.low, spell.high
+    x, y = (v[low:high] for v in increments)
+    here = Spell(spell.start - low, spell.stop - low, 0, high - low)
+    delta, jumped = np.zeros(high - low), np.zeros(high - low)
+    own = slice(here.start, here.stop)
+    delta[own] = course((x, y), scales, here.start, here.stop, 0, high - low, fps)
     for j in jumping:
-        jumped[j.frames] += j.offset
+        jumped[j.start - low : j.start - low + len(j.offset)] += j.offset
     if jumped[own].any():
-        least, left = (left_over(increments, d, spell, fps) for d in (delta, jumped))
+        least, left = (left_over((x, y), scales, d, here, fps) for d in (delta, jumped))
         if left <= least + AS_LITTLE:
             return []
-    errors = errors_in(increments, delta, spell, fps)
+    found = errors_in((x, y), delta, here, fps)
+    errors = [replace(e, start=e.start + low, peak=e.peak + low) for e in found]
     return [
         e
         for e in errors

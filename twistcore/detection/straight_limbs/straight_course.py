@@ -25,14 +25,20 @@ SAME = 1e-5  # radians: a round that changes less was the last
 
 
 def course(
-    increments: tuple[Array, Array], start: int, stop: int, low: int, high: int, fps: float
+    increments: tuple[Array, Array],
+    scales: tuple[float, float],
+    start: int,
+    stop: int,
+    low: int,
+    high: int,
+    fps: float,
 ) -> Array:
     """δ in frames [start, stop), radians; 0 beside them within the segment [low, high).
 
-    increments: x and y, radians, (frames,) each. At the segment's ends δ is free: nothing is known
-    of what was before or comes after.
+    increments: x and y, radians, (frames,) each; scales: of both, as :func:`scale_of` tells. At
+    the segment's ends δ is free: nothing is known of what was before or comes after.
     """
-    rows = _smooth(increments, start, stop, low, high, fps)
+    rows = _smooth(increments, scales, start, stop, low, high, fps)
     n = stop - start
     band, right = np.zeros((3, n)), np.zeros(n)
     band[2] = 1e-9
@@ -53,7 +59,13 @@ def scale_of(increments: Array) -> float:
 
 
 def _smooth(
-    increments: tuple[Array, Array], start: int, stop: int, low: int, high: int, fps: float
+    increments: tuple[Array, Array],
+    scales: tuple[float, float],
+    start: int,
+    stop: int,
+    low: int,
+    high: int,
+    fps: float,
 ) -> list[Rows]:
     """What both signals without δ should come to: an even course, and rest; in units of scale.
 
@@ -64,8 +76,7 @@ def _smooth(
     of_bends = _columns(at[:, None] + np.arange(3) - 1, start, stop)
     step = np.arange(max(start, low + 1), min(stop + 1, high))
     of_steps = _columns(step[:, None] + np.arange(2) - 1, start, stop)
-    for signal, sign in zip(increments, (1.0, -1.0), strict=True):
-        scale = scale_of(signal)
+    for signal, scale, sign in zip(increments, scales, (1.0, -1.0), strict=True):
         bend = sign * np.array([1.0, -2.0, 1.0]) / scale
         rows.append((of_bends, bend, (signal[at + 1] - signal[at]) / scale))
         rest = scale * SETTLES * fps

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.detection.straight_limbs.straight_course import scale_of
 from twistcore.rotation import Array, rotate, wrap
 
 Mask = NDArray[np.bool_]
@@ -38,7 +38,7 @@ class Bend:
     azimuth: Array | None
     spread: float = 0.0
 
-    @property
+    @cached_property
     def bent(self) -> Mask:
         """Frames whose twist is well determined."""
         return self.angle > BENT
@@ -172,14 +172,21 @@ def errors_in(
     return found
 
 
-def left_over(increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float) -> float:
+def left_over(
+    increments: tuple[Array, Array],
+    scales: tuple[float, float],
+    delta: Array,
+    spell: Spell,
+    fps: float,
+) -> float:
     """The most by which P and C still counter-turn, beyond the pace beside, without δ; radians.
 
-    delta: of all frames, (frames,). The quieter of the two signals tells it better.
+    scales: of both increments; delta: of all frames, (frames,). The quieter of the two signals
+    tells it better.
     """
     steps = np.diff(delta, prepend=delta[:1])
     x, y = increments
-    x_counts, y_counts = (scale_of(v) ** -2.0 for v in increments)
+    x_counts, y_counts = (scale**-2.0 for scale in scales)
     turn = _over_windows(wrap(x - steps), spell, fps)[1]
     answer = _over_windows(wrap(y + steps), spell, fps)[1]
     both = (turn * x_counts - answer * y_counts) / (x_counts + y_counts)
