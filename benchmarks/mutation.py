@@ -35,7 +35,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/twist_removal.py": ("limb_flips", "refinement"),
     "twistcore/refinement": ("refinement", "taught_correction"),
     "twistcore/bvh": ("bvh", "bvh_numbers", "bvh_writing", "bvh_branch", "refinement"),
-    "twistcore/review": ("review", "journal", "left_out", "proposal", "review_flips", "markers"),
+    "twistcore/review": ("review_model", "review", "left_out", "journal", "markers"),
     "twistcore/review/proposal.py": ("proposal",),
     "twistcore/review/left_out.py": ("left_out",),
     "twistcore/review/soft_onset.py": ("soft_intervals",),

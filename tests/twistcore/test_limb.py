@@ -6,7 +6,7 @@ from tests.conftest import ASSETS
 from tests.twistcore.test_chain import rig
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
-from twistcore.limb import find_limbs, path, places
+from twistcore.limb import along, bones, find_limbs, path, places
 from twistcore.motion import forward_kinematics
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
@@ -74,3 +74,22 @@ def test_without_names_the_two_longest_bones_of_each_line():
 def test_a_stump_has_no_knee():
     """Beside a bone of 20 one of 3 is none, nor is the next one beside it."""
     assert [x.name for x in limbs_of(spider(20))] == ["u0-u2", "w0-w2"]
+
+
+def test_what_a_limb_and_its_joints_are_called():
+    limbs = limbs_of(WALK)
+    assert [(x.middle_word, x.end_word) for x in limbs] == [("elbow", "hand"), ("knee", "foot")] * 2
+    assert limbs[0].list_label == "Left arm · limb"
+    unknown = limbs_of(spider(4))[0]
+    assert (unknown.middle_word, unknown.end_word) == ("middle joint", "end")
+    leg = limbs[1]
+    assert repr(leg) == f"<Limb LeftUpLeg-LeftFoot: joints {leg.parent} → {leg.child} → {leg.end}>"
+    assert leg.changed_joints(WALK.skeleton, carried=True) == (leg.parent,)
+
+
+def test_bones_and_the_way_along_joints():
+    motion = spider(4)
+    limb = limbs_of(motion)[0]
+    assert bones(motion, limb) == (np.linalg.norm((1, 3, 0)), np.linalg.norm((1, 4, 0)))
+    np.testing.assert_allclose(along(motion, (limb.child, limb.end)), [(2, 7, 0)] * 2)
+    np.testing.assert_allclose(along(motion, (limb.end,)), [(1, 4, 0)] * 2)
