@@ -150,7 +150,7 @@ def _tried(
             folder = Path(tempfile.mkdtemp(prefix="mutant-"))
             child = _start(trial(mutant, chosen), folder)
             limit = sum(tests.limit(name) for name in chosen)
-            running[child] = (place, folder, time.monotonic() + 10 * limit)
+            running[child] = (place, folder, time.monotonic() + 300 + 30 * limit)
         if running:
             ended, status = _next({child: until for child, (_, _, until) in running.items()})
             place, folder, _ = running.pop(ended)

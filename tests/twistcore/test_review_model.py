@@ -124,7 +124,7 @@ def test_what_may_be_accepted_without_a_look():
     assert done.state.unasked() == (3, 1)  # half sure is sure enough
     assert done.state.unasked(0.6) == (1,)
     assert done.state.unasked(0.6, include_open=True) == (1, 5)
-    assert done.state.unasked(confidence=lambda i: 1.0) == (3, 2, 1)
+    assert done.state.unasked(confidence=lambda _: 1.0) == (3, 2, 1)
     assert done.accept(0.6, include_open=True) == 2
     assert decided(done.state) == {1: "accepted", 5: "accepted"}
     assert done.accept(0.6, include_open=True) == 0
