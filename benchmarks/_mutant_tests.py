@@ -230,10 +230,24 @@ def changed_in_place(name: str, source: str) -> bool:
     now = dict(_functions(vars(other), name))
     for qualified, function in _functions(vars(module), name):
         code = now[qualified].__code__ if qualified in now else function.__code__
-        if code != function.__code__ and code.co_freevars == function.__code__.co_freevars:
+        if code.co_freevars == function.__code__.co_freevars and not _alike(
+            code, function.__code__
+        ):
             function.__code__ = code
             changed = True
     return changed
+
+
+def _alike(one: CodeType, other: CodeType) -> bool:
+    """Whether two do the same; their own == also tells whether one of them has run yet."""
+    pairs = zip(one.co_consts, other.co_consts, strict=False)
+    return (
+        (one.co_code, one.co_names, one.co_varnames, len(one.co_consts))
+        == (other.co_code, other.co_names, other.co_varnames, len(other.co_consts))
+    ) and all(
+        _alike(a, b) if isinstance(a, CodeType) and isinstance(b, CodeType) else repr(a) == repr(b)
+        for a, b in pairs
+    )
 
 
 def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, FunctionType]]:

@@ -29,15 +29,21 @@ from benchmarks._mutants import Mutant, files_of, mutants_of
 FOLDER = Path("tests/twistcore")
 # For each file or folder, what its tests are called; the longest name that fits holds.
 TESTS: dict[str, tuple[str, ...]] = {
-    "twistcore/rotation.py": ("rotation", "bvh_branch"),
+    "twistcore/rotation.py": ("rotation",),
     "twistcore/chain.py": ("chain", "limb"),
-    "twistcore/limb.py": ("limb", "chain"),
-    "twistcore/twist_removal.py": ("limb_flips", "refinement"),
-    "twistcore/refinement": ("refinement", "taught_correction"),
-    "twistcore/bvh": ("bvh", "bvh_numbers", "bvh_writing", "bvh_branch", "refinement"),
-    "twistcore/review": ("review_model", "review", "left_out", "journal", "markers"),
+    "twistcore/limb.py": ("limb",),
+    "twistcore/twist_removal.py": ("twist_removal",),
+    "twistcore/refinement": ("refinement", "proposal", "corrected"),
+    "twistcore/bvh": ("bvh_patch", "bvh", "bvh_numbers", "bvh_writing", "bvh_branch"),
+    "twistcore/bvh/patch.py": ("bvh_patch",),
+    "twistcore/review": ("review_model", "left_out", "journal", "review"),
+    "twistcore/review/commands.py": ("review_model",),
+    "twistcore/review/history.py": ("review_model",),
+    "twistcore/review/left_out.py": ("review_model", "left_out"),
+    "twistcore/review/model.py": ("review_model",),
+    "twistcore/review/other_chains.py": ("rig",),
     "twistcore/review/proposal.py": ("proposal",),
-    "twistcore/review/left_out.py": ("left_out",),
+    "twistcore/review/reasons.py": ("review_model",),
     "twistcore/review/soft_onset.py": ("soft_intervals",),
 }
 CHANGES = ("killed", "timeout", "survived")

@@ -1,4 +1,4 @@
-"""Numbers in a text replaced by others, every other byte kept; the plain way is the other source."""
+"""Numbers in a text replaced by others, every other byte kept; told the plain way, too."""
 
 import re
 from dataclasses import replace
@@ -15,9 +15,8 @@ from twistcore.motion import Skeleton
 from twistcore.rotation import multiply, quaternion_from_axis_angle, quaternion_from_euler
 
 TOKENS = st.sampled_from(
-    "1 -2 +3.5 .25 4. 0.1234567 -1.23456789e-02 7E+1 1e5 12.5E3 -0.000001 180.0 1.00000000000000001"
-    " 9.99999999999999999999999999999999999999999999999".split()
-)
+    ("1", "-2", "+3.5", ".25", "4.", "0.1234567", "-1.23456789e-02", "7E+1", "1e5", "12.5E3")
+) | st.sampled_from(("-0.000001", f"1.{1:017}", f"9.{0:050}", f"1.{0:050}e-05", "1" * 60))
 GAPS = st.sampled_from([b" ", b" ", b" ", b"  ", b"\t", b"\n", b"\r\n", b" \n ", b"\x0b"])
 NUMBERS = st.floats(-1e4, 1e4).map(lambda x: x + 0.0)
 

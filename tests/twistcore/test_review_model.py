@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from twistcore.review.commands import ChangeChains, Track
 from twistcore.review.left_out import joined, spans_from_json
 from twistcore.review.model import (
     Judged,
+    ReviewState,
     Tracking,
     as_written,
     carried_over,
@@ -36,7 +38,7 @@ from twistcore.review.model import (
     resized,
 )
 from twistcore.review.reasons import with_reasons
-from twistcore.rig import AS_FOUND
+from twistcore.rig import AS_FOUND, Rig
 
 ARM, LEG = "Arm", "Leg"
 JUMP = Kind.LONE_JUMP
@@ -77,6 +79,22 @@ def test_a_review_begins_in_the_order_of_chains_and_frames():
     other = state.with_intervals([*state.intervals, Judged(9, made("Beyond", 0, 3))], next_id=12)
     assert ([j.id for j in other.intervals][-1], other.next_id) == (9, 12)
     assert state.with_intervals(()).next_id == 6
+
+
+class Found(tuple):
+    """What a review asks a detection for."""
+
+    method, tau = "own", {ARM: 0.1, LEG: 0.2}
+    chains_and_limbs = (SimpleNamespace(name=ARM), SimpleNamespace(name=LEG))
+    analysis = SimpleNamespace(rig=Rig(remove=("Gone",)))
+
+
+def test_a_review_of_what_was_detected():
+    state, same = Review.of(Found(FOUND)).state, review().state
+    assert (state.method, dict(state.tau)) == (same.method, dict(same.tau))
+    assert state.rig is Found.analysis.rig
+    assert dict(state.chain_order) == {ARM: 0, LEG: 1}
+    assert [j.id for j in state.intervals] == [3, 4, 2, 1, 5]
 
 
 def test_verdicts_as_they_are_told():
@@ -142,6 +160,7 @@ def test_from_one_interval_to_the_next_round_the_end():
     assert (step(1, 1, order=(5, 1, 77, 2)), step(1, -1, order=(5, 1, 77, 2))) == (2, 5)
     assert step(None, 1, order=(77, 5)) == 5
     done.do(Decide((4, 2), Decision.REJECTED))
+    assert done.state.neighbour(3, 1) == 4
     assert done.state.neighbour(3, 1, undecided=True) == 1
     assert done.state.neighbour(4, 1, undecided=True) == 1  # from a decided one, too
     done.do(Decide((1, 3, 5), Decision.ACCEPTED))
@@ -243,11 +262,16 @@ def test_a_name_is_put_to_what_nobody_has_signed():
     # Decided anew since, at another time: that is another decision.
     again = Decide((1,), Decision.REJECTED, "", "9").apply(done.state)
     assert put(again) is again
+    # What somebody has signed by now is not signed anew in a state where nobody had.
+    assert Sign((1,), "Cy").signing(signed)(done.state) is done.state
     done.mark_saved()
     done.do(command)
     assert (done.position, done.saved) == (2, False)
+    assert done.history == ("Accept interval", "Accept interval")
     done.undo()
     assert done.state.find(1).reviewer == "Ada"
+    done.redo()
+    assert [done.state.find(k).reviewer for k in (1, 2)] == ["Ada", "Bo"]
 
 
 def test_edits_stay_in_their_chain_and_have_frames():
@@ -394,6 +418,11 @@ def test_at_another_tau_what_was_decided_stands_for_what_is_the_same_or_inside()
         ]
 
     kept = (1, 100, 110, True)
+    state = Decide((1,), Decision.ACCEPTED).apply(
+        start_review("own", {ARM: 0.1}, [made(ARM, 100, 110)], (ARM,))
+    )
+    again = Redetect({ARM: 0.2}, (made(ARM, 100, 110),)).apply(state)
+    assert again.find(1) is state.find(1)  # nobody needs to draw it again
     assert after(made(ARM, 100, 120)) == [kept]  # IoU of one half
     assert after(made(ARM, 100, 121)) == [(1, 100, 110, False), (2, 100, 121, True)]
     assert after(made(ARM, 106, 111)) == [kept]  # 80 % of it lie inside
@@ -431,11 +460,14 @@ def test_chains_that_go_take_their_intervals_along():
     done = review()
     done.do(ChangeChains(AS_FOUND, {"New": 0.5, ARM: 0.1}, ("New",), (made("New", 0, 3),)))
     state = done.state
+    assert list(state.chain_order) == ["New", ARM]
     assert [(j.id, j.interval.chain) for j in state.intervals] == [
         (6, "New"), (3, ARM), (4, ARM), (2, ARM),
     ]  # fmt: skip
     assert dict(state.tau) == {"New": 0.5, ARM: 0.1}
     assert done.undo_text == "Change the chains"
+    other = Rig(remove=(LEG,))
+    assert ChangeChains(other, {ARM: 0.1}, (), ()).apply(state).rig is other
     assert ChangeChains(AS_FOUND, {}, (), (), "Add a chain").text == "Add a chain"
     with pytest.raises(ValueError, match="no chain 'Gone'"):
         done.do(ChangeChains(AS_FOUND, {ARM: 0.1}, ("Gone",), ()))
@@ -488,6 +520,28 @@ def test_an_earlier_review_is_matched_by_the_frames_in_common():
     assert again.find(3).reviewer == "Cy"
     texts = (CarryOver(earlier).text, CarryOver(earlier, same_clip=True).text)
     assert texts == ("Carry decisions over", "Add decisions")
+
+
+def test_of_two_earlier_intervals_with_as_many_frames_in_common_the_first_counts():
+    earlier = [Judged(k, made(ARM, a, a + 8), note=str(k)) for k, a in ((1, 5), (3, 17))]
+    taken = carried_over(earlier, review().state).find(3)
+    assert taken.note == "1"
+    # One frame in common is enough, none is not.
+    near = [Judged(1, made(ARM, 19, 25), Decision.ACCEPTED), Judged(2, made(ARM, 60, 70), note="x")]
+    after = carried_over(near, review().state)
+    assert (after.find(3).decision, after.find(2).note) == (Decision.ACCEPTED, "")
+
+
+def test_what_nobody_says_is_nothing():
+    state = ReviewState("own", {})
+    assert (state.intervals, state.left_out, state.tracking) == ((), (), None)
+    assert (state.next_id, dict(state.chain_order), state.rig) == (1, {}, AS_FOUND)
+    assert start_review("own", {}, (), ()).rig == AS_FOUND
+    plain = Judged(1, FOUND[0])
+    assert (plain.reviewer, plain.decided_at, plain.note, plain.reason) == ("", "", "", "")
+    assert (plain.by_hand, plain.edited, plain.supported, plain.in_bulk) == (0, 0, 1, 0)
+    assert Tracking(("Hand",)) == Tracking(("Hand",), 600.0, 15.0, 0.0, False, "", True, False)
+    assert (Decide((), Decision.ACCEPTED).reviewer, Annotate(1, "a").reason) == ("", "")
 
 
 def test_frames_left_out_are_joined_where_they_meet():

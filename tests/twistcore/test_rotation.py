@@ -176,6 +176,13 @@ def test_leading_axes_broadcast():
             many[k], scalar_first=True
         )
         assert alone == pytest.approx(apart.magnitude())
+        for order in ("XYZ", "YXZ"):
+            of_one = rot.euler_from_quaternion(order, many[k])
+            np.testing.assert_allclose(rot.euler_from_quaternion(order, many)[k], of_one)
+            back = rot.quaternion_from_euler(order, rot.euler_from_quaternion(order, many))
+            assert rot.geodesic_angle(back[k], many[k]) < 1e-7
+            held = rot.euler_with_third_held(order, back, of_one[2])[k]
+            np.testing.assert_allclose(held, of_one, atol=1e-9)
     np.testing.assert_allclose(rot.multiply(many, rot.conjugate(many))[..., 0], 1.0)
     turned = rot.quaternion_from_axis_angle([0.0, 1.0, 0.0], [[0.1], [0.2]])
     assert turned.shape == (2, 1, 4)
@@ -189,3 +196,34 @@ def test_how_far_a_twist_can_be_relied_on():
         both = rot.multiply(swing, rot.quaternion_from_axis_angle(x, 0.7))
         expected = np.cos(np.radians(degrees / 2.0))
         assert rot.twist_reliability(both, x) == pytest.approx(expected, abs=1e-12)
+
+
+def test_single_precision_is_computed_in_double():
+    rng = np.random.default_rng(2)
+    p, q = (rot.normalise(rng.normal(size=(9, 4))).astype(np.float32) for _ in range(2))
+    v, third = rng.normal(size=(9, 3)).astype(np.float32), np.float32(0.3)
+    a = np.array([1.0, 2.0, 2.0], dtype=np.float32) / np.float32(3.0)
+    turns = rng.normal(scale=9.0, size=80).astype(np.float32)
+    for of, *given_values in (
+        (rot.wrap, turns), (rot.wrap, turns[:9]), (rot.largest_and_rms, turns),
+        (rot.multiply, p, q), (rot.conjugate, q), (rot.rotate, q, v), (rot.normalise, v),
+        (rot.continuous, q), (rot.quaternion_from_axis_angle, a, turns[:9]),
+        (rot.exponential, v), (rot.logarithm, q), (rot.matrix_from_quaternion, q),
+        (rot.twist_angle, q, a), (rot.twist_reliability, q, a), (rot.geodesic_angle, p, q),
+    ):  # fmt: skip
+        doubles = [np.asarray(value, dtype=np.float64) for value in given_values]
+        found, expected = np.asarray(of(*given_values)), np.asarray(of(*doubles))
+        assert found.dtype == np.float64, of
+        np.testing.assert_array_equal(found, expected, err_msg=str(of))
+        # Lists of whole numbers are numbers, too.
+        whole = [np.round(4.0 * value).astype(int).tolist() for value in doubles]
+        floats = [np.array(value, dtype=np.float64) for value in whole]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            np.testing.assert_array_equal(of(*whole), of(*floats))
+    for order in ("ZYX", "XZY"):
+        for of in (rot.euler_from_quaternion, rot.euler_with_third_held):
+            more = (third,) if of is rot.euler_with_third_held else ()
+            expected = of(order, q.astype(np.float64), *(np.float64(t) for t in more))
+            np.testing.assert_array_equal(of(order, q, *more), expected)
+        expected = rot.quaternion_from_euler(order, v.astype(np.float64))
+        np.testing.assert_array_equal(rot.quaternion_from_euler(order, v), expected)
