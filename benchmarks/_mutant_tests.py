@@ -251,16 +251,18 @@ def _alike(one: CodeType, other: CodeType) -> bool:
 
 
 def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, FunctionType]]:
-    """The functions and methods of a module, also below decorators, by their qualified names."""
-    for thing in list(found.values()):
-        below = [getattr(thing, name, None) for name in ("fget", "fset", "__func__", "func")]
-        for inner in map(inspect.unwrap, filter(callable, [thing, *below])):
+    """The functions and methods of a module, also below decorators, by where they are found."""
+    for at, thing in list(found.items()):
+        for name in ("", "fget", "fset", "__func__", "func"):
+            inner = getattr(thing, name, None) if name else thing
+            inner = inspect.unwrap(inner) if callable(inner) else inner
             if getattr(inner, "__module__", None) != module:
                 continue
             if isinstance(inner, FunctionType):
-                yield inner.__qualname__, inner
+                yield f"{at} {name}", inner
             elif isinstance(inner, type):
-                yield from _functions(vars(inner), module)
+                for below, function in _functions(vars(inner), module):
+                    yield f"{at}.{below}", function
 
 
 def module_name(path: Path) -> str:

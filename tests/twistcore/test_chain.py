@@ -1,5 +1,7 @@
 """Chains by name families and by topology."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -218,3 +220,21 @@ def test_positions_next_to_zero_are_no_bone(stray):
     for name, offset in (("LeftArm", (1.2, 0, -1.3)), ("LeftForeArm", (0.6, -0.8, -0.6))):
         np.testing.assert_allclose(chains[name].axis, offset / np.linalg.norm(offset))
         assert "OFFSET is used" in " ".join(chains[name].warnings)
+
+
+def test_how_a_chain_is_told_and_cut():
+    makers = FAMILIES["MotionBuilder"]
+    chains = {c.name: c for c in find_chains(rig(limbs(*makers)).motion)}
+    arm, forearm = chains["LeftArm"], chains["LeftForeArm"]
+    assert (arm.label, arm.list_label) == ("Left Arm", "Left Arm")
+    assert replace(arm, segment="").label == "LeftArm"
+    assert repr(arm) == f"<Chain LeftArm: joints {arm.parent} → {arm.child} → {arm.grandchild}>"
+    assert repr(forearm) == f"<Chain LeftForeArm: joints {forearm.parent} → {forearm.child}>"
+    assert repr(replace(arm, parent=0)).startswith("<Chain LeftArm: joints 0 → ")
+    varying = replace(arm, axis=np.arange(15.0).reshape(5, 3))
+    part = varying.sliced(1, 3)
+    np.testing.assert_array_equal(part.axis, varying.axis[1:3])
+    np.testing.assert_array_equal(part.arm, arm.arm)
+    part = replace(arm, arm=varying.axis).sliced(1, 3)
+    np.testing.assert_array_equal(part.axis, arm.axis)
+    np.testing.assert_array_equal(part.arm, varying.axis[1:3])

@@ -38,6 +38,7 @@ from twistcore.review.model import (
     resized,
 )
 from twistcore.review.reasons import with_reasons
+from twistcore.review.session import tracking_from_json, tracking_to_json
 from twistcore.rig import AS_FOUND, Rig
 
 ARM, LEG = "Arm", "Leg"
@@ -143,6 +144,7 @@ def test_what_may_be_accepted_without_a_look():
     assert done.state.unasked(0.6) == (1,)
     assert done.state.unasked(0.6, include_open=True) == (1, 5)
     assert done.state.unasked(confidence=lambda _: 1.0) == (3, 2, 1)
+    assert review().accept(0.6) == 1
     assert done.accept(0.6, include_open=True) == 2
     assert decided(done.state) == {1: "accepted", 5: "accepted"}
     assert done.accept(0.6, include_open=True) == 0
@@ -486,6 +488,33 @@ def test_tracking_needs_something_to_track():
     )  # fmt: skip
     with pytest.raises(ValueError, match="a joint to track"):
         done.do(Track(Tracking(())))
+
+
+def test_tracking_is_written_and_read_back():
+    whole = Tracking(("Hand", "Foot"), 1.0, 2.0, 3.0, True, "abc", False, True)
+    by_hand = Tracking(("Hand",))
+    for tracking in (whole, by_hand):
+        assert tracking_from_json(tracking_to_json(tracking)) == tracking
+    entry = tracking_to_json(by_hand)
+    assert (entry["gains"], tracking_to_json(whole)["gains"]) == ("hand", "learned")
+    early = {k: v for k, v in entry.items() if k not in ("causal", "place")}
+    assert tracking_from_json(early) == by_hand
+    damaged = {
+        "causal": 1,
+        "place": None,
+        "joints": "Hand",
+        "gains": "x",
+        "ka": math.inf,
+        "kp": "k",
+    }
+    for key, value in damaged.items():
+        with pytest.raises((TypeError, ValueError)):
+            tracking_from_json({**entry, key: value})
+        with pytest.raises(KeyError):
+            tracking_from_json({k: v for k, v in early.items() if k != "kd"})
+    with pytest.raises(ValueError, match="a list of joints"):
+        tracking_from_json({**entry, "joints": []})
+    assert tracking_from_json({**entry, "joints": [], "place": True}).place
 
 
 def test_an_earlier_review_is_matched_by_the_frames_in_common():
