@@ -37,7 +37,7 @@ from twistcore.review.model import (
     overlapping,
     resized,
 )
-from twistcore.review.reasons import with_reasons
+from twistcore.review.reasons import found_again, with_reasons
 from twistcore.review.session import tracking_from_json, tracking_to_json
 from twistcore.rig import AS_FOUND, Rig
 
@@ -407,6 +407,23 @@ def test_reasons_are_told_again_of_what_was_found_alike():
     done.mark_unsaved()
     done.take_reasons(found)
     assert not done.saved
+
+
+@pytest.mark.parametrize("ready", [True, False])
+def test_a_detector_that_is_not_ready_is_asked_for_flips_alone(ready):
+    asked = []
+
+    def detector(method, kinds):
+        asked.append((method, kinds))
+        return SimpleNamespace(intervals=lambda name, tau: [(name, tau), name])
+
+    analysis = SimpleNamespace(
+        kept=lambda method: method if ready and method == "own" else None,
+        detector=detector,
+        chains_and_limbs=(SimpleNamespace(name=LEG), SimpleNamespace(name="Beyond")),
+    )
+    assert found_again(analysis, review().state) == ((LEG, 0.2), LEG)
+    assert asked == [("own", frozenset(Kind) if ready else {Kind.LIMB_FLIP})]
 
 
 def test_at_another_tau_what_was_decided_stands_for_what_is_the_same_or_inside():

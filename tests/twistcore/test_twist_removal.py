@@ -89,6 +89,17 @@ def test_a_twist_is_taken_out_of_the_parent_and_of_nothing_else():
     np.testing.assert_allclose(lost, [0, 0, 0.5, 0.5, 0.5, 0, 0], atol=1e-9)
 
 
+def test_chains_without_an_offset_are_passed_over():
+    motion = leg()
+    chain = chain_of(motion)
+    idle, still = as_limb(motion, chain), replace(chain, name="Still")
+    offset = np.where(np.arange(FRAMES) > 3, 0.5, 0.0)
+    alone = remove_twist(motion, [chain], {"Thigh": offset})
+    found = remove_twist(motion, [idle, still, chain], {"Thigh": offset, "Still": 0.0 * offset})
+    np.testing.assert_array_equal(found.rotations, alone.rotations)
+    assert (found.rotations != motion.rotations).any()
+
+
 @pytest.mark.parametrize("carried", [False, True])
 def test_a_limb_turns_about_its_line_and_its_end_keeps_its_place(carried):
     motion = leg()
