@@ -98,6 +98,10 @@ def test_chains_without_an_offset_are_passed_over():
     found = remove_twist(motion, [idle, still, chain], {"Thigh": offset, "Still": 0.0 * offset})
     np.testing.assert_array_equal(found.rotations, alone.rotations)
     assert (found.rotations != motion.rotations).any()
+    both = remove_twist(motion, [idle, chain], {idle.name: offset[::-1], "Thigh": offset})
+    first = remove_twist(motion, [idle], {idle.name: offset[::-1]})
+    second = remove_twist(first, [chain], {"Thigh": offset})
+    np.testing.assert_array_equal(both.rotations, second.rotations)
 
 
 @pytest.mark.parametrize("carried", [False, True])
