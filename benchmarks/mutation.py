@@ -41,7 +41,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/review/history.py": ("review_model",),
     "twistcore/review/left_out.py": ("review_model", "left_out"),
     "twistcore/review/model.py": ("review_model",),
-    "twistcore/review/other_chains.py": ("rig",),
+    "twistcore/review/other_chains.py": ("other_chains", "rig"),
     "twistcore/review/proposal.py": ("proposal",),
     "twistcore/review/reasons.py": ("review_model",),
     "twistcore/review/soft_onset.py": ("soft_intervals",),
