@@ -27,15 +27,15 @@ from benchmarks._mutant_tests import learn, outcomes
 from benchmarks._mutants import Mutant, files_of, mutants_of
 
 FOLDER = Path("tests/twistcore")
-REVIEW = ("review", "journal", "left_out", "proposal", "review_flips", "review_tracking", "markers")
 # For each file or folder, what its tests are called; the longest name that fits holds.
 TESTS: dict[str, tuple[str, ...]] = {
-    "twistcore/rotation.py": ("rotation", "bvh_branch"),
-    "twistcore/chain.py": ("chain", "rig"),
-    "twistcore/limb.py": ("limb", "limb_flips", "rig"),
-    "twistcore/twist_removal.py": ("limb_flips", "rig", "refinement"),
-    "twistcore/refinement": ("refinement", "taught_correction", "soft_intervals"),
-    "twistcore/bvh": ("bvh", "bvh_branch", "bvh_numbers", "bvh_writing", "refinement", "encoding"),
+    "twistcore/rotation.py": ("rotation",),
+    "twistcore/chain.py": ("chain", "limb"),
+    "twistcore/limb.py": ("limb",),
+    "twistcore/twist_removal.py": ("twist_removal",),
+    "twistcore/refinement": ("refinement", "proposal", "corrected"),
+    "twistcore/bvh": ("bvh_patch", "bvh", "bvh_numbers", "bvh_writing", "bvh_branch"),
+    "twistcore/bvh/patch.py": ("bvh_patch",),
     "twistcore/analysis.py": ("analysis",),
     "twistcore/signals.py": ("analysis", "detection"),
     "twistcore/decomposition": ("decomposition", "frame_correction"),
@@ -64,7 +64,15 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/detection/prediction.py": ("prediction",),
     "twistcore/detection/robust_cost.py": ("edges",),
     "twistcore/detection/twist_increments.py": ("lines_of_chains",),
-    "twistcore/review": (*REVIEW, "soft_intervals"),
+    "twistcore/review": ("review_model", "left_out", "journal", "review"),
+    "twistcore/review/commands.py": ("review_model",),
+    "twistcore/review/history.py": ("review_model",),
+    "twistcore/review/left_out.py": ("review_model", "left_out"),
+    "twistcore/review/model.py": ("review_model",),
+    "twistcore/review/other_chains.py": ("other_chains", "rig"),
+    "twistcore/review/proposal.py": ("proposal",),
+    "twistcore/review/reasons.py": ("review_model",),
+    "twistcore/review/soft_onset.py": ("soft_intervals",),
 }
 CHANGES = ("killed", "timeout", "survived")
 

@@ -1,10 +1,13 @@
 """Chains by name families and by topology."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from twistcore.bvh import parse_bvh
-from twistcore.chain import SEGMENTS, find_chains, uncorrectable_joints
+from twistcore.chain import SEGMENTS, find_chains, make_chain, uncorrectable_joints
+from twistcore.motion import Motion, Skeleton
 
 
 def rig(parents, offsets=None, channels=3):
@@ -218,3 +221,80 @@ def test_positions_next_to_zero_are_no_bone(stray):
     for name, offset in (("LeftArm", (1.2, 0, -1.3)), ("LeftForeArm", (0.6, -0.8, -0.6))):
         np.testing.assert_allclose(chains[name].axis, offset / np.linalg.norm(offset))
         assert "OFFSET is used" in " ".join(chains[name].warnings)
+
+
+def test_how_a_chain_is_told_and_cut():
+    makers = FAMILIES["MotionBuilder"]
+    chains = {c.name: c for c in find_chains(rig(limbs(*makers)).motion)}
+    arm, forearm = chains["LeftArm"], chains["LeftForeArm"]
+    assert (arm.label, arm.list_label) == ("Left Arm", "Left Arm")
+    assert replace(arm, segment="").label == "LeftArm"
+    assert repr(arm) == f"<Chain LeftArm: joints {arm.parent} → {arm.child} → {arm.grandchild}>"
+    assert repr(forearm) == f"<Chain LeftForeArm: joints {forearm.parent} → {forearm.child}>"
+    assert repr(replace(arm, parent=0)).startswith("<Chain LeftArm: joints 0 → ")
+    varying = replace(arm, axis=np.arange(15.0).reshape(5, 3))
+    part = varying.sliced(1, 3)
+    np.testing.assert_array_equal(part.axis, varying.axis[1:3])
+    np.testing.assert_array_equal(part.arm, arm.arm)
+    part = replace(arm, arm=varying.axis).sliced(1, 3)
+    np.testing.assert_array_equal(part.axis, arm.axis)
+    np.testing.assert_array_equal(part.arm, varying.axis[1:3])
+
+
+def test_a_foot_without_toes_points_where_its_end_site_does():
+    def arm(end, segment="Leg"):
+        skeleton = Skeleton(
+            ("a", "b"), np.array([-1, 0]), np.array([[0.0, 9, 0], [0, -5, 0]]), ends=((1, end),)
+        )
+        motion = Motion(skeleton, np.ones((2, 2, 4)) / 2.0, (), np.zeros((2, 0, 3)), 0.1)
+        chain = make_chain(motion, 0, 1, segment=segment)
+        assert (chain.grandchild, chain.warnings) == (-1, ())
+        np.testing.assert_allclose(chain.axis, [0.0, -1.0, 0.0])
+        return chain.arm.tolist()
+
+    assert arm((0.0, 0.0, -3.0)) == [0.0, 0.0, -1.0]
+    assert arm((3.0, 0.0, 4.0)) == [0.6, 0.0, 0.8]
+    assert arm((0.0, 0.0, 1e-7)) == [0.0, 0.0, 1.0]  # next to nothing
+    assert arm((3.0, 0.0, 4.0), "ForeArm") == [0.0, 0.0, 1.0]  # a hand's own Z
+
+
+def test_a_rig_of_few_limbs_has_the_chains_of_those():
+    makers = FAMILIES["MotionBuilder"]
+    whole = limbs(*makers)
+
+    def segments(*gone):
+        body = {n: p for n, p in whole.items() if not n.startswith(gone)}
+        return [(c.side, c.segment) for c in find_chains(rig(body).motion)]
+
+    arms = [("Left", s) for s in ("Shoulder", "Arm", "ForeArm")]
+    legs = [(side, s) for side in ("Left", "Right") for s in ("UpLeg", "Leg")]
+    right_arm = tuple(f"Right{n}" for n in ("Shoulder", "Arm", "ForeArm", "Hand"))
+    both = (*right_arm, *(n.replace("Right", "Left") for n in right_arm))
+    assert segments(*both) == legs
+    assert [s for s in segments(*right_arm) if s[0] == "Left"][:3] == arms
+    assert [s for s in segments(*right_arm) if s in legs] == legs
+    lone = {"LeftShoulder": None, "LeftArm": "LeftShoulder", "LeftForeArm": "LeftArm"}
+    chains = find_chains(rig({**lone, "LeftHand": "LeftForeArm"}).motion)
+    assert [(c.name, c.side, c.segment) for c in chains] == [
+        (f"Left{s}", "Left", s) for s in ("Shoulder", "Arm", "ForeArm")
+    ]
+
+
+def test_a_bone_that_is_moved_about_has_a_direction_a_frame_or_their_mean():
+    def chain(spread):
+        place = np.array([[0.0, -5, 0], [spread, -5, 0], [-spread, -5, 0]])
+        skeleton = Skeleton(("a", "b", "c"), np.array([-1, 0, 1]), np.full((3, 3), 4.0))
+        motion = Motion(skeleton, np.ones((3, 3, 4)) / 2.0, (1,), place[:, None], 0.1)
+        return make_chain(motion, 0, 1, 2), place
+
+    little, _ = chain(0.08)  # less than 1°
+    np.testing.assert_allclose(little.axis, [0.0, -1.0, 0.0])
+    assert little.warnings == ()
+    much, place = chain(0.1)
+    np.testing.assert_allclose(much.axis, place / np.linalg.norm(place, axis=1)[:, None])
+    assert much.warnings == ("b: the bone's direction varies by more than 1°.",)
+    np.testing.assert_allclose(much.arm, np.full(3, 3**-0.5))
+    skeleton = Skeleton(("a", "b"), np.array([-1, 0]), np.array([[0.0, 9, 0], [0, 0, 0]]))
+    place = np.array([[[0.0, -5, 0]], [[0.0, 0, 0]]])  # no length in one frame
+    motion = Motion(skeleton, np.ones((2, 2, 4)) / 2.0, (1,), place, 0.1)
+    assert make_chain(motion, 0, 1) is None

@@ -5,9 +5,10 @@ import numpy as np
 from tests.conftest import ASSETS
 from tests.twistcore.test_chain import rig
 from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.limb import find_limbs, path, places
-from twistcore.motion import forward_kinematics
+from twistcore.chain import find_chains, make_chain
+from twistcore.limb import along, as_limb, bones, find_limbs, path, places
+from twistcore.motion import Motion, Skeleton, forward_kinematics
+from twistcore.rotation import normalise, rotate
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 
@@ -74,3 +75,43 @@ def test_without_names_the_two_longest_bones_of_each_line():
 def test_a_stump_has_no_knee():
     """Beside a bone of 20 one of 3 is none, nor is the next one beside it."""
     assert [x.name for x in limbs_of(spider(20))] == ["u0-u2", "w0-w2"]
+
+
+def test_what_a_limb_and_its_joints_are_called():
+    limbs = limbs_of(WALK)
+    assert [(x.middle_word, x.end_word) for x in limbs] == [("elbow", "hand"), ("knee", "foot")] * 2
+    assert limbs[0].list_label == "Left arm · limb"
+    unknown = limbs_of(spider(4))[0]
+    assert (unknown.middle_word, unknown.end_word) == ("middle joint", "end")
+    leg = limbs[1]
+    assert repr(leg) == f"<Limb LeftUpLeg-LeftFoot: joints {leg.parent} → {leg.child} → {leg.end}>"
+    assert leg.changed_joints(WALK.skeleton, carried=True) == (leg.parent,)
+
+
+def test_bones_and_the_way_along_joints():
+    motion = spider(4)
+    limb = limbs_of(motion)[0]
+    assert bones(motion, limb) == (np.linalg.norm((1, 3, 0)), np.linalg.norm((1, 4, 0)))
+    np.testing.assert_allclose(along(motion, (limb.child, limb.end)), [(2, 7, 0)] * 2)
+    np.testing.assert_allclose(along(motion, (limb.end,)), [(1, 4, 0)] * 2)
+
+
+def test_a_limb_of_bones_in_pieces_and_with_positions():
+    """Three joints between hip and knee, two between knee and ankle; the knee is moved about."""
+    rng = np.random.default_rng(6)
+    frames, names = 5, tuple("ahbcdkefz")
+    skeleton = Skeleton(names, np.arange(-1, 8), rng.normal(size=(9, 3)))
+    rotations = normalise(rng.normal(size=(frames, 9, 4)))
+    moved = rng.normal(size=(frames, 1, 3))
+    motion = Motion(skeleton, rotations, (5,), moved, 0.1)
+    limb = as_limb(motion, make_chain(motion, 1, 5, 8))
+    assert (limb.name, path(skeleton, 1, 5)) == ("h-z", (2, 3, 4, 5))
+    turned, positions = forward_kinematics(motion)
+    for place, joint in zip(places(motion, limb), (5, 8), strict=True):
+        in_room = rotate(turned[:, 0], place)
+        np.testing.assert_allclose(in_room, positions[:, joint] - positions[:, 1], atol=1e-12)
+    still = along(motion, (6, 7, 8))
+    assert still.shape == (frames, 3)
+    lengths = np.linalg.norm(skeleton.offsets, axis=1)
+    upper = lengths[2:5].sum() + np.linalg.norm(moved[:, 0], axis=1).mean()
+    np.testing.assert_allclose(bones(motion, limb), (upper, lengths[6:].sum()))

@@ -1,6 +1,7 @@
 """A first guess for an interval made by hand."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -120,3 +121,76 @@ def test_a_shoulder_turned_back_beside_its_arm_moves_no_hand(analysed_kick):
             axis=(0, 2)
         )
         assert [motion.skeleton.names[j] for j in np.flatnonzero(off > 1e-9)] == ["LeftForeArm"]
+
+
+def flips(departures, angle=None, height=1.0, fps=100.0):
+    """Only what a proposal of a flip looks at."""
+    frames = len(departures)
+    angle = np.zeros(frames) if angle is None else angle
+    return SimpleNamespace(
+        departures=departures,
+        fps=fps,
+        limb=SimpleNamespace(name=LEG),
+        swivel=SimpleNamespace(angle=angle, height=np.full(frames, height)),
+        end_carried=lambda start, offset: (start, len(offset)) == (90, 30),
+    )
+
+
+def with_jumps(frames, jumps):
+    departures = np.zeros(frames)
+    for at, degrees in jumps.items():
+        departures[at] = np.radians(degrees)
+    return departures
+
+
+@pytest.mark.parametrize("frame", [90, 100, 119])
+def test_a_flip_made_by_hand_lies_between_the_jumps_round_it(frame):
+    angle = 0.01 * np.arange(300.0)
+    angle[90:120] += 1.0
+    jumps = {70: 60, 90: 57, 100: 20, 120: -57, 140: 60}
+    flip = proposed_flip(flips(with_jumps(300, jumps), angle), frame)
+    assert (flip.chain, flip.kind, flip.start, flip.stop) == (LEG, Kind.LIMB_FLIP, 90, 120)
+    assert flip.carried
+    np.testing.assert_allclose(flip.offset, np.full(30, 1.0), atol=1e-12)
+
+
+def test_a_jump_is_looked_for_within_half_a_second_and_25_degrees():
+    def found(jumps, frame=150, frames=300, fps=100.0):
+        flip = proposed_flip(flips(with_jumps(frames, jumps), fps=fps), frame)
+        return flip.start, flip.stop
+
+    assert found({100: 30, 200: 30}) == (100, 200)
+    assert found({99: 30, 201: 30}) == (145, 156)
+    assert found({100: 24.9, 200: 30}) == (189, 200) or found({100: 24.9, 200: 30})[1] == 200
+    assert found({100: 25.1}) == (100, 151)
+    assert found({148: 30}) == (148, 159)
+    assert found({155: 30}) == (144, 155)
+    assert found({151: -30, 150: -30}) == (150, 151)
+    assert found({8: 30}, frame=5, frames=10) == (0, 8)
+    assert found({3: 30}, frame=5, frames=10) == (3, 10)
+    # At two frames a second half a second is one frame: two are looked at.
+    assert found({3: 30, 7: 30}, frame=5, frames=10, fps=2.0) == (3, 7)
+    assert found({2: 30, 8: 30}, frame=5, frames=10, fps=2.0) == (4, 7)
+
+
+def test_of_a_straight_limb_the_jump_at_its_start_counts():
+    jumps = with_jumps(300, {90: 57, 120: -57})
+    angle = np.zeros(300)
+    angle[90:120] = 2.0
+    straight = proposed_flip(flips(jumps, angle, height=0.0), 100)
+    np.testing.assert_allclose(straight.offset, np.full(30, np.radians(57.0)))
+    np.testing.assert_allclose(proposed_flip(flips(jumps, angle), 100).offset, np.full(30, 2.0))
+
+
+def test_edges_at_few_frames_a_second_and_at_the_ends_of_a_clip():
+    def found(frame, edges, frames=20, fps=2.0):
+        made = proposed_interval("A", with_error(frames, 0, 0, 0.0, edges), frame, fps)
+        return made.start, made.stop
+
+    assert found(10, [(8, 0.5), (12, 0.5)]) == (8, 12)
+    assert found(10, [(7, 0.5), (13, 0.5)]) == (9, 12)  # two frames to either side, no more
+    assert found(10, [(10, 0.5), (11, 0.5)]) == (10, 11)
+    assert found(0, [(0, 0.5)]) == (0, 3)  # there is no step into the first frame
+    assert found(0, [(1, 0.5)]) == (0, 1)
+    assert found(19, [(18, 0.5)]) == (18, 20)
+    assert found(19, []) == (18, 20)

@@ -43,6 +43,24 @@ def ramped():
     return remove_twist(CLIP.motion, find_chains(CLIP.motion), offsets)
 
 
+def test_how_long_an_onset_takes_and_how_many_times_its_scale_it_is():
+    course = np.radians([0.0, 0.4, 0.5, 5.0, 9.0, 10.0, 10.0, 8.9, 0.5, 0.4])
+    assert onset_frames(course) == (3, 3)
+    assert onset_frames(-course[::-1]) == (3, 3)
+    assert onset_frames(np.array([0.0, 0.0, 1.0, 1.0])) == (1, 1)
+
+    def told(sigma):
+        evidence = {**EVIDENCE, "sigma_deg": sigma}
+        return soft_onset(Interval("A", 0, 10, course, 0.9, explain=evidence.copy))
+
+    assert "over 3 frames, ends over 3; " in told(1.0)
+    assert "10× its natural 1.00°" in told(1.0)
+    assert "9.8× its natural 1.02°" in told(1.02)
+    assert "20× its natural" in told(0.5)
+    sudden = Interval("A", 0, 4, np.radians([0.0, 5.0, 5.0, 1.0]), 0.9, explain=EVIDENCE.copy)
+    assert soft_onset(sudden).startswith("sets in over 1 frame, ends over 2; ")
+
+
 def test_an_onset_is_told_in_plain_words():
     assert onset_frames(RAMP) == (12, 12)
     assert onset_frames(np.zeros(0)) == (0, 0)

@@ -16,6 +16,7 @@ from twistcore.rotation import Array
 _MIN_DECIMALS = 6
 _MAX_DECIMALS = 15
 _FARTHEST = 2e6 * np.pi  # radians: a million turns, beyond which digits of the angle are lost
+_LONG = 40  # bytes of a number: what is longer is looked at by itself
 
 
 def turned_numbers(
@@ -109,18 +110,16 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
     """Digits behind the point of the tokens at these offsets, an exponent left out."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = np.zeros(len(starts), dtype=np.int64)
-    longest = int((ends - starts).max())
-    for back in range(min(longest, 40)):
-        at = np.maximum(ends - 1 - back, starts)
-        byte = buffer[at]
-        decimals[(byte == 46) & (at == ends - 1 - back)] = back
-        # An exponent is behind the mantissa: its letters do not count, and it is not kept.
-        behind = np.flatnonzero(((byte | 32) == 101) & (at == ends - 1 - back)).tolist()
-        ends = ends.copy() if behind else ends
-        for k in behind:
-            mantissa = data[starts[k] : at[k]]
-            ends[k] = starts[k]
-            decimals[k] = len(mantissa.partition(b".")[2])
+    length = ends - starts
+    odd = length > _LONG
+    for back in range(min(int(length.max()), _LONG)):
+        byte, inside = buffer[ends - 1 - back], back < length
+        decimals[(byte == 46) & inside] = back
+        odd |= ((byte | 32) == 101) & inside
+    # Exponents and very long numbers are few. An exponent is not kept: only its mantissa counts.
+    for k in np.flatnonzero(odd).tolist():
+        mantissa = data[starts[k] : ends[k]].lower().partition(b"e")[0]
+        decimals[k] = len(mantissa.partition(b".")[2])
     return decimals
 
 

@@ -1,0 +1,94 @@
+"""A clip under correction is what the corrected motion is, however it is asked."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.conftest import ASSETS
+from twistcore.analysis import analyse
+from twistcore.bvh import read_bvh
+from twistcore.detection import Kind
+from twistcore.motion import forward_kinematics
+from twistcore.refinement import Corrected, refine
+from twistcore.review.model import constant
+from twistcore.rotation import geodesic_angle, wrap
+from twistcore.signals import twist_signals
+
+MOTION = read_bvh(ASSETS / "walk.bvh").motion.sliced(0, 60)
+FLIP = replace(constant("RightUpLeg-RightFoot", 20, 30, 0.8), kind=Kind.LIMB_FLIP)
+SHARED = [
+    constant("LeftShoulder", 10, 30, 0.5), constant("LeftArm", 20, 40, -0.7),
+    constant("LeftArm", 35, 50, 0.2), constant("LeftForeArm", 0, 5, 1.0),
+    constant("RightUpLeg", 50, 60, 3.0), constant("RightLeg", 1, 3, 0.4),
+]  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def analysis():
+    return analyse(MOTION)
+
+
+@pytest.mark.parametrize(
+    "chosen",
+    [SHARED, SHARED[:1], [*SHARED, FLIP], [replace(FLIP, carried=True)], []],
+    ids=["many", "one", "with a flip", "carried", "none"],
+)
+def test_angles_poses_and_ways_are_those_of_the_corrected_motion(analysis, chosen):
+    corrected = Corrected(analysis)
+    corrected.take(chosen)
+    refined = refine(MOTION, analysis.chains_and_limbs, chosen)
+    for chain in analysis.chains:
+        told, true = corrected.angles(chain), twist_signals(refined, chain)
+        for name in ("theta_p", "theta_c", "dtheta_p", "dtheta_c"):
+            off = wrap(getattr(told, name) - getattr(true, name))
+            assert np.abs(off).max() < 1e-7, (chain.name, name)
+        assert told.dtheta_p[0] == told.dtheta_c[0] == 0.0
+    rotations, positions = forward_kinematics(refined)
+    for frame in (0, 2, 22, 37, 59):
+        turned, there = corrected.pose(frame)
+        assert geodesic_angle(turned, rotations[frame]).max() < 1e-7
+        np.testing.assert_allclose(there, positions[frame], atol=1e-9)
+    joints = np.array([3, 7])
+    np.testing.assert_allclose(corrected.ways(joints, 15, 45), positions[15:45, joints], atol=1e-9)
+
+
+def test_what_is_taken_is_all_that_is_taken(analysis):
+    corrected = Corrected(analysis)
+    assert not corrected.offset("LeftArm").any()
+    assert not corrected.carried(FLIP.chain).any()
+    corrected.take([*SHARED, replace(FLIP, carried=True)])
+    arm = np.zeros(60)
+    arm[20:40] -= 0.7
+    arm[35:50] += 0.2
+    np.testing.assert_allclose(corrected.offset("LeftArm"), arm)
+    kept = corrected.offset("LeftArm")
+    flip = np.where((np.arange(60) >= 20) & (np.arange(60) < 30), 0.8, 0.0)
+    np.testing.assert_allclose(corrected.carried(FLIP.chain), flip)
+    corrected.take([*SHARED[1:], FLIP])
+    assert corrected.offset("LeftArm") is kept  # sums that stay the same stand
+    assert not corrected.offset("LeftShoulder").any()
+    assert not corrected.carried(FLIP.chain).any()
+    np.testing.assert_allclose(corrected.offset(FLIP.chain), flip)
+    corrected.take(SHARED[1:2])
+    arm[35:50] -= 0.2
+    np.testing.assert_allclose(corrected.offset("LeftArm"), arm, atol=1e-15)
+    corrected.take([])
+    assert not corrected.offset("LeftArm").any()
+    with pytest.raises(ValueError, match="read-only"):
+        corrected.offset("LeftArm")[0] = 1.0
+
+
+def test_what_an_export_cannot_write_is_not_shown():
+    skeleton = MOTION.skeleton
+    rotatable = np.ones(len(skeleton), dtype=bool)
+    rotatable[[skeleton.index("LeftForeArm"), skeleton.index("RightFoot")]] = False
+    motion = replace(MOTION, skeleton=replace(skeleton, rotatable=rotatable))
+    corrected = Corrected(analyse(motion))
+    corrected.take([*SHARED, FLIP])
+    assert not corrected.offset("LeftArm").any()
+    assert not corrected.offset("LeftForeArm").any()
+    assert not corrected.offset(FLIP.chain).any()
+    assert corrected.offset("LeftShoulder").any()
+    corrected.take([replace(FLIP, carried=True)])
+    assert corrected.offset(FLIP.chain).any()

@@ -1,0 +1,63 @@
+"""From the chains of a review to others: which τ they get and which are looked at again."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from twistcore.detection import Kind
+from twistcore.review import start_review
+from twistcore.review.model import constant
+from twistcore.review.other_chains import changed_chains
+from twistcore.rig import AS_FOUND, Rig
+
+A = constant("A", 10, 20, 0.5)
+
+
+def analysis(found, automatic=0.1, rig=AS_FOUND):
+    """What is asked of an analysis; found: intervals by chain."""
+    detector = SimpleNamespace(
+        automatic_tau=lambda _: automatic,
+        intervals=lambda name, _: tuple(found[name]),
+    )
+    chains = tuple(SimpleNamespace(name=name) for name in found)
+    return SimpleNamespace(chains_and_limbs=chains, rig=rig, detector=lambda _: detector)
+
+
+def state(**tau):
+    return start_review("own", tau, (), tau)
+
+
+def test_a_chain_that_stays_keeps_its_tau_unless_nobody_chose_it():
+    before = analysis({"A": [A], "B": []})
+    same = changed_chains(before, analysis({"A": [A], "B": []}), state(A=0.7, B=0.1))
+    assert (dict(same.tau), same.again, same.what) == ({"A": 0.7, "B": 0.1}, (), "")
+    other = changed_chains(before, analysis({"A": [A], "B": []}, 0.2), state(A=0.7, B=0.1), "x")
+    assert (dict(other.tau), other.what) == ({"A": 0.7, "B": 0.2}, "x")
+    unknown = changed_chains(before, analysis({"A": [A], "B": []}), state(B=0.7))
+    assert (dict(unknown.tau), unknown.again) == ({"A": 0.1, "B": 0.7}, ("A",))
+    not_there = changed_chains(analysis({"B": []}), analysis({"A": [A]}), state(A=0.7, B=0.1))
+    assert (dict(not_there.tau), not_there.again) == ({"A": 0.1}, ("A",))
+
+
+def test_new_chains_and_those_with_other_intervals_are_looked_at_again():
+    b = constant("B", 1, 3, 0.1)
+    rig = Rig(remove=("Gone",))
+    after = analysis({"New": [A], "A": [A], "B": [b, b]}, rig=rig)
+    command = changed_chains(analysis({"A": [A], "B": [b]}), after, state(A=0.7, B=0.7))
+    assert (command.again, command.rig) == (("New", "B"), rig)
+    assert command.found == (A, b, b)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"start": 9}, {"stop": 21}, {"confidence": 0.5}, {"open": True}, {"kind": Kind.LIMB_FLIP},
+     {"carried": True}, {"offset": np.full(10, 0.6)}],
+    ids=str,
+)  # fmt: skip
+def test_any_difference_counts(change):
+    before, after = analysis({"A": [A]}), analysis({"A": [replace(A, **change)]})
+    assert changed_chains(before, after, state(A=0.7)).again == ("A",)
+    alike = analysis({"A": [replace(A, offset=A.offset.copy(), residual=1.0)]})
+    assert changed_chains(before, alike, state(A=0.7)).again == ()
