@@ -15,6 +15,7 @@ from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.limb import find_limbs
 from twistcore.rig import OwnChain, Rig
+from twistcore.rotation import rotate, twist_angle
 from twistcore.signals import TwistSignals, azimuth_increments, signals_of_chains, twist_signals
 
 TAU = 0.25
@@ -363,6 +364,16 @@ def test_signals_of_a_turning_joint_are_its_turns(walk):
         np.testing.assert_allclose(turned, np.exp(1j * one.theta_p), atol=1e-9)
         assert one.dtheta_p[0] == one.dtheta_c[0] == 0.0
         assert (np.abs(one.dtheta_p) <= math.pi).all()
+        for t in range(0, motion.frames, 50):
+            a = chain.axis if chain.axis.ndim == 1 else chain.axis[t]
+            arm = chain.arm if chain.arm.ndim == 1 else chain.arm[t]
+            q = motion.rotations[t]
+            v = rotate(q[chain.child], arm)
+            assert one.theta_p[t] == twist_angle(q[chain.parent], a)
+            bent = np.linalg.norm(np.cross(v, a))
+            assert one.azimuth_reliability[t] == pytest.approx(bent, abs=1e-9)
+            p = q[chain.parent]
+            assert one.swing_reliability[t] == pytest.approx(math.hypot(p[0], p[1:] @ a))
         peak = math.degrees(one.strength.max())
         assert repr(one) == f"<TwistSignals: {motion.frames} frames, m up to {peak:.1f}°>"
 
