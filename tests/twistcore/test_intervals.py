@@ -162,7 +162,7 @@ def test_the_papers_threshold_is_five_degrees_and_its_curve_is_m():
 
 
 def test_flips_are_turns_of_one_joint_alone_that_no_limb_makes():
-    counter = counter_of(1, frames=60, jumps=0.0)
+    counter = counter_of(1, chains=1, frames=60, jumps=0.0)
     rx, ry, event = (np.zeros((1, 60)) for _ in range(3))
     sigma = np.full((1, 60), 2.0 * DEGREE)
     sigma[0, 40:] = 7.0 * DEGREE

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.twistcore.counters import counter_of, seeds
+from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection import pairing
 from twistcore.detection.edges import find_edges
 from twistcore.detection.pairing import Pair, best_pairs, pair_table, unpaired
@@ -21,8 +21,8 @@ DEGREE = math.pi / 180.0
 
 def table_of(seed, low=0, high=FRAMES, jumps=0.08):
     counter = counter_of(seed, frames=FRAMES, jumps=jumps)
-    edges, step = find_edges(counter, 0)
-    return counter, step, pair_table(counter, 0, edges, step, low, high)
+    edges, step = find_edges(counter, ROW)
+    return counter, step, pair_table(counter, ROW, edges, step, low, high)
 
 
 def closing(residual, variance):
@@ -46,7 +46,7 @@ def plain_gain(counter, step, edges, opening, closing_):
     spread = edges.sigma[j] ** 2 + edges.sigma[i] ** 2
     spread += (0.05 * DEGREE) ** 2 + (0.005 * max(size[i], size[j])) ** 2
     at = slice(edges.stop[j], edges.start[i])
-    d, variance, steps = counter.d[0, at], counter.sigma[0, at] ** 2, step[at]
+    d, variance, steps = counter.d[ROW, at], counter.sigma[ROW, at] ** 2, step[at]
     ways = [
         closing(total, spread),
         closing(total + d[steps].sum(), spread + variance[steps].sum()) + inner - 2.0,
@@ -87,7 +87,7 @@ def test_every_pair_gains_what_it_gains_by_itself(block, band, seed):
 @given(seeds, st.integers(0, 40), st.integers(50, FRAMES))
 def test_a_segment_has_the_edges_inside_of_it_but_those_too_small_to_be_asked_for(seed, low, high):
     counter, _, table = table_of(seed, low, high)
-    every, _ = find_edges(counter, 0)
+    every, _ = find_edges(counter, ROW)
     wanted = [
         k
         for k in range(len(every))

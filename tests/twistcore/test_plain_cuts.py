@@ -130,6 +130,7 @@ def jumping(seed, fps, moving=1.0, frames=120):
     for t in rng.integers(5, frames - 5, 7):
         for t_, share in ((t, rng.uniform(0.2, 0.9)), (t + int(rng.integers(1, 5)), 0.4)):
             angles[min(t_, frames - 1) :, rng.random(20) < share] += rng.normal(0.0, 0.2, 3)
+    angles[:, rng.random(20) > 2.0 * moving] = 0.0
     rotations = quaternion_from_euler("ZYX", angles)
     return replace(motion, rotations=rotations, frame_time=1.0 / fps)
 
@@ -319,3 +320,11 @@ def test_what_is_left_out_at_the_start_is_all_up_to_the_end_of_the_blend():
             f"Frames 0–{end - 1} are a first pose and a blend out of it: no capture, left out."
         )
     assert leading_frames(WALK) == 1
+    assert border_notes(WALK) == border_notes(CAPTURE) == ()
+
+
+def test_a_clip_that_is_a_blend_to_its_end_has_no_capture():
+    q = out_of(REST, CAPTURE.rotations[::-1], 12, eased=True)[::-1][-22:]
+    motion = replace(CAPTURE, rotations=q, positions=CAPTURE.positions[:22])
+    assert rest_frames(q, 120.0) > 9
+    assert leading_frames(motion) == 21
