@@ -93,6 +93,8 @@ def test_evidence_is_asked_for_once_it_is_needed_and_goes_along():
     assert same.offset.tolist() == one.offset.tolist()
     none = interval([30.0])
     assert none.evidence is None
+    assert (none.open, none.residual, none.carried, none.joint) == (False, 0.0, False, "")
+    assert (none.kind, none.followed, none.confidence) == (Kind.COUNTER_TWIST, 1.0, None)
     assert pickle.loads(pickle.dumps(none)).evidence is None
 
 
