@@ -296,6 +296,9 @@ def test_a_rest_pose_at_the_end_is_told_only_behind_a_blend():
     held = np.concatenate([blended, np.repeat(blended[-1:], 7, axis=0)])
     assert rest_frames(held, 120.0) == length + 7
     assert rest_frames(np.concatenate([q, np.repeat(q[-1:], 7, axis=0)]), 120.0) == 0
+    elsewhere = out_of(q[40], q[::-1], 12, eased=True)
+    assert blend_end(elsewhere, 120.0) > 9
+    assert rest_frames(elsewhere[::-1], 120.0) == 0
     motion = replace(CAPTURE, rotations=held, positions=CAPTURE.positions[[0] * len(held)])
     cut = np.flatnonzero(find_cuts(motion)).tolist()
     assert cut == list(range(len(held) - length - 7, len(held)))
