@@ -1,13 +1,16 @@
 """How benchmarks/mutation.py tries mutants: the tests of a module, in a forked process for each.
 
-The parent has imported pytest and numpy, never what is mutated, so that a child has only to import
-the changed module and the tests. What tests start as other programs sees the unchanged code.
+One process imports the tests of a module and forks for each mutant; the child gives functions
+their changed code and runs what reaches them. Where that changes nothing (a constant) or not all
+(it survives, but importing the tests has run the function, too) a child is forked that has imported
+neither and imports the changed module. What tests start as other programs sees the unchanged code.
 """
 
 from __future__ import annotations
 
 import importlib.abc
 import importlib.machinery
+import inspect
 import json
 import os
 import resource
@@ -21,7 +24,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass
 from importlib.util import spec_from_file_location
 from pathlib import Path
-from types import CodeType
+from types import CodeType, FunctionType, ModuleType
 
 import coverage
 import hypothesis
@@ -32,6 +35,8 @@ import scipy.stats  # noqa: F401
 from benchmarks._mutants import Mutant
 
 SHARED = "fixtures of more than one test"
+Trial = Callable[[Mutant, Sequence[str]], Callable[[], int]]
+AFRESH = 77  # the exit status of a child that could not change what was imported
 SAID = "said.txt"
 MEMORY = 2 * 1024**3
 
@@ -48,7 +53,8 @@ hypothesis.settings.register_profile(
 class Tests:
     """Which tests reach which line of a file, and how long each takes.
 
-    reached: line → names of tests, SHARED among them. seconds: name of a test → its processor time.
+    reached: line → names of tests, SHARED and "" (on import) among them. seconds: name of a test →
+    its processor time.
     """
 
     files: tuple[str, ...]
@@ -61,16 +67,20 @@ class Tests:
         A line that is run on import (a constant, a default) is seen by what runs its function, and
         otherwise by every test.
         """
-        names = self._within(mutant.lines)
+        names = self._within(mutant.lines) - {""}
         if not names and mutant.function:
-            names = self._within(mutant.function)
+            names = self._within(mutant.function) - {""}
             if not names:
                 return ()  # nothing runs this function
-        quick = sorted(names - {SHARED}, key=self.seconds.__getitem__)
+        quick = sorted(names - {SHARED, ""}, key=self.seconds.__getitem__)
         if names and SHARED not in names:
             return tuple(quick)
         others = sorted(self.seconds.keys() - names, key=self.seconds.__getitem__)
         return (*quick, *others)
+
+    def on_import(self, lines: tuple[int, int]) -> bool:
+        """Whether a line of these was run outside of tests."""
+        return "" in self._within(lines)
 
     def limit(self, name: str) -> float:
         """Seconds of processor time that a test may take; it may be first to want a fixture."""
@@ -94,7 +104,7 @@ def learn(path: Path, files: Sequence[str], slowest: float) -> Tests:
             raise ValueError(f"{said}\n{' '.join(files)}: these fail before anything is mutated")
         found = json.loads(result.read_text())
     seconds = {name: s for name, s in found["seconds"].items() if s <= slowest}
-    quick = seconds.keys() | {SHARED}
+    quick = seconds.keys() | {SHARED, ""}
     reached = {int(line): quick.intersection(names) for line, names in found["reached"].items()}
     return Tests(tuple(files), reached, seconds)
 
@@ -103,30 +113,55 @@ def outcomes(
     mutants: Sequence[Mutant], tests: Tests, jobs: int = 1
 ) -> Iterator[tuple[Mutant, str]]:
     """Each mutant with "killed", "survived" or "timeout", as they end."""
-    waiting = list(reversed(mutants))
-    running: dict[int, tuple[Mutant, Path, float]] = {}
+    afresh = [m for m in mutants if not m.function]
+    in_place = [m for m in mutants if m.function]
+    if in_place:
+        with tempfile.TemporaryDirectory() as folder:
+            told, tell = os.pipe()
+            served = _Served(in_place, tests, jobs, tell)
+            server = _start(lambda: _run(tests.files, served), Path(folder))
+            os.close(tell)
+            with os.fdopen(told) as lines:
+                for line in lines:
+                    place, outcome = line.split()
+                    mutant = in_place[int(place)]
+                    again = mutant.function and tests.on_import(mutant.function)
+                    if outcome == "afresh" or (outcome == "survived" and again):
+                        afresh.append(mutant)
+                    else:
+                        yield mutant, outcome
+            os.waitpid(server, 0)
+    for place, outcome in _tried(afresh, tests, jobs, lambda m, chosen: _trial(m, tests, chosen)):
+        yield afresh[place], outcome
+
+
+def _tried(
+    mutants: Sequence[Mutant], tests: Tests, jobs: int, trial: Trial
+) -> Iterator[tuple[int, str]]:
+    waiting = list(enumerate(mutants))[::-1]
+    running: dict[int, tuple[int, Path, float]] = {}
     while waiting or running:
         while waiting and len(running) < jobs:
-            mutant = waiting.pop()
+            place, mutant = waiting.pop()
             chosen = tests.of(mutant)
             if not chosen:
-                yield mutant, "survived"
+                yield place, "survived"
                 continue
             folder = Path(tempfile.mkdtemp(prefix="mutant-"))
-            child = _start(_trial(mutant, tests, chosen), folder)
+            child = _start(trial(mutant, chosen), folder)
             limit = sum(tests.limit(name) for name in chosen)
-            running[child] = (mutant, folder, time.monotonic() + 10 * limit)
+            running[child] = (place, folder, time.monotonic() + 10 * limit)
         if running:
-            ended, status = _next(running)
-            mutant, folder, _ = running.pop(ended)
+            ended, status = _next({child: until for child, (_, _, until) in running.items()})
+            place, folder, _ = running.pop(ended)
             shutil.rmtree(folder, ignore_errors=True)
-            yield mutant, _said(status)
+            yield place, _said(status)
 
 
-def _next(running: Mapping[int, tuple[Mutant, Path, float]]) -> tuple[int, int]:
+def _next(running: Mapping[int, float]) -> tuple[int, int]:
     """The next child that ends, and its status; one that waits for ever is ended."""
     while True:
-        for child, (_, _, until) in running.items():
+        for child, until in running.items():
             ended, status = os.waitpid(child, os.WNOHANG)
             if ended:
                 return child, status
@@ -138,6 +173,8 @@ def _next(running: Mapping[int, tuple[Mutant, Path, float]]) -> tuple[int, int]:
 def _said(status: int) -> str:
     if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGPROF:
         return "timeout"
+    if os.WIFEXITED(status) and os.WEXITSTATUS(status) == AFRESH:
+        return "afresh"
     return "survived" if status == 0 else "killed"
 
 
@@ -178,11 +215,50 @@ def _run(files: Sequence[str], plugin: object) -> int:
     return int(pytest.main([*options, *files], plugins=[plugin]))
 
 
+def changed_in_place(name: str, source: str) -> bool:
+    """Give the functions of an imported module the code that they have in other source.
+
+    False if none differs: what was changed is no function's code. Raises what importing raises.
+    """
+    module = sys.modules.get(name)
+    if module is None:
+        return False
+    other = ModuleType(name)
+    vars(other).update(__file__=module.__file__, __package__=module.__package__)
+    exec(compile(source, str(module.__file__), "exec"), vars(other))
+    changed = False
+    now = dict(_functions(vars(other), name))
+    for qualified, function in _functions(vars(module), name):
+        code = now[qualified].__code__ if qualified in now else function.__code__
+        if code != function.__code__ and code.co_freevars == function.__code__.co_freevars:
+            function.__code__ = code
+            changed = True
+    return changed
+
+
+def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, FunctionType]]:
+    """The functions and methods of a module, also below decorators, by their qualified names."""
+    for thing in list(found.values()):
+        below = [getattr(thing, name, None) for name in ("fget", "fset", "__func__", "func")]
+        for inner in map(inspect.unwrap, filter(callable, [thing, *below])):
+            if getattr(inner, "__module__", None) != module:
+                continue
+            if isinstance(inner, FunctionType):
+                yield inner.__qualname__, inner
+            elif isinstance(inner, type):
+                yield from _functions(vars(inner), module)
+
+
+def module_name(path: Path) -> str:
+    """A path from the root of the checkout, as it is imported."""
+    return ".".join(path.with_suffix("").parts)
+
+
 class _Instead(importlib.abc.MetaPathFinder):
     """Imports one module from changed source."""
 
     def __init__(self, path: Path, source: str) -> None:
-        self.name = ".".join(path.with_suffix("").parts)
+        self.name = module_name(path)
         self.path, self.source = path, source
 
     def find_spec(self, name: str, *_: object) -> importlib.machinery.ModuleSpec | None:
@@ -202,12 +278,23 @@ class _Loader(importlib.machinery.SourceFileLoader):
         return compile(self._source, self.path, "exec")
 
 
-class _Chosen:
-    """Runs some tests, in the order given, and ends the process if one takes too long."""
+class _Limited:
+    """Ends the process if a test takes too long."""
+
+    def __init__(self, tests: Tests) -> None:
+        self.tests = tests
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_logstart(self, nodeid: str) -> None:
+        signal.setitimer(signal.ITIMER_PROF, self.tests.limit(nodeid))
+
+
+class _Chosen(_Limited):
+    """Runs some tests, in the order given."""
 
     def __init__(self, names: Sequence[str], tests: Tests) -> None:
+        super().__init__(tests)
         self.place = {name: place for place, name in enumerate(names)}
-        self.limit = tests.limit
         signal.setitimer(signal.ITIMER_PROF, 10.0)  # for what is imported
 
     @pytest.hookimpl(trylast=True)
@@ -215,9 +302,38 @@ class _Chosen:
         kept = [item for item in items if item.nodeid in self.place]
         items[:] = sorted(kept, key=lambda item: self.place[item.nodeid])
 
+
+class _Served(_Limited):
+    """Instead of running the tests, forks for each mutant; tells its place and its outcome."""
+
+    def __init__(self, mutants: Sequence[Mutant], tests: Tests, jobs: int, tell: int) -> None:
+        super().__init__(tests)
+        self.mutants, self.jobs, self.tell = mutants, jobs, tell
+
     @pytest.hookimpl(tryfirst=True)
-    def pytest_runtest_logstart(self, nodeid: str) -> None:
-        signal.setitimer(signal.ITIMER_PROF, self.limit(nodeid))
+    def pytest_runtestloop(self, session: pytest.Session) -> bool:
+        items = {item.nodeid: item for item in session.items}
+
+        def trial(mutant: Mutant, chosen: Sequence[str]) -> Callable[[], int]:
+            def action() -> int:
+                resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+                try:
+                    if not changed_in_place(module_name(mutant.path), mutant.source()):
+                        return AFRESH
+                except Exception:
+                    return 1  # it cannot even be imported
+                wanted = [items[name] for name in chosen]
+                for item, following in zip(wanted, [*wanted[1:], None], strict=True):
+                    item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
+                    if session.testsfailed:
+                        return 1
+                return 0
+
+            return action
+
+        for place, outcome in _tried(self.mutants, self.tests, self.jobs, trial):
+            os.write(self.tell, f"{place} {outcome}\n".encode())
+        return True
 
 
 def _learn(path: Path, files: Sequence[str], result: Path) -> int:
@@ -228,8 +344,7 @@ def _learn(path: Path, files: Sequence[str], result: Path) -> int:
     traced.stop()
     data = traced.get_data()
     lines = data.contexts_by_lineno(str(path.resolve()))
-    reached = {line: [name for name in names if name] for line, names in lines.items()}
-    result.write_text(json.dumps({"reached": reached, "seconds": noted.seconds}))
+    result.write_text(json.dumps({"reached": lines, "seconds": noted.seconds}))
     return code
 
 

@@ -23,9 +23,9 @@ from mutmut.mutation.pragma_handling import IgnoredCode
 class Mutant:
     """One change of one file.
 
-    lines: the first and last line (from 1) of what is changed. function: those of the function
-    around it, None outside of functions. change: what stood there and what stands there now.
-    source(): the whole changed file.
+    lines: the first and last line (from 1) of what is changed. function: those of the body of the
+    function around it, None outside of functions. change: what stood there and what stands there
+    now. source(): the whole changed file.
     """
 
     path: Path
@@ -53,21 +53,21 @@ def mutants_of(path: Path) -> list[Mutant]:
     visitor = _Visitor(mutation_operators, IgnoredCode(set(), set(), set()))
     wrapper.visit(visitor)
     places = wrapper.resolve(PositionProvider)
-    functions = [
-        (places[node].start.line, places[node].end.line)
-        for node in _below(wrapper.module)
-        if isinstance(node, cst.FunctionDef)
-    ]
+    functions = []  # where each begins, where its body does, where it ends
+    for node in _below(wrapper.module):
+        if isinstance(node, cst.FunctionDef):
+            begin, end = places[node].start.line, places[node].end.line
+            functions.append((begin, places[node.body.body[0]].start.line, end))
     made = []
     for mutation in visitor.mutations:
         place = places[mutation.original_node]
         lines = (place.start.line, place.end.line)
-        around = [f for f in functions if f[0] <= lines[0] and lines[1] <= f[1]]
+        around = [f for f in functions if f[0] <= lines[0] and lines[1] <= f[2]]
         old, new = (
             _text(wrapper.module, n) for n in (mutation.original_node, mutation.mutated_node)
         )
         if old != new:
-            function = max(around, default=None)  # the innermost: it begins last
+            function = max(around)[1:] if around else None  # the innermost: it begins last
             source = partial(_changed, wrapper.module, mutation)
             made.append(Mutant(path, lines, function, _shown(old, new), source))
     return sorted(made, key=lambda mutant: (mutant.lines, mutant.change))

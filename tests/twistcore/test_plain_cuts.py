@@ -296,7 +296,7 @@ def test_a_rest_pose_at_the_end_is_told_only_behind_a_blend():
     held = np.concatenate([blended, np.repeat(blended[-1:], 7, axis=0)])
     assert rest_frames(held, 120.0) == length + 7
     assert rest_frames(np.concatenate([q, np.repeat(q[-1:], 7, axis=0)]), 120.0) == 0
-    elsewhere = out_of(q[40], q[::-1], 12, eased=True)
+    elsewhere = out_of(q[40], q, 12, eased=True)
     assert blend_end(elsewhere, 120.0) > 9
     assert rest_frames(elsewhere[::-1], 120.0) == 0
     motion = replace(CAPTURE, rotations=held, positions=CAPTURE.positions[[0] * len(held)])
