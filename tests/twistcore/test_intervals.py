@@ -16,12 +16,13 @@ from tests.twistcore.counters import counter_of
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
+from twistcore.detection import lone_jumps as lone_jumps_module
 from twistcore.detection.interval import circular_median
 from twistcore.detection.lone_jumps import limit, lone_jumps, own_axis
 from twistcore.detection.natural_events import NaturalEvent, flips, limb_flips, with_events
 from twistcore.detection.paper import PaperDetector, error_of, intervals_of_offset
 from twistcore.limb import find_limbs
-from twistcore.motion import Skeleton, forward_kinematics
+from twistcore.motion import Motion, Skeleton, forward_kinematics
 from twistcore.rotation import conjugate, multiply, quaternion_from_axis_angle, twist_angle, wrap
 
 FILE = read_bvh(ASSETS / "walk.bvh").motion
@@ -287,6 +288,47 @@ def test_lone_jumps_are_told_joint_by_joint(fps, turned):
 )
 def test_the_limit_is_a_speed_between_noise_and_what_a_slow_camera_proves(fps, degrees):
     assert math.degrees(limit(fps)) == pytest.approx(degrees)
+
+
+def test_frames_that_follow_one_another_are_one_jump_as_fast_as_its_fastest():
+    chain = CHAINS[0]
+    motion = spun(chain.parent, 20, 79, 100.0)
+    motion = spun(chain.parent, 21, 79, 130.0, motion)
+    motion = spun(chain.parent, 22, 79, 90.0, spun(chain.parent, 24, 79, -110.0, motion))
+    found = lone_jumps(motion, CHAINS[:1])[chain.name]
+    frames = [(i.start, i.stop) for i in found if i.joint == WALK.skeleton.names[chain.parent]]
+    assert frames == [(20, 23), (24, 25)]
+    assert math.degrees(found[0].residual) == pytest.approx(130.0, abs=15.0)
+
+
+@pytest.mark.parametrize(("of_parent", "own", "joints"), [
+    (100.0, 40.0, []), (100.0, 70.0, ["c"]), (70.0, 70.0, ["c"]), (0.0, 130.0, ["c"]),
+    (125.0, 10.0, ["b"]), (125.0, -125.0, ["b"]),
+])  # fmt: skip
+def test_a_joint_that_only_goes_along_does_not_jump(of_parent, own, joints):
+    parents = np.array([-1, 0, 1, 2])
+    straight = np.array([[0.0, 1.0, 0.0]] * 4)
+    skeleton = Skeleton(("a", "b", "c", "d"), parents, straight, ((3, (0.0, 1.0, 0.0)),))
+    q = np.zeros((12, 4, 4))
+    q[..., 0] = 1.0
+    for joint, degrees in ((1, of_parent), (2, own)):
+        q[5:, joint] = quaternion_from_axis_angle(np.eye(3)[1], degrees * DEGREE)
+    motion = Motion(skeleton, q, (), np.zeros((12, 0, 3)), 1.0 / 30.0)
+    chain = SimpleNamespace(name="b", parent=1, child=2)
+    assert [i.joint for i in lone_jumps(motion, [chain])["b"]] == joints
+
+
+def test_a_joint_without_an_axis_hides_no_other(monkeypatch):
+    first = CHAINS[0].child
+    axis = lone_jumps_module.own_axis
+    motion = spun(CHAINS[3].parent, 20, 79, 150.0)
+    usual = lone_jumps(motion, CHAINS)[CHAINS[3].name]
+    monkeypatch.setattr(
+        lone_jumps_module, "own_axis", lambda s, j: None if j == first else axis(s, j)
+    )
+    found = lone_jumps(motion, CHAINS)[CHAINS[3].name]
+    assert [(i.joint, i.start) for i in found] == [(i.joint, i.start) for i in usual]
+    assert found
 
 
 def test_no_chains_and_no_second_frame_have_no_jumps():

@@ -121,7 +121,7 @@ def test_no_pairs_have_no_courses():
     )
 
 
-def compensated(seed, share, size, noise, widths, length=20):
+def compensated(seed, share, size, noise, widths, apart=0.03, length=20):
     """An error of P that C turns back by a share; edges of so many frames."""
     rng = np.random.default_rng(seed)
     sigma = np.repeat(noise * rng.uniform(0.7, 1.4, (2, 2, 1)), FRAMES, axis=2)
@@ -129,7 +129,7 @@ def compensated(seed, share, size, noise, widths, length=20):
     start = 30
     for first, width, turn in (
         (start, widths[0], size),
-        (start + length, widths[1], -size * rng.uniform(0.97, 1.03)),
+        (start + length, widths[1], -size * rng.uniform(1.0 - apart, 1.0 + apart)),
     ):
         residual[0, ROW, first : first + width] += turn / width
         residual[1, ROW, first : first + width] -= share * turn / width
@@ -155,11 +155,12 @@ def compensated(seed, share, size, noise, widths, length=20):
     st.sampled_from([1e-5, 1e-3, 0.01]),
     st.tuples(st.integers(1, 6), st.integers(1, 6)),
     st.integers(0, 2),
+    st.sampled_from([0.03, 0.1]),
 )
 def test_where_c_turns_back_in_part_the_course_is_as_p_shows(
-    seed, share, size, noise, widths, follows
+    seed, share, size, noise, widths, follows, apart
 ):
-    counter, table = compensated(seed, share, size, noise, widths)
+    counter, table = compensated(seed, share, size, noise, widths, apart)
     assert_as_plain([Pair(0, 1, follows, 30.0)], table, counter, counter.event[ROW])
 
 

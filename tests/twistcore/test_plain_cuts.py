@@ -89,6 +89,20 @@ def test_bends_are_angles_between_bones_in_the_room(seed):
     np.testing.assert_allclose(found[order], wanted[by], atol=1e-6)
 
 
+def test_bones_folded_back_upon_one_another_have_a_bend_that_does_not_change():
+    directions = np.random.default_rng(0).standard_normal((60, 3))
+    offsets = np.concatenate([[[0.0, 1.0, 0.0]], np.repeat(directions, 2, axis=0)])
+    offsets[2::2] *= -0.3
+    parents = np.array([-1, *(p for k in range(60) for p in (0, 2 * k + 1))])
+    skeleton = Skeleton(tuple(f"J{k}" for k in range(121)), parents, offsets)
+    q = normalise(np.random.default_rng(1).standard_normal((9, 121, 4)))
+    q[:, 1::2] = [1.0, 0.0, 0.0, 0.0]
+    found = bend_steps(Motion(skeleton, q, (), np.zeros((9, 0, 3)), 1 / 60))
+    assert len(found) == 61
+    assert np.isfinite(found).all()
+    assert found[1:].max() < 1e-6
+
+
 def plain_cuts(motion):
     """Frames that most joints jump into."""
     frames, fps = motion.frames, motion.fps
