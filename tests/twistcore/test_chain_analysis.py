@@ -88,7 +88,7 @@ def plain_intervals(chain, tau):
             yield course, is_open, sure, evidence, of_edges
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(seeds, st.sampled_from([0.5, 2.0, 10.0]))
 def test_every_interval_says_what_its_edges_and_its_course_do(seed, tau):
     chain, tau = analysis_of(seed), math.radians(tau)
@@ -112,7 +112,7 @@ def test_every_interval_says_what_its_edges_and_its_course_do(seed, tau):
             evidence["follows"] = i.evidence["follows"]
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(seeds)
 def test_strength_is_that_of_events_and_of_edges_at_their_peaks(seed):
     chain = analysis_of(seed)

@@ -59,7 +59,7 @@ def plain_gain(counter, step, edges, opening, closing_):
 
 
 @pytest.mark.parametrize(("block", "band"), [(5, 512), (5, 3), (64, 512)])
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(seed=seeds)
 def test_every_pair_gains_what_it_gains_by_itself(block, band, seed):
     with pytest.MonkeyPatch.context() as patch:
@@ -83,7 +83,7 @@ def test_every_pair_gains_what_it_gains_by_itself(block, band, seed):
                 assert b.follows[row, column] == follows
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(seeds, st.integers(0, 40), st.integers(50, FRAMES))
 def test_a_segment_has_the_edges_inside_of_it_but_those_too_small_to_be_asked_for(seed, low, high):
     counter, _, table = table_of(seed, low, high)
@@ -97,7 +97,7 @@ def test_a_segment_has_the_edges_inside_of_it_but_those_too_small_to_be_asked_fo
     assert (table.low, table.high) == (low, high)
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(seeds)
 def test_partners_are_told_by_both_edges_alike(seed):
     with pytest.MonkeyPatch.context() as patch:
@@ -163,7 +163,7 @@ def most_gained(table, tau, fps):
     return from_(-1)
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(seeds, st.sampled_from([0.5, 1.5, 5.0, 20.0]), FPS, st.sampled_from([0.03, 0.08]))
 def test_no_set_of_disjoint_intervals_gains_more(seed, tau, fps, jumps):
     low, high = seed % 20, FRAMES - seed % 7
@@ -187,7 +187,7 @@ def assert_no_set_gains_more(table, tau, fps):
             assert block.follows[cell] == pair.follows
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(seeds, st.sampled_from([0.5, 5.0, 20.0]), FPS)
 def test_clear_jumps_that_nothing_explains_are_told_by_their_shorter_side(seed, tau, fps):
     _, _, table = table_of(seed, seed % 20, FRAMES - seed % 7)
