@@ -77,14 +77,21 @@ class Flips:
 @pytest.fixture
 def clip(walk, told, monkeypatch):
     """An analysis of a walk whose detectors are made up."""
-    monkeypatch.setattr(module, "analyse_limbs", lambda *_: Flips(50, 60))
+
+    def of_limbs(motion, limbs):
+        assert motion is walk.motion
+        assert limbs == made.limbs
+        return Flips(50, 60)
+
+    monkeypatch.setattr(module, "analyse_limbs", of_limbs)
     jump = Interval("LeftArm", 5, 6, np.zeros(1), kind=Kind.LONE_JUMP, open=True)
     monkeypatch.setattr(
         module, "lone_jumps",
         lambda _, chains: {c.name: (jump,) if c.name == "LeftArm" else () for c in chains},
     )  # fmt: skip
     monkeypatch.setattr(module, "refine", lambda motion, *_: motion)
-    return analyse(walk)
+    made = analyse(walk)
+    return made
 
 
 def names(some):
@@ -116,6 +123,11 @@ def test_chains_are_named_or_given_and_bring_their_limb_along(walk):
     one, other = analyse(walk).chains[3], analyse(walk).chains[1]
     given = analyse(walk, [one, limb, other])
     assert (names(given.chains), names(given.limbs)) == (names([one, other]), [limb.name])
+    rig = Rig((), ("RightLeg",))
+    for some in ([one], [one.name], None):
+        looked_at = analyse(walk, some, rig)
+        assert (looked_at.motion, looked_at.name) == (walk.motion, "walk.bvh")
+        assert looked_at.rig == rig
     mixed = analyse(walk, [one, other.name])
     assert set(names(mixed.chains)) == {one.name, other.name}
     assert analyse(walk, []).chains_and_limbs == ()
@@ -331,7 +343,7 @@ def test_a_rig_of_other_chains_takes_along_only_what_was_made(walk):
     before = analyse(walk)
     rig = Rig((OwnChain(("Spine", "Spine1", "Neck1")),), ("LeftArm",))
     fresh = before.with_rig(rig)
-    assert fresh.name == before.name
+    assert (fresh.name, fresh.rig, fresh.motion) == (before.name, rig, before.motion)
     assert not {"signals", "poses"} & vars(fresh).keys()
     assert before.with_rig(before.rig) is before
     of = before.signals

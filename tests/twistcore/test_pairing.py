@@ -180,7 +180,9 @@ def assert_no_set_gains_more(table, tau, fps):
         assert all(abs(edges.jump[k]) >= tau for k in at)
         assert (edges.start[pair.opening] if pair.opening >= 0 else -1) >= behind
         behind = edges.stop[pair.closing] if pair.closing >= 0 else math.inf
-        if len(at) == 2:
+        if len(at) == 1:
+            assert pair.follows == 0
+        else:
             assert table.partners(pair.closing)[pair.opening] == pair.gain
             block = next(b for b in table.blocks if 0 <= pair.closing - b.first_row < len(b.gain))
             cell = pair.closing - block.first_row, pair.opening - block.first_column
