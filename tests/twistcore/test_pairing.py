@@ -86,8 +86,10 @@ def test_every_pair_gains_what_it_gains_by_itself(block, band, seed):
 @settings(max_examples=15)
 @given(seeds, st.integers(0, 40), st.integers(50, FRAMES))
 def test_a_segment_has_the_edges_inside_of_it_but_those_too_small_to_be_asked_for(seed, low, high):
-    counter, _, table = table_of(seed, low, high)
-    every, _ = find_edges(counter, ROW)
+    every, _ = find_edges(counter_of(seed, frames=FRAMES), ROW)
+    if seed % 2 and len(every) > 1:  # to the frame
+        low, high = int(every.start[len(every) // 3]), int(every.stop[2 * len(every) // 3])
+    _, _, table = table_of(seed, low, high)
     wanted = [
         k
         for k in range(len(every))
@@ -219,6 +221,18 @@ def test_a_segment_without_edges_has_no_pairs():
         assert best_pairs(some, 100.0, 30.0) == []
         assert unpaired(some, [], 100.0) == []
     assert none.blocks == ()
+
+
+@pytest.mark.parametrize(("high", "before"), [(18, False), (19, False), (20, True), (21, True)])
+def test_the_shorter_side_is_told_to_the_frame(high, before):
+    _, _, table = table_of(3)
+    one = table.edges[np.array([0])]
+    one = replace(
+        one, start=np.array([10]), stop=np.array([11]), gain=np.array([90.0]),
+        jump=np.array([1.0]), primary=np.array([True]),
+    )  # fmt: skip
+    (pair,) = unpaired(replace(table, edges=one, low=0, high=high, blocks=()), [], 0.01)
+    assert tuple(pair) == ((-1, 0, 0, 90.0) if before else (0, -1, 0, 90.0))
 
 
 @pytest.mark.parametrize(("gain", "told"), [(19.9, False), (20.0, True)])
