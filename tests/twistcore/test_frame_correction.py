@@ -274,6 +274,16 @@ def test_an_altered_frame_is_detected_as_altered_before_anything_is_taken_off():
     assert found.difference < 1e-6
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_p_is_told_with_the_sign_of_its_swing_whatever_that_of_the_file(sign):
+    rotations = MOTION.rotations.copy()
+    rotations[:, CHAIN.parent] *= sign
+    motion = MOTION.with_rotations(rotations)
+    found = correct_frame(motion, CHAIN, 40, WhatIf(), tau=0.3, offset_before=0.0)
+    assert found.q_parent @ found.before.q == pytest.approx(1.0)
+    np.testing.assert_array_equal(found.q_child, MOTION.rotations[40, CHAIN.child])
+
+
 def test_where_m_is_not_defined_there_is_no_event():
     what_if = WhatIf(twist=TURN, counter=True, bend=0.0)
     found = correct_frame(MOTION, CHAIN, 40, what_if, tau=0.0, offset_before=0.4)
