@@ -321,6 +321,7 @@ def test_detect_is_all_of_it_at_once(walk, told):
         ("LeftArm", 10, 0.5), ("LeftArm", 30, 0.5)
     ]  # fmt: skip
     assert found.method == "told"
+    assert detect(walk, ["LeftArm"], "told", kinds="limb flip").intervals == ()
     assert detect(walk, ["LeftArm"], kinds="counter-twist", tau_degrees=90.0)[0].offset[
         0
     ] == pytest.approx(math.pi / 2)
