@@ -225,6 +225,10 @@ def test_an_axis_that_varies_is_that_of_its_frame_and_of_the_one_before():
         np.testing.assert_allclose(one.v_before, v)
         reliability = one.swing_reliability_before
         assert reliability == pytest.approx(whole.swing_reliability[before])
+        fixed = replace(CHAIN, axis=moving.axis[frame], arm=moving.arm[frame])
+        what_if = WhatIf(twist=0.5, counter=True, swing=0.8, bend=1.0)
+        here, there = (altered(MOTION, c, frame, what_if) for c in (moving, fixed))
+        np.testing.assert_allclose(here.rotations, there.rotations, atol=1e-12)
 
 
 # Corrections
