@@ -179,6 +179,19 @@ def test_a_turn_of_one_joint_alone_is_open():
         assert all(i.open for i in other.intervals(0.05)) is is_open
 
 
+def test_a_jump_that_nothing_explains_is_open_though_both_joints_turn():
+    counter = counter_of(4, frames=FRAMES, jumps=0.0)
+    for column, turn in ((counter.rx, 0.5), (counter.ry, -0.5), (counter.d, 0.5)):
+        column[ROW, 35] = turn
+    counter.event[ROW, 35] = True
+    edges, step = find_edges(counter, ROW)
+    tables = tuple(pair_table(counter, ROW, edges, step, low, high) for low, high in SEGMENTS)
+    chain = ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
+    (found,) = chain.intervals(0.1)
+    assert (found.start, found.stop, found.open) == (0, 35, True)
+    assert found.evidence["edges"][0]["agreement"] > 0.99
+
+
 def test_the_automatic_threshold_is_that_of_its_own_row():
     for seed in range(5):
         chain = analysis_of(seed)

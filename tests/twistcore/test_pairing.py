@@ -11,7 +11,14 @@ from hypothesis import strategies as st
 from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection import pairing
 from twistcore.detection.edges import find_edges
-from twistcore.detection.pairing import Pair, best_pairs, pair_table, unpaired
+from twistcore.detection.pairing import (
+    Block,
+    Pair,
+    PairTable,
+    best_pairs,
+    pair_table,
+    unpaired,
+)
 from twistcore.rotation import wrap
 
 FRAMES = 90
@@ -104,12 +111,14 @@ def test_a_segment_has_the_edges_inside_of_it_but_those_too_small_to_be_asked_fo
 def test_partners_are_told_by_both_edges_alike(seed):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pairing, "BLOCK", 7)
+        patch.setattr(pairing, "BAND", 9)
         counter, step, table = table_of(seed)
     for i in range(len(table.edges)):
         wanted = {}
         for j in range(len(table.edges)):
             first, last = (j, i) if j < i else (i, j)
-            if table.edges.stop[first] <= table.edges.start[last]:
+            in_band = first >= max(0, last - last % 7 - 9)
+            if in_band and table.edges.stop[first] <= table.edges.start[last]:
                 gain, _ = plain_gain(counter, step, table.edges, first, last)
                 if gain > 0.0:
                     wanted[j] = pytest.approx(gain, abs=1e-6)
@@ -189,6 +198,25 @@ def assert_no_set_gains_more(table, tau, fps):
             block = next(b for b in table.blocks if 0 <= pair.closing - b.first_row < len(b.gain))
             cell = pair.closing - block.first_row, pair.opening - block.first_column
             assert block.follows[cell] == pair.follows
+
+
+@settings(max_examples=60)
+@given(
+    st.integers(1, 40), st.integers(45, 88), st.integers(0, 5), st.integers(0, 9),
+    st.tuples(st.floats(10.0, 60.0), st.floats(10.0, 60.0), st.floats(0.1, 60.0)), FPS,
+)  # fmt: skip
+def test_an_interval_over_nearly_all_gives_way_to_errors_at_both_ends(
+    opens, closes, low, behind, gains, fps
+):
+    edges = table_of(3)[2].edges[np.array([0, 1])]
+    start = low + np.array([opens, closes])
+    edges = replace(
+        edges, start=start, stop=start + 1, jump=np.array([1.0, -1.0]), gain=np.array(gains[:2])
+    )
+    gain = np.array([[-np.inf, -np.inf], [gains[2], -np.inf]])
+    block = Block(0, 0, gain, np.zeros((2, 2), dtype=np.int8))
+    high = low + closes + 1 + behind
+    assert_no_set_gains_more(PairTable(edges, low, high, (block,)), 0.01, fps)
 
 
 @settings(max_examples=30)
