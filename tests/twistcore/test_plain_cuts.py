@@ -285,6 +285,26 @@ def test_blends_end_where_they_do_joint_by_joint(fps, eased):
     assert len(found) > 4
 
 
+@pytest.mark.parametrize("still", [0.4, 0.6, 0.7, 0.8])
+def test_joints_that_stand_still_or_go_nowhere_far_do_not_vote(still):
+    q = CAPTURE.rotations
+    rng = np.random.default_rng(round(10.0 * still))
+    found = set()
+    for length in (3, 9, 19, 26):
+        for pose in (REST, q[40]):
+            clip = out_of(pose, q, length, eased=True)[:70]
+            held = rng.random(q.shape[1]) < still
+            clip[:, held] = clip[:1, held]
+            near = rng.random(q.shape[1]) < still  # these go back to where they began
+            for whole in (clip, np.where(near[:, None] & (np.arange(70) >= length)[:, None, None],
+                                         clip[:1], clip)):  # fmt: skip
+                for from_rest in (False, True):
+                    end = blend_end(whole, 120.0, from_rest=from_rest)
+                    assert end == plain_blend_end(whole, 120.0, from_rest)
+                    found.add(end)
+    assert len(found) > (still < 0.5)
+
+
 def test_the_lengths_that_are_looked_for():
     assert LENGTHS == (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
     assert [blend_end(CAPTURE.rotations[:n], 120.0) for n in range(1, 9)] == [0] * 8
