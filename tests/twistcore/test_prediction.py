@@ -173,8 +173,8 @@ def test_growth_over_gaps_is_measured_in_the_clip(frames):
 
 
 def test_growth_is_measured_at_one_position_too():
-    given, good = signals(1, 15), np.zeros((1, 15), dtype=bool)
-    good[0, [5, 6, 7]] = good[0, [8, 10]] = True  # gaps of 1 at frame 6 and 7, of 3 at frame 8
+    given, good = signals(1, 17), np.zeros((1, 17), dtype=bool)
+    good[0, [5, 6, 7, 9]] = True  # a gap of 1 at frame 6, one of 3 at frame 7
     cubic = np.zeros((2, 1, 1), dtype=bool)
     found = GapGrowth(given, cubic).measured(good)
     for s in range(2):
