@@ -9,7 +9,10 @@ from twistcore.rotation import wrap
 seeds = st.integers(0, 2**32 - 1)
 
 
-def counter_of(seed, chains=1, frames=90, jumps=0.08):
+ROW = 1  # of the chains that are made, that which tests ask about
+
+
+def counter_of(seed, chains=2, frames=90, jumps=0.08):
     """Residuals of some noise; runs of jumps that both signals show, or one, or each otherwise."""
     rng = np.random.default_rng(seed)
     shape = chains, frames

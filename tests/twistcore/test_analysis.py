@@ -15,6 +15,7 @@ from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.limb import find_limbs
 from twistcore.rig import OwnChain, Rig
+from twistcore.rotation import rotate, twist_angle
 from twistcore.signals import TwistSignals, azimuth_increments, signals_of_chains, twist_signals
 
 TAU = 0.25
@@ -76,14 +77,21 @@ class Flips:
 @pytest.fixture
 def clip(walk, told, monkeypatch):
     """An analysis of a walk whose detectors are made up."""
-    monkeypatch.setattr(module, "analyse_limbs", lambda *_: Flips(50, 60))
+
+    def of_limbs(motion, limbs):
+        assert motion is walk.motion
+        assert limbs == made.limbs
+        return Flips(50, 60)
+
+    monkeypatch.setattr(module, "analyse_limbs", of_limbs)
     jump = Interval("LeftArm", 5, 6, np.zeros(1), kind=Kind.LONE_JUMP, open=True)
     monkeypatch.setattr(
         module, "lone_jumps",
         lambda _, chains: {c.name: (jump,) if c.name == "LeftArm" else () for c in chains},
     )  # fmt: skip
     monkeypatch.setattr(module, "refine", lambda motion, *_: motion)
-    return analyse(walk)
+    made = analyse(walk)
+    return made
 
 
 def names(some):
@@ -115,6 +123,11 @@ def test_chains_are_named_or_given_and_bring_their_limb_along(walk):
     one, other = analyse(walk).chains[3], analyse(walk).chains[1]
     given = analyse(walk, [one, limb, other])
     assert (names(given.chains), names(given.limbs)) == (names([one, other]), [limb.name])
+    rig = Rig((), ("RightLeg",))
+    for some in ([one], [one.name], None):
+        looked_at = analyse(walk, some, rig)
+        assert (looked_at.motion, looked_at.name) == (walk.motion, "walk.bvh")
+        assert looked_at.rig == rig
     mixed = analyse(walk, [one, other.name])
     assert set(names(mixed.chains)) == {one.name, other.name}
     assert analyse(walk, []).chains_and_limbs == ()
@@ -308,6 +321,7 @@ def test_detect_is_all_of_it_at_once(walk, told):
         ("LeftArm", 10, 0.5), ("LeftArm", 30, 0.5)
     ]  # fmt: skip
     assert found.method == "told"
+    assert detect(walk, ["LeftArm"], "told", kinds="limb flip").intervals == ()
     assert detect(walk, ["LeftArm"], kinds="counter-twist", tau_degrees=90.0)[0].offset[
         0
     ] == pytest.approx(math.pi / 2)
@@ -330,7 +344,7 @@ def test_a_rig_of_other_chains_takes_along_only_what_was_made(walk):
     before = analyse(walk)
     rig = Rig((OwnChain(("Spine", "Spine1", "Neck1")),), ("LeftArm",))
     fresh = before.with_rig(rig)
-    assert fresh.name == before.name
+    assert (fresh.name, fresh.rig, fresh.motion) == (before.name, rig, before.motion)
     assert not {"signals", "poses"} & vars(fresh).keys()
     assert before.with_rig(before.rig) is before
     of = before.signals
@@ -363,6 +377,16 @@ def test_signals_of_a_turning_joint_are_its_turns(walk):
         np.testing.assert_allclose(turned, np.exp(1j * one.theta_p), atol=1e-9)
         assert one.dtheta_p[0] == one.dtheta_c[0] == 0.0
         assert (np.abs(one.dtheta_p) <= math.pi).all()
+        for t in range(0, motion.frames, 50):
+            a = chain.axis if chain.axis.ndim == 1 else chain.axis[t]
+            arm = chain.arm if chain.arm.ndim == 1 else chain.arm[t]
+            q = motion.rotations[t]
+            v = rotate(q[chain.child], arm)
+            assert one.theta_p[t] == twist_angle(q[chain.parent], a)
+            bent = np.linalg.norm(np.cross(v, a))
+            assert one.azimuth_reliability[t] == pytest.approx(bent, abs=1e-9)
+            p = q[chain.parent]
+            assert one.swing_reliability[t] == pytest.approx(math.hypot(p[0], p[1:] @ a))
         peak = math.degrees(one.strength.max())
         assert repr(one) == f"<TwistSignals: {motion.frames} frames, m up to {peak:.1f}°>"
 

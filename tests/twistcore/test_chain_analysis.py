@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.twistcore.counters import counter_of, seeds
+from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection.chain_analysis import ChainAnalysis, Standing
 from twistcore.detection.confidence import confidence
 from twistcore.detection.edges import find_edges
@@ -23,15 +23,15 @@ SEGMENTS = ((0, 70), (70, FRAMES))
 
 def analysis_of(seed, jumps=0.06):
     counter = counter_of(seed, frames=FRAMES, jumps=jumps)
-    edges, step = find_edges(counter, 0)
-    tables = tuple(pair_table(counter, 0, edges, step, low, high) for low, high in SEGMENTS)
-    return ChainAnalysis("Arm", FPS, counter, 0, edges, step, tables)
+    edges, step = find_edges(counter, ROW)
+    tables = tuple(pair_table(counter, ROW, edges, step, low, high) for low, high in SEGMENTS)
+    return ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
 
 
 def sums(chain, edges, k):
     at = slice(edges.start[k], edges.stop[k])
     return {
-        name: float(getattr(chain.limb, field)[0, at].sum())
+        name: float(getattr(chain.limb, field)[ROW, at].sum())
         for name, field in (
             ("x", "x"), ("y", "y"), ("residual_x", "rx"), ("residual_y", "ry"),
             ("sigma_x", "sigma_x"), ("sigma_y", "sigma_y"),
@@ -45,7 +45,7 @@ def plain_intervals(chain, tau):
         edges = table.edges
         pairs = best_pairs(table, tau, FPS)
         for n, pair in enumerate(pairs + unpaired(table, pairs, tau)):
-            course = offsets_of([pair], table, chain.limb, 0, chain.step)[0]
+            course = offsets_of([pair], table, chain.limb, ROW, chain.step)[0]
             at = [k for k in pair[:2] if k >= 0]
             sigma = math.sqrt(sum(edges.sigma[k] ** 2 for k in at))
             told = [sums(chain, edges, k) for k in at]
@@ -88,7 +88,7 @@ def plain_intervals(chain, tau):
             yield course, is_open, sure, evidence, of_edges
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(seeds, st.sampled_from([0.5, 2.0, 10.0]))
 def test_every_interval_says_what_its_edges_and_its_course_do(seed, tau):
     chain, tau = analysis_of(seed), math.radians(tau)
@@ -112,11 +112,11 @@ def test_every_interval_says_what_its_edges_and_its_course_do(seed, tau):
             evidence["follows"] = i.evidence["follows"]
 
 
-@settings(max_examples=25)
+@settings(max_examples=15)
 @given(seeds)
 def test_strength_is_that_of_events_and_of_edges_at_their_peaks(seed):
     chain = analysis_of(seed)
-    wanted = np.abs(chain.limb.d[0]) * chain.limb.event[0]
+    wanted = np.abs(chain.limb.d[ROW]) * chain.limb.event[ROW]
     for k in range(len(chain.edges)):
         at = chain.edges.peak[k]
         wanted[at] = max(wanted[at], abs(chain.edges.jump[k]))
@@ -177,6 +177,27 @@ def test_a_turn_of_one_joint_alone_is_open():
         limb = replace(chain.limb, rx=chain.limb.rx, ry=-share * chain.limb.rx)
         other = replace(chain, limb=limb, _known={}, _solved={})
         assert all(i.open for i in other.intervals(0.05)) is is_open
+
+
+def test_a_jump_that_nothing_explains_is_open_though_both_joints_turn():
+    counter = counter_of(4, frames=FRAMES, jumps=0.0)
+    for column, turn in ((counter.rx, 0.5), (counter.ry, -0.5), (counter.d, 0.5)):
+        column[ROW, 35] = turn
+    counter.event[ROW, 35] = True
+    edges, step = find_edges(counter, ROW)
+    tables = tuple(pair_table(counter, ROW, edges, step, low, high) for low, high in SEGMENTS)
+    chain = ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
+    (found,) = chain.intervals(0.1)
+    assert (found.start, found.stop, found.open) == (0, 35, True)
+    assert found.evidence["edges"][0]["agreement"] > 0.99
+
+
+def test_the_automatic_threshold_is_that_of_its_own_row():
+    for seed in range(5):
+        chain = analysis_of(seed)
+        louder = replace(chain.limb, sigma=chain.limb.sigma + np.array([[0.3], [0.1]]))
+        found = replace(chain, limb=louder).automatic_tau()
+        assert found == pytest.approx(6.0 * float(np.median(louder.sigma[ROW])))
 
 
 # Confidence

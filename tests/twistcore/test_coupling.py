@@ -168,6 +168,13 @@ def test_the_cheapest_of_all_sets_of_chains_is_found(n, seed, errors, jumps):
     np.testing.assert_allclose(wrap(line.explained() - enumerated(line)), 0.0, atol=1e-6)
 
 
+@pytest.mark.parametrize("n", [1, 2, 3, 4])
+def test_few_chains_are_explained_as_all_sets_say(n):
+    """The same at once, for one seed a length."""
+    line = line_of(n, 100 + n, frames=20, errors=0.5, jumps=0.2)
+    np.testing.assert_allclose(wrap(line.explained() - enumerated(line)), 0.0, atol=1e-6)
+
+
 def test_the_lines_that_are_compared_have_runs_of_several_chains_and_several_runs():
     """Or the comparison with all sets would say little."""
     changed = [

@@ -67,7 +67,7 @@ def plain_edges(counter, row):
     return sorted(out, key=lambda e: e[:2])
 
 
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(seeds)
 def test_every_run_is_read_as_by_itself(seed):
     counter = counter_of(seed)

@@ -161,6 +161,15 @@ def test_of_a_limb_without_a_swing_or_a_bend_some_plane_is_taken():
         assert d.bend == pytest.approx(bend, abs=1e-9)
 
 
+def test_a_bone_pointed_along_itself_keeps_the_plane_that_it_was_swung_in():
+    captured = decompose(MOTION, CHAIN, 40)
+    along = tuple(captured.a.tolist())
+    d = decompose(MOTION, CHAIN, 40, WhatIf(toward=along, nudge=0.2))
+    assert d.w @ captured.n == pytest.approx(math.sin(0.2))
+    d = decompose(MOTION, CHAIN, 40, WhatIf(toward=along, swing=0.3))
+    np.testing.assert_allclose(d.n, captured.n, atol=1e-9)
+
+
 @pytest.mark.parametrize("counter", [False, True])
 def test_what_is_altered_is_told(counter):
     assert not WhatIf(counter=counter).changes
@@ -200,6 +209,26 @@ def test_frame_0_is_compared_with_itself():
     assert (one.dtheta_p, one.dtheta_c, one.strength) == (0.0, 0.0, 0.0)
     np.testing.assert_array_equal(one.v, one.v_before)
     np.testing.assert_array_equal(one.across, one.across_before)
+
+
+def test_an_axis_that_varies_is_that_of_its_frame_and_of_the_one_before():
+    tip = quaternion_from_axis_angle(np.eye(3)[2], 0.3 * np.sin(0.2 * np.arange(MOTION.frames)))
+    moving = replace(CHAIN, axis=rotate(tip, CHAIN.axis), arm=rotate(tip, CHAIN.arm))
+    whole = twist_signals(MOTION, moving)
+    for frame in (0, 7, 40):
+        one = decompose(MOTION, moving, frame)
+        assert one.theta_p == pytest.approx(whole.theta_p[frame])
+        assert one.dtheta_p == pytest.approx(whole.dtheta_p[frame])
+        np.testing.assert_array_equal(one.a, moving.axis[frame])
+        before = max(frame - 1, 0)
+        v = rotate(MOTION.rotations[before, CHAIN.child], moving.arm[before])
+        np.testing.assert_allclose(one.v_before, v)
+        reliability = one.swing_reliability_before
+        assert reliability == pytest.approx(whole.swing_reliability[before])
+        fixed = replace(CHAIN, axis=moving.axis[frame], arm=moving.arm[frame])
+        what_if = WhatIf(twist=0.5, counter=True, swing=0.8, bend=1.0)
+        here, there = (altered(MOTION, c, frame, what_if) for c in (moving, fixed))
+        np.testing.assert_allclose(here.rotations, there.rotations, atol=1e-12)
 
 
 # Corrections
@@ -247,6 +276,16 @@ def test_an_altered_frame_is_detected_as_altered_before_anything_is_taken_off():
     assert float(geodesic_angle(found.q_parent, before)) == pytest.approx(TURN, abs=1e-6)
     assert float(geodesic_angle(found.parent_after, before)) < 0.1
     assert found.difference < 1e-6
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_p_is_told_with_the_sign_of_its_swing_whatever_that_of_the_file(sign):
+    rotations = MOTION.rotations.copy()
+    rotations[:, CHAIN.parent] *= sign
+    motion = MOTION.with_rotations(rotations)
+    found = correct_frame(motion, CHAIN, 40, WhatIf(), tau=0.3, offset_before=0.0)
+    assert found.q_parent @ found.before.q == pytest.approx(1.0)
+    np.testing.assert_array_equal(found.q_child, MOTION.rotations[40, CHAIN.child])
 
 
 def test_where_m_is_not_defined_there_is_no_event():

@@ -16,12 +16,19 @@ from tests.twistcore.counters import counter_of
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
+from twistcore.detection import lone_jumps as lone_jumps_module
 from twistcore.detection.interval import circular_median
 from twistcore.detection.lone_jumps import limit, lone_jumps, own_axis
-from twistcore.detection.natural_events import NaturalEvent, flips, limb_flips, with_events
-from twistcore.detection.paper import PaperDetector, error_of, intervals_of_offset
+from twistcore.detection.natural_events import (
+    NaturalEvent,
+    flips,
+    limb_flips,
+    natural_events,
+    with_events,
+)
+from twistcore.detection.paper import PaperDetector, error_of, intervals_of_offset, running_offset
 from twistcore.limb import find_limbs
-from twistcore.motion import Skeleton, forward_kinematics
+from twistcore.motion import Motion, Skeleton, forward_kinematics
 from twistcore.rotation import conjugate, multiply, quaternion_from_axis_angle, twist_angle, wrap
 
 FILE = read_bvh(ASSETS / "walk.bvh").motion
@@ -93,6 +100,8 @@ def test_evidence_is_asked_for_once_it_is_needed_and_goes_along():
     assert same.offset.tolist() == one.offset.tolist()
     none = interval([30.0])
     assert none.evidence is None
+    assert (none.open, none.residual, none.carried, none.joint) == (False, 0.0, False, "")
+    assert (none.kind, none.followed, none.confidence) == (Kind.COUNTER_TWIST, 1.0, None)
     assert pickle.loads(pickle.dumps(none)).evidence is None
 
 
@@ -152,6 +161,15 @@ def test_the_papers_threshold_is_five_degrees_and_its_curve_is_m():
     for chain in CHAINS:
         signals = analysis.signals[chain.name]
         assert analysis.strength(chain.name) is signals.strength
+        offset = running_offset(signals, 0.01)
+        found, wanted = (
+            [(i.chain, i.start, i.stop, i.residual) for i in some]
+            for some in (
+                analysis.intervals(chain.name, 0.01),
+                intervals_of_offset(chain.name, offset, 0.01),
+            )
+        )
+        assert found == wanted
     assert {name: d.name for name, d in DETECTORS.items()} == {
         n: n for n in ("consistency", "paper")
     }
@@ -162,7 +180,7 @@ def test_the_papers_threshold_is_five_degrees_and_its_curve_is_m():
 
 
 def test_flips_are_turns_of_one_joint_alone_that_no_limb_makes():
-    counter = counter_of(1, frames=60, jumps=0.0)
+    counter = counter_of(1, chains=1, frames=60, jumps=0.0)
     rx, ry, event = (np.zeros((1, 60)) for _ in range(3))
     sigma = np.full((1, 60), 2.0 * DEGREE)
     sigma[0, 40:] = 7.0 * DEGREE
@@ -170,19 +188,55 @@ def test_flips_are_turns_of_one_joint_alone_that_no_limb_makes():
         rx[0, t] = degrees * DEGREE
     ry[0, 8] = -150.1239 * DEGREE
     event[0, 50] = 1.0
-    rx[0, [0, 20, 59]] = ry[0, 30] = 2.0
+    rx[0, [0, 20, 59]] = ry[0, 30] = rx[0, [1, 21, 58]] = 2.0
     c = replace(counter, rx=rx, ry=ry, sigma_x=sigma, sigma_y=sigma, event=event > 0.0)
     tables = (SimpleNamespace(low=0, high=20), SimpleNamespace(low=20, high=59))
     chain = SimpleNamespace(name="Arm", parent=3, child=4)
     found = list(flips(chain, SimpleNamespace(limb=c, row=0, tables=tables)))
     assert [(e.start, e.stop, e.joint) for e in found] == [
-        (5, 6, 3), (6, 7, 3), (46, 47, 3), (8, 9, 4), (30, 31, 4)
+        (1, 2, 3), (5, 6, 3), (6, 7, 3), (21, 22, 3), (46, 47, 3), (58, 59, 3),
+        (8, 9, 4), (30, 31, 4),
     ]  # fmt: skip
-    assert [e.degrees for e in found[:4]] == [61.0, -61.0, 71.0, -150.124]
+    assert [e.degrees for e in found[1:3]] == [61.0, -61.0]
+    assert [found[k].degrees for k in (4, 6)] == [71.0, -150.124]
     assert {(e.chain, e.kind) for e in found} == {("Arm", "flip")}
-    assert found[0].to_json() == {
+    assert found[1].to_json() == {
         "chain": "Arm", "kind": "flip", "start": 5, "stop": 6, "degrees": 61.0
     }  # fmt: skip
+
+
+def test_what_a_detector_finds_at_its_own_threshold_is_an_event_an_open_one_too():
+    class Finds:
+        def automatic_tau(self, chain):
+            return 0.1 * (1 + len(chain))
+
+        def intervals(self, chain, tau):
+            assert tau == self.automatic_tau(chain)
+            return (
+                Interval(chain, 4, 9, np.full(5, 0.5)),
+                Interval(chain, 20, 22, np.full(2, -0.25), open=True),
+            )
+
+    chains = [SimpleNamespace(name=n, parent=k, child=9) for k, n in enumerate(("Arm", "Leg1"))]
+    wanted = [
+        NaturalEvent(c.name, kind, start, stop, degrees, c.parent)
+        for c in chains
+        for kind, start, stop, degrees in (
+            ("interval", 4, 9, 28.648), ("open", 20, 22, -14.324)
+        )
+    ]  # fmt: skip
+    assert natural_events(chains, Finds()) == wanted
+
+
+def test_flips_are_told_beside_the_intervals_of_their_chain():
+    motion = spun(CHAINS[3].parent, 30, 50, 170.0)
+    analysis = DETECTORS["consistency"].analyse(motion, CHAINS)
+    events = natural_events(CHAINS, analysis)
+    alone = [e for c in CHAINS for e in flips(c, analysis.chains[c.name])]
+    assert [e for e in events if e.kind == "flip"] == alone
+    assert {(e.chain, e.start) for e in alone} >= {(CHAINS[3].name, 30), (CHAINS[3].name, 50)}
+    paper = PaperDetector().analyse(motion, CHAINS)
+    assert all(e.kind == "interval" for e in natural_events(CHAINS, paper))
 
 
 def test_flips_of_limbs_are_events_and_what_else_is_found_there_is_none():
@@ -285,6 +339,47 @@ def test_lone_jumps_are_told_joint_by_joint(fps, turned):
 )
 def test_the_limit_is_a_speed_between_noise_and_what_a_slow_camera_proves(fps, degrees):
     assert math.degrees(limit(fps)) == pytest.approx(degrees)
+
+
+def test_frames_that_follow_one_another_are_one_jump_as_fast_as_its_fastest():
+    chain = CHAINS[0]
+    motion = spun(chain.parent, 20, 79, 100.0)
+    motion = spun(chain.parent, 21, 79, 130.0, motion)
+    motion = spun(chain.parent, 22, 79, 90.0, spun(chain.parent, 24, 79, -110.0, motion))
+    found = lone_jumps(motion, CHAINS[:1])[chain.name]
+    frames = [(i.start, i.stop) for i in found if i.joint == WALK.skeleton.names[chain.parent]]
+    assert frames == [(20, 23), (24, 25)]
+    assert math.degrees(found[0].residual) == pytest.approx(130.0, abs=15.0)
+
+
+@pytest.mark.parametrize(("of_parent", "own", "joints"), [
+    (100.0, 40.0, []), (100.0, 70.0, ["c"]), (70.0, 70.0, ["c"]), (0.0, 130.0, ["c"]),
+    (125.0, 10.0, ["b"]), (125.0, -125.0, ["b"]),
+])  # fmt: skip
+def test_a_joint_that_only_goes_along_does_not_jump(of_parent, own, joints):
+    parents = np.array([-1, 0, 1, 2])
+    straight = np.array([[0.0, 1.0, 0.0]] * 4)
+    skeleton = Skeleton(("a", "b", "c", "d"), parents, straight, ((3, (0.0, 1.0, 0.0)),))
+    q = np.zeros((12, 4, 4))
+    q[..., 0] = 1.0
+    for joint, degrees in ((1, of_parent), (2, own)):
+        q[5:, joint] = quaternion_from_axis_angle(np.eye(3)[1], degrees * DEGREE)
+    motion = Motion(skeleton, q, (), np.zeros((12, 0, 3)), 1.0 / 30.0)
+    chain = SimpleNamespace(name="b", parent=1, child=2)
+    assert [i.joint for i in lone_jumps(motion, [chain])["b"]] == joints
+
+
+def test_a_joint_without_an_axis_hides_no_other(monkeypatch):
+    first = CHAINS[0].child
+    axis = lone_jumps_module.own_axis
+    motion = spun(CHAINS[3].parent, 20, 79, 150.0)
+    usual = lone_jumps(motion, CHAINS)[CHAINS[3].name]
+    monkeypatch.setattr(
+        lone_jumps_module, "own_axis", lambda s, j: None if j == first else axis(s, j)
+    )
+    found = lone_jumps(motion, CHAINS)[CHAINS[3].name]
+    assert [(i.joint, i.start) for i in found] == [(i.joint, i.start) for i in usual]
+    assert found
 
 
 def test_no_chains_and_no_second_frame_have_no_jumps():

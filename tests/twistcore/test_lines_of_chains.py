@@ -16,12 +16,14 @@ from twistcore.detection.consistency import (
     ConsistencyDetector,
     _alike,
     _by_itself,
+    _jumps,
     _limbs,
     _lines,
     _segments,
     _standing,
     _standing_straight,
 )
+from twistcore.detection.edges import find_edges
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.soft_errors import SoftError
 from twistcore.detection.straight_limbs import StraightError, without_errors
@@ -251,6 +253,24 @@ def test_the_automatic_threshold_is_six_sigma_and_at_least_a_degree_and_a_half()
         louder = replace(chain.limb, sigma=chain.limb.sigma + 1.0)
         assert automatic_tau(louder, chain.row) == pytest.approx(6.0 * (sigma + 1.0))
     assert np.radians(1.5) == SMALLEST_TAU
+
+
+def test_jumps_are_sought_row_by_row_each_at_its_own_threshold():
+    limbs = random_limbs(2, 2, 40, varying=False)
+    cut = np.zeros(40, dtype=bool)
+    cut[[0, 18]] = True
+    told: list[float] = []
+    found = _jumps(limbs, 50.0, cut, [(0, 18), (18, 40)], told.append)
+    assert told[-1] == 1.0
+    assert [j.row for j in found] == [0, 1, 2, 3]
+    assert len({j.tau for j in found}) == 4
+    for j in found:
+        assert j.tau == automatic_tau(j.counter, j.row)
+        assert j.fps == 50.0
+        assert [(t.low, t.high) for t in j.tables] == [(0, 18), (18, 40)]
+        edges, step = find_edges(j.counter, j.row)
+        np.testing.assert_array_equal(j.edges.jump, edges.jump)
+        np.testing.assert_array_equal(j.step, step)
 
 
 def test_the_step_into_frame_0_is_no_motion():

@@ -89,6 +89,20 @@ def test_bends_are_angles_between_bones_in_the_room(seed):
     np.testing.assert_allclose(found[order], wanted[by], atol=1e-6)
 
 
+def test_bones_folded_back_upon_one_another_have_a_bend_that_does_not_change():
+    directions = np.random.default_rng(0).standard_normal((60, 3))
+    offsets = np.concatenate([[[0.0, 1.0, 0.0]], np.repeat(directions, 2, axis=0)])
+    offsets[2::2] *= -0.3
+    parents = np.array([-1, *(p for k in range(60) for p in (0, 2 * k + 1))])
+    skeleton = Skeleton(tuple(f"J{k}" for k in range(121)), parents, offsets)
+    q = normalise(np.random.default_rng(1).standard_normal((9, 121, 4)))
+    q[:, 1::2] = [1.0, 0.0, 0.0, 0.0]
+    found = bend_steps(Motion(skeleton, q, (), np.zeros((9, 0, 3)), 1 / 60))
+    assert len(found) == 61
+    assert np.isfinite(found).all()
+    assert found[1:].max() < 1e-6
+
+
 def plain_cuts(motion):
     """Frames that most joints jump into."""
     frames, fps = motion.frames, motion.fps
@@ -130,6 +144,7 @@ def jumping(seed, fps, moving=1.0, frames=120):
     for t in rng.integers(5, frames - 5, 7):
         for t_, share in ((t, rng.uniform(0.2, 0.9)), (t + int(rng.integers(1, 5)), 0.4)):
             angles[min(t_, frames - 1) :, rng.random(20) < share] += rng.normal(0.0, 0.2, 3)
+    angles[:, rng.random(20) > 2.0 * moving] = 0.0
     rotations = quaternion_from_euler("ZYX", angles)
     return replace(motion, rotations=rotations, frame_time=1.0 / fps)
 
@@ -270,6 +285,26 @@ def test_blends_end_where_they_do_joint_by_joint(fps, eased):
     assert len(found) > 4
 
 
+@pytest.mark.parametrize("still", [0.4, 0.6, 0.7, 0.8])
+def test_joints_that_stand_still_or_go_nowhere_far_do_not_vote(still):
+    q = CAPTURE.rotations
+    rng = np.random.default_rng(round(10.0 * still))
+    found = set()
+    for length in (3, 9, 19, 26):
+        for pose in (REST, q[40]):
+            clip = out_of(pose, q, length, eased=True)[:70]
+            held = rng.random(q.shape[1]) < still
+            clip[:, held] = clip[:1, held]
+            near = rng.random(q.shape[1]) < still  # these go back to where they began
+            for whole in (clip, np.where(near[:, None] & (np.arange(70) >= length)[:, None, None],
+                                         clip[:1], clip)):  # fmt: skip
+                for from_rest in (False, True):
+                    end = blend_end(whole, 120.0, from_rest=from_rest)
+                    assert end == plain_blend_end(whole, 120.0, from_rest)
+                    found.add(end)
+    assert len(found) > (still < 0.5)
+
+
 def test_the_lengths_that_are_looked_for():
     assert LENGTHS == (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
     assert [blend_end(CAPTURE.rotations[:n], 120.0) for n in range(1, 9)] == [0] * 8
@@ -295,6 +330,9 @@ def test_a_rest_pose_at_the_end_is_told_only_behind_a_blend():
     held = np.concatenate([blended, np.repeat(blended[-1:], 7, axis=0)])
     assert rest_frames(held, 120.0) == length + 7
     assert rest_frames(np.concatenate([q, np.repeat(q[-1:], 7, axis=0)]), 120.0) == 0
+    elsewhere = out_of(q[40], q, 12, eased=True)
+    assert blend_end(elsewhere, 120.0) > 9
+    assert rest_frames(elsewhere[::-1], 120.0) == 0
     motion = replace(CAPTURE, rotations=held, positions=CAPTURE.positions[[0] * len(held)])
     cut = np.flatnonzero(find_cuts(motion)).tolist()
     assert cut == list(range(len(held) - length - 7, len(held)))
@@ -319,3 +357,11 @@ def test_what_is_left_out_at_the_start_is_all_up_to_the_end_of_the_blend():
             f"Frames 0–{end - 1} are a first pose and a blend out of it: no capture, left out."
         )
     assert leading_frames(WALK) == 1
+    assert border_notes(WALK) == border_notes(CAPTURE) == ()
+
+
+def test_a_clip_that_is_a_blend_to_its_end_has_no_capture():
+    q = out_of(REST, CAPTURE.rotations[::-1], 12, eased=True)[::-1][-22:]
+    motion = replace(CAPTURE, rotations=q, positions=CAPTURE.positions[:22])
+    assert rest_frames(q, 120.0) > 9
+    assert leading_frames(motion) == 21

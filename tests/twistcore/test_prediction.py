@@ -172,6 +172,15 @@ def test_growth_over_gaps_is_measured_in_the_clip(frames):
             np.testing.assert_allclose(found[s, chain], wanted, rtol=1e-6)
 
 
+def test_growth_is_measured_at_one_position_too():
+    given, good = signals(1, 17), np.zeros((1, 17), dtype=bool)
+    good[0, [5, 6, 7, 9]] = True  # a gap of 1 at frame 6, one of 3 at frame 7
+    cubic = np.zeros((2, 1, 1), dtype=bool)
+    found = GapGrowth(given, cubic).measured(good)
+    for s in range(2):
+        np.testing.assert_allclose(found[s, 0], plain_growth(given[s, 0], good[0], cubic=False))
+
+
 def test_growth_at_a_gap_lies_between_the_measured_ones_by_logarithms():
     growth = np.array([[[1.0, 2.0, 5.0, 7.0], [1.0, 3.0, 3.0, 8.0]]] * 2)
     growth[1] **= 2.0
