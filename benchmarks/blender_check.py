@@ -98,7 +98,9 @@ def compared(source: Path, blender: str) -> list[dict[str, Any]]:
         command = [blender, __file__, "--inside", *paths]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
-        raise RuntimeError((done.stderr.strip() or done.stdout.strip()).splitlines()[-1])
+        lines = (done.stderr.strip() or done.stdout.strip() or "no word").splitlines()
+        said = [line for line in lines if "Error" in line]
+        raise RuntimeError((said or lines)[-1])
     found: list[dict[str, Any]] = json.loads(done.stdout.splitlines()[-1])
     return found
 

@@ -49,7 +49,8 @@ TRIED = {"info", "detect", "signals", "refine", "apply", "inject", "evaluate", "
 # Options of programs that are not ours.
 OTHERS = {
     *("--array", "--nworkers", "--nthreads"),  # Slurm, Dask
-    *("--fix", "--strict", "--no-sandbox"),  # ruff, mypy, twine; Chromium
+    *("--fix", "--strict", "--no-sandbox"),  # ruff, mypy, twine, pip-audit; Chromium
+    *("--disable-pip", "--enable-gpl", "--enable-version"),  # pip-audit; ffmpeg's own words
 }
 
 
@@ -134,7 +135,8 @@ def test_commands_are_found_at_all():
 @pytest.mark.parametrize("name", NAMES)
 def test_options_in_the_text_exist(name):
     known = set().union(*(options(make()) for make in PARSERS.values())) | OTHERS
-    for script in (ROOT / "dev.py", *ROOT.glob("benchmarks/*.py")):
+    programs = ("benchmarks/*.py", "tests/fuzz/*.py")
+    for script in (ROOT / "dev.py", *(file for some in programs for file in ROOT.glob(some))):
         known |= set(re.findall(r'"(--[a-z][a-z-]+)"', script.read_text("utf-8")))
     text = (ROOT / name).read_text("utf-8")
     code = re.findall(r"`[^`\n]+`", FENCED.sub("", text))
