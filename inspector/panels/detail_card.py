@@ -238,6 +238,8 @@ class DetailCard(QWidget):
         note, reason = self.note.text(), kept_reason(self.reason.currentText().strip())
         if judged and note == judged.note[: self.note.maxLength()]:
             note = judged.note  # the line holds no more of it
+        if judged and reason == judged.reason.strip():
+            reason = judged.reason  # nobody has written another one
         if judged and (note, reason) != (judged.note, judged.reason):
             self._document.do(Annotate(judged.id, note, reason))
 
