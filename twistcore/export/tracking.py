@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.cuts import leading_frames
+from twistcore.document_values import shown_words
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
@@ -90,7 +91,7 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
     metres_per_unit(motion.skeleton)
     if tracking.weights != weights_mark():
         raise TwistError(
-            f"expected networks {tracking.weights or '–'}, found {weights_mark()}: another version "
+            f"expected networks {shown_words(tracking.weights) or '–'}, found {weights_mark()}: another version "
             "of the program learned other gains"
         )
 
