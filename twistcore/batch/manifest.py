@@ -289,13 +289,16 @@ class Manifest:
         """Bytes of the files that have results with these parameters."""
         with _told(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
-            return frozenset(row[0] for row in self._connection.execute(query, (mark,)))
+            return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
 
     def has_result(self, sha256: str, mark: str) -> bool:
         """Whether bytes have a result with these parameters."""
         with _told(self.folder / FILE):
             query = "SELECT 1 FROM results WHERE sha256 = ? AND mark = ?"
-            return self._connection.execute(query, (sha256, mark)).fetchone() is not None
+            return (
+                self._connection.execute(query, (escaped(sha256), escaped(mark))).fetchone()
+                is not None
+            )
 
     def put_parameters(self, parameters: Parameters) -> None:
         """Keep what a mark stands for."""

@@ -157,10 +157,11 @@ _OF_INTERVAL: Mapping[str, _Check] = {
 
 def _interval(entry: Any, last: int) -> None:
     """An entry of `detect --json`."""
-    has(entry, "chain", "start", "stop", "kind", "delta_deg", "confidence", what="an interval")
+    known = "chain", "start", "stop", "kind", "delta_deg", "confidence", "open"
+    has(entry, *known, what="an interval")
     frames(entry, last)
     one_of(entry["kind"], "kind", _KINDS)
-    for key in ("chain", "delta_deg"):
+    for key in ("chain", "delta_deg", "open"):
         _OF_INTERVAL[key](entry[key], key)
     for key, check in _OF_INTERVAL.items():
         if entry.get(key) is not None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.cuts import leading_frames
+from twistcore.document_values import shown_words
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
@@ -89,8 +90,9 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
     joints_of_24(motion.skeleton, joints, strict=True)
     metres_per_unit(motion.skeleton)
     if tracking.weights != weights_mark():
+        named = shown_words(tracking.weights) or "–"
         raise TwistError(
-            f"expected networks {tracking.weights or '–'}, found {weights_mark()}: another version "
+            f"expected networks {named}, found {weights_mark()}: another version "
             "of the program learned other gains"
         )
 
