@@ -24,6 +24,7 @@ EXAMPLES = {
     "twistcore.quamo.stability.UnstableGainsError": (("κP is too large",), {}),
     "inspector.session.opening.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),
     "twistcore.progress.Cancelled": ((), {}),
+    "twistcore.cli.command_line._EndedError": ((15,), {}),
     "twistcore.processes.ProcessEndedError": (("its process ended",), {}),
     "twistcore.processes.ProcessTimeError": ((60.0,), {}),
     "inspector.video.video_reader.VideoError": (("a.mp4: no video",), {}),
