@@ -42,7 +42,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist-inspector`; returns the exit code."""
     arguments = _parser().parse_args(argv)
     if trouble := _cannot_work(arguments) or _cannot_open():
-        print(f"twist-inspector: {legible(trouble)}", file=sys.stderr)
+        print(f"twist-inspector: {legible(trouble, lines=True)}", file=sys.stderr)
         return 2
     if sys.platform.startswith("linux") and not has_font():
         print(

@@ -2,6 +2,7 @@
 
 import atexit
 import shutil
+import signal
 import tempfile
 from pathlib import Path
 
@@ -14,6 +15,10 @@ from twistcore.clip import Clip
 # A machine that is busy with something else is no reason to fail.
 settings.register_profile("patient", deadline=None)
 settings.load_profile("patient")
+
+# Under nohup programs are deaf to it; tests send it to those that they start.
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 # A copy: reviews leave sessions and journals beside their clips, and assets/ is not for that.
 ASSETS = Path(tempfile.mkdtemp(prefix="twist-assets-"))

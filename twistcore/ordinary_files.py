@@ -41,13 +41,13 @@ def open_to_read(path: Path | str) -> BufferedReader:
     if _was_given(path):
         return path.open("rb")
     check_ordinary(path, path.stat().st_mode)  # before: some devices take an opening for an order
-    handle = os.open(path, os.O_RDONLY | _AT_ONCE | getattr(os, "O_BINARY", 0))
+    file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | _AT_ONCE))  # noqa: SIM115
     try:
-        check_ordinary(path, os.fstat(handle).st_mode)
+        check_ordinary(path, os.fstat(file.fileno()).st_mode)
     except OSError:
-        os.close(handle)
+        file.close()
         raise
-    return os.fdopen(handle, "rb")
+    return file
 
 
 def is_there(path: Path | str) -> bool:

@@ -192,9 +192,8 @@ def test_a_folder_in_which_nothing_can_be_set_aside(path, monkeypatch):
     def full(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("tempfile.mkstemp", full)
+    monkeypatch.setattr("inspector.session.settings.write_atomically", full)
     data = path.stat()
-    monkeypatch.setattr("pathlib.Path.read_bytes", lambda _: b'{"theme": "pink"}')
     settings, said = load_settings(path)
     assert settings == Settings()
     assert said.endswith("could not be set aside (No space left on device).")

@@ -14,7 +14,7 @@ from twistcore.detection.confidence import confidence
 from twistcore.detection.edges import find_edges
 from twistcore.detection.interval import Interval
 from twistcore.detection.offsets import offsets_of
-from twistcore.detection.pairing import best_pairs, pair_table, unpaired
+from twistcore.detection.pairing import best_pairs, pair_table, running_sums, unpaired
 from twistcore.rotation import wrap
 
 FRAMES, FPS = 120, 60.0
@@ -24,7 +24,8 @@ SEGMENTS = ((0, 70), (70, FRAMES))
 def analysis_of(seed, jumps=0.06):
     counter = counter_of(seed, frames=FRAMES, jumps=jumps)
     edges, step = find_edges(counter, ROW)
-    tables = tuple(pair_table(counter, ROW, edges, step, low, high) for low, high in SEGMENTS)
+    sums = running_sums(counter, ROW, step)
+    tables = tuple(pair_table(edges, sums, low, high) for low, high in SEGMENTS)
     return ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
 
 
@@ -185,7 +186,8 @@ def test_a_jump_that_nothing_explains_is_open_though_both_joints_turn():
         column[ROW, 35] = turn
     counter.event[ROW, 35] = True
     edges, step = find_edges(counter, ROW)
-    tables = tuple(pair_table(counter, ROW, edges, step, low, high) for low, high in SEGMENTS)
+    sums = running_sums(counter, ROW, step)
+    tables = tuple(pair_table(edges, sums, low, high) for low, high in SEGMENTS)
     chain = ChainAnalysis("Arm", FPS, counter, ROW, edges, step, tables)
     (found,) = chain.intervals(0.1)
     assert (found.start, found.stop, found.open) == (0, 35, True)

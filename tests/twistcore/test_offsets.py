@@ -11,7 +11,14 @@ from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection.counter_rotation import combine
 from twistcore.detection.edges import Edges, find_edges
 from twistcore.detection.offsets import offsets_of
-from twistcore.detection.pairing import Pair, PairTable, best_pairs, pair_table, unpaired
+from twistcore.detection.pairing import (
+    Pair,
+    PairTable,
+    best_pairs,
+    pair_table,
+    running_sums,
+    unpaired,
+)
 from twistcore.rotation import wrap
 
 FRAMES = 90
@@ -102,7 +109,7 @@ def assert_as_plain(pairs, table, counter, step):
 def test_courses_are_sums_of_jumps_that_close(seed):
     counter = counter_of(seed, frames=FRAMES)
     edges, step = find_edges(counter, ROW)
-    table = pair_table(counter, ROW, edges, step, seed % 20, FRAMES - seed % 7)
+    table = pair_table(edges, running_sums(counter, ROW, step), seed % 20, FRAMES - seed % 7)
     pairs = best_pairs(table, 0.5 * DEGREE, 60.0)
     pairs += unpaired(table, pairs, 0.5 * DEGREE)
     for k, pair in enumerate(pairs):
@@ -117,7 +124,10 @@ def test_no_pairs_have_no_courses():
     counter = counter_of(1)
     edges, step = find_edges(counter, ROW)
     assert (
-        offsets_of([], pair_table(counter, ROW, edges, step, 0, FRAMES), counter, ROW, step) == []
+        offsets_of(
+            [], pair_table(edges, running_sums(counter, ROW, step), 0, FRAMES), counter, ROW, step
+        )
+        == []
     )
 
 

@@ -17,6 +17,7 @@ from twistcore.detection.pairing import (
     PairTable,
     best_pairs,
     pair_table,
+    running_sums,
     unpaired,
 )
 from twistcore.rotation import wrap
@@ -29,7 +30,7 @@ DEGREE = math.pi / 180.0
 def table_of(seed, low=0, high=FRAMES, jumps=0.08):
     counter = counter_of(seed, frames=FRAMES, jumps=jumps)
     edges, step = find_edges(counter, ROW)
-    return counter, step, pair_table(counter, ROW, edges, step, low, high)
+    return counter, step, pair_table(edges, running_sums(counter, ROW, step), low, high)
 
 
 def closing(residual, variance):

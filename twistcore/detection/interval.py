@@ -71,7 +71,7 @@ class Interval:
         """The interval with its offset as files hold it: degrees with nine decimals, no −0.0.
 
         Kept with it: while τ is dragged most intervals come again, the same objects. In a table
-        beside them they would outlive their clip, which :attr:`explain` knows.
+        beside them they would outlive their clip, which `explain` knows.
         """
         offset = self.offset
         one = (
