@@ -218,7 +218,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
     """
     session, sha256 = read_session_file(path)
     if clip_path is None:
-        places = [Path(session.clip), path.with_name(Path(session.clip).name)]
+        places = [Path(session.clip), path.parent / Path(session.clip).name]
         there = [p for p in places if is_file(p)]
         if not there:
             raise ClipMissingError(path, session.clip)

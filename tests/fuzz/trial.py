@@ -127,7 +127,8 @@ def write_files(files: Mapping[str, bytes], folder: Path) -> int:
 
 def tried(kind: Kind, seed: int, case: int, folder: Path) -> Outcome:
     """Make a case in an empty folder and read it, in this process."""
-    size = write_files(files_of(kind, seed, case), folder)
+    with _any_space():
+        size = write_files(files_of(kind, seed, case), folder)
     outcome, told = READ, ""
     with _unraisable() as missed:
         _forget_peak()
@@ -218,6 +219,20 @@ def _bound_space() -> None:
         pages = int(Path("/proc/self/statm").read_bytes().split()[0])
         used = pages * os.sysconf("SC_PAGE_SIZE")
         resource.setrlimit(resource.RLIMIT_AS, (used + SPACE, resource.RLIM_INFINITY))
+
+
+@contextmanager
+def _any_space() -> Iterator[None]:
+    """Room to make a case in: what is tried is to read it."""
+    if resource is None:
+        yield
+        return
+    soft, hard = resource.getrlimit(resource.RLIMIT_AS)
+    resource.setrlimit(resource.RLIMIT_AS, (hard, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
 
 
 def _bound_time() -> None:

@@ -11,6 +11,7 @@ import pytest
 from PySide6.QtCore import Qt
 
 from inspector.session.export_files import ExportChoice
+from inspector.session.opening import ClipMissingError, analyse_session
 from inspector.session.session_files import kept_sessions, refuge_path, session_path
 from inspector.session.settings import Settings, load_settings, save_settings
 from tests.conftest import ASSETS
@@ -39,6 +40,16 @@ def test_a_session_is_saved_and_opened_again(qtbot, window, path, tmp_path):
     open_clip(qtbot, window, session)
     assert decisions(window)[0] == Decision.ACCEPTED
     assert window.document.data.clip.path == path
+
+
+@pytest.mark.parametrize("named", ["", "/", ".", "..", "gone.bvh"])
+def test_a_session_of_no_clip_says_so(path, tmp_path, named):
+    session = tmp_path / "a.twist.json"
+    write_session(session, CLIP, fresh().state)
+    document = json.loads(session.read_text()) | {"clip": named}
+    session.write_text(json.dumps(document))
+    with pytest.raises(ClipMissingError):
+        analyse_session(session)
 
 
 def test_settings_are_kept_and_damage_is_set_aside(tmp_path):

@@ -1,5 +1,6 @@
 """The journal of a review: what is decided is on disk, whatever becomes of the program."""
 
+import json
 from contextlib import closing
 
 import pytest
@@ -112,6 +113,17 @@ def test_a_journal_damaged_in_the_middle_keeps_what_stands_before(tmp_path):
     path.write_bytes(b"nonsense\n")
     with pytest.raises(FormatError, match="journal"):
         recover(path)
+
+
+def test_a_journal_that_begins_with_frames_behind_the_last_is_damaged(tmp_path):
+    path = tmp_path / "j"
+    Journal(path, CLIP, fresh().state).close()
+    head = json.loads(path.read_bytes())
+    head["session"]["intervals"][0]["stop"] = CLIP.motion.frames + 1
+    path.write_text(json.dumps(head) + "\n")
+    recover(path)  # without its clip nothing is known of its frames
+    with pytest.raises(FormatError, match="its first line is damaged"):
+        recover(path, CLIP)
 
 
 def test_an_entry_of_a_later_version_ends_the_replay_and_is_kept_beside(tmp_path):

@@ -241,6 +241,12 @@ def test_a_session_that_cannot_be_replayed_here_says_why(tmp_path, tracking, why
         check_belongs(read_session(path), CLIP, CHAINS)
 
 
+def test_a_joint_with_an_endless_name_is_told_in_a_short_sentence():
+    with pytest.raises(TwistError) as told:
+        check_tracking(CLIP.motion, Tracking(("Tail" * 1000,)))
+    assert len(str(told.value)) < 1000
+
+
 def test_gains_of_joints_mean_nothing_where_the_place_alone_is_tracked():
     place = Tracking((), causal=False, place=True)
     wild = replace(place, kd=500.0)

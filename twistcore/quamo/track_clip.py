@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.cuts import leading_frames
+from twistcore.document_values import shown
+from twistcore.encoding import legible
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton
 from twistcore.progress import Tell, nobody, part
@@ -54,7 +56,8 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
         return np.flatnonzero(able)
     for name in names:
         if name not in skeleton.names:
-            raise TwistError(f"no joint {name!r}; expected some of {', '.join(skeleton.names)}")
+            known = legible(", ".join(skeleton.names), most=600)
+            raise TwistError(f"no joint {shown(name)}; expected some of {known}")
         if not able[skeleton.index(name)]:
             raise TwistError(f"joint {name!r} has no three rotation channels to write to")
     return np.array(sorted({skeleton.index(name) for name in names}), dtype=np.int64)

@@ -207,6 +207,10 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
             raise FormatError(f"expected a document with schema {SCHEMA!r}")
         session = session_from_document(head["session"])
         steps = whole(head.get("steps", 0), "steps")
+        own = clip is not None and clip.sha256 == session.sha256
+        motion = clip.motion if clip is not None and own else None
+        found = (judged.interval for judged in session.state.intervals)
+        _check((), found, None, None if motion is None else motion.frames)
     except _DAMAGE:
         raise FormatError(f"{path}: expected a journal; its first line is damaged") from None
     review = Review(session.state)
@@ -214,8 +218,6 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
     entries, size = 0, len(lines[0]) + 1
     # Behind the last newline stands nothing, or a line that a crash cut short.
     finished = lines[1:-1]
-    own = clip is not None and clip.sha256 == session.sha256
-    motion = clip.motion if clip is not None and own else None
     for line in finished:
         try:
             review = _replayed(review, parsed_json(line), motion)
