@@ -134,7 +134,10 @@ def _damage(connection: sqlite3.Connection, rng: random.Random) -> None:
         table = rng.choice(_DOCUMENTS)
         rows = connection.execute(f"SELECT document FROM {table}").fetchall()
         old = bytes(rng.choice(rows)[0])
-        new = damaged_json(json.loads(old), rng)
+        try:
+            new = damaged_json(json.loads(old), rng)
+        except (ValueError, RecursionError):  # damaged already
+            new = damage_bytes(old, rng)
         value = new if rng.random() < 0.05 else new.decode("utf-8", "replace")
         connection.execute(
             f"UPDATE {table} SET document = ? WHERE document = ?", (value, old.decode())

@@ -18,7 +18,7 @@ from twistcore.batch.manifest_tables import make_tables, shape_of, shape_of_ours
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.stored_rows import column, decisions_of_clip, parameters_of, result_of
 from twistcore.document_values import saying, shown_words, text
-from twistcore.encoding import escaped, json_text, unescaped
+from twistcore.encoding import escaped, json_text, legible, unescaped
 from twistcore.errors import FormatError, TwistError
 from twistcore.version import __version__
 
@@ -244,7 +244,7 @@ class Manifest:
             row = self._connection.execute(query, (escaped(source),)).fetchone()
             if row is not None:
                 return _record(row)
-        raise TwistError(f"{source}: expected a clip of {self.folder}")
+        raise TwistError(f"{legible(source)}: expected a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
         """Keep how far a clip's review is, in place of what was noted before; {} forgets it.

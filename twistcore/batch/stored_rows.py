@@ -150,7 +150,7 @@ _MORE: Mapping[str, _Check] = {
 _OF_INTERVAL: Mapping[str, _Check] = {
     **dict.fromkeys(("chain", "parent", "child", "limb", "end", "joint"), text),
     **dict.fromkeys(("open", "carried"), flag),
-    **dict.fromkeys(("delta_deg", "turn_deg", "residual_deg"), number),
+    **dict.fromkeys(("delta_deg", "turn_deg", "residual_deg", "speed_deg_s"), number),
     "confidence": lambda value, what: number(value, what, 0.0, 1.0),
 }
 
@@ -166,6 +166,9 @@ def _interval(entry: Any, last: int) -> None:
     for key, check in _OF_INTERVAL.items():
         if entry.get(key) is not None:
             check(entry[key], key)
+    if entry.get("turn_deg") is not None:  # of a lone jump, which is told with these
+        text(has(entry, "joint", "speed_deg_s")["joint"], "joint")
+        number(entry["speed_deg_s"], "speed_deg_s")
 
 
 def parameters_of(document: str) -> dict[str, Any]:
@@ -194,9 +197,12 @@ def parameters_of(document: str) -> dict[str, Any]:
     return told
 
 
+_OF_DECISIONS = "accepted", "rejected", "undecided", "reviewers", "session", "at"
+
+
 def decisions_of_clip(document: str) -> dict[str, Any]:
     """How far a review is, as :meth:`Manifest.note_decisions` was given it."""
-    told = dict(has(parsed_json(document), what="decisions"))
+    told = has(parsed_json(document), what="decisions")
     for key in ("accepted", "rejected", "undecided"):
         whole(told.get(key, 0), key)
     texts(told.get("reviewers", []), "reviewers")
@@ -204,4 +210,4 @@ def decisions_of_clip(document: str) -> dict[str, Any]:
         text(told.get(key, ""), key)
     if told.get("session"):
         path_text(told["session"], "session")
-    return told
+    return {key: told[key] for key in _OF_DECISIONS if key in told}  # they are written again

@@ -1,0 +1,34 @@
+"""What a manifest has in its rows: whatever stands there, what is taken from it can be told."""
+
+import json
+
+import pytest
+
+from twistcore.batch.stored_rows import decisions_of_clip, result_of
+from twistcore.errors import FormatError
+
+JUMP = {
+    "chain": "LeftLeg", "start": 3, "stop": 9, "kind": "lone jump", "delta_deg": 139.6,
+    "confidence": 0.5, "open": True, "joint": "LeftFoot", "turn_deg": 139.6, "speed_deg_s": 16752.0,
+}  # fmt: skip
+RESULT = {
+    "schema": "twistcore.batch_clip/1", "frames": 10, "fps": 120.0, "seconds": 0.1,
+    "severity": 0.0, "affected_frames": 6, "applied": 0, "left": [], "method": "consistency",
+    "format": "bvh", "unchecked": "", "intervals": [JUMP], "counts": {}, "tau_deg": {},
+    "degrees": {"max": 0.0, "rms": 0.0},
+}  # fmt: skip
+
+
+def test_a_lone_jump_is_told_with_its_joint_and_its_speed():
+    assert result_of(json.dumps(RESULT))["intervals"] == [JUMP]
+    for key, value in (("joint", None), ("speed_deg_s", None), ("speed_deg_s", "fast")):
+        damaged = {k: v for k, v in JUMP.items() if k != key}
+        if value is not None:
+            damaged[key] = value
+        with pytest.raises(FormatError, match=key):
+            result_of(json.dumps(RESULT | {"intervals": [damaged]}))
+
+
+def test_of_decisions_what_is_written_again_is_what_is_known():
+    document = '{"accepted": 1, "rejected": 0, "undecided": 2, "also": 1e999}'
+    assert decisions_of_clip(document) == {"accepted": 1, "rejected": 0, "undecided": 2}
