@@ -253,6 +253,8 @@ del WITH_LIMBS["RightClavicle"]
         (state_entry(CLIP, replace(BEGUN, intervals=(replace(SEEN, interval=BEHIND),))),
          "other clip"),
         (state_entry(CLIP, replace(BEGUN, intervals=(), rig=RIG, tau=CHANGED)), "all"),
+        (state_entry(CLIP, replace(BEGUN, intervals=(replace(SEEN, interval=FOREIGN),), rig=RIG,
+                                   tau=CHANGED)), "none"),
         (state_entry(CLIP, replace(BEGUN, intervals=(), rig=RIG, tau=FEWER)), "other clip"),
         ({"session": 3}, "none"),
         ({"do": "Reconsider"}, "none"),
@@ -415,8 +417,9 @@ def test_going_on_cuts_what_is_damaged_and_puts_the_whole_beside(path):
     assert path.with_name(f"{path.name}.damaged").read_bytes() == whole
     journal.do(Annotate(1, "more"))
     assert journal.is_there()
+    line = json.dumps(command_to_json(Annotate(1, "more"))).encode() + b"\n"
+    assert path.read_bytes() == whole[: back.size] + line  # before it is closed, too
     journal.close()
-    assert path.read_bytes().startswith(whole[: back.size])
     again = recover(path)
     assert (again.entries, again.damaged, again.review.state.find(1).note) == (2, 0, "more")
     Journal.resume(again).close()
