@@ -398,6 +398,21 @@ def test_a_journal_that_cannot_begin_leaves_nothing(path, monkeypatch):
     assert path.read_bytes() == before
 
 
+def test_what_a_disk_refuses_at_the_end_is_no_error(path, monkeypatch):
+    def refuse(*_):
+        raise OSError(5, "broken")
+
+    journal = Journal(path, CLIP, BEGUN)
+    file, journal._file = journal._file, Disk(journal._file, 7, 0)
+    journal._file.truncate = journal._file.close = refuse
+    with pytest.raises(OSError, match="full"):
+        journal.do(Remove(1))
+    monkeypatch.setattr("pathlib.Path.unlink", refuse)
+    journal.discard()
+    file.close()
+    assert recover(path).entries == 0
+
+
 @pytest.mark.skipif(os.name != "posix", reason="elsewhere a locked file cannot be looked at so")
 def test_an_open_journal_is_held_also_where_it_is_gone_on_with(path):
     with closing(Journal(path, CLIP, BEGUN)):
