@@ -30,7 +30,7 @@ FOLDER = Path("tests/twistcore")
 # For each file or folder, what its tests are called; the longest name that fits holds.
 TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/rotation.py": ("rotation",),
-    "twistcore/chain.py": ("chain", "limb"),
+    "twistcore/chain.py": ("chain", "bone_directions", "limb"),
     "twistcore/limb.py": ("limb",),
     "twistcore/twist_removal.py": ("twist_removal",),
     "twistcore/refinement": ("refinement", "proposal", "corrected"),
@@ -68,11 +68,13 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/review": ("review_model", "left_out", "journal", "review"),
     "twistcore/review/commands.py": ("review_model",),
     "twistcore/review/history.py": ("review_model",),
+    "twistcore/review/journal.py": ("journal_entries", "journal"),
     "twistcore/review/left_out.py": ("review_model", "left_out"),
     "twistcore/review/model.py": ("review_model",),
     "twistcore/review/other_chains.py": ("other_chains", "rig"),
     "twistcore/review/proposal.py": ("proposal",),
     "twistcore/review/reasons.py": ("review_model",),
+    "twistcore/review/session.py": ("session_document", "journal_entries"),
     "twistcore/review/soft_onset.py": ("soft_intervals",),
 }
 CHANGES = ("killed", "timeout", "survived")

@@ -15,7 +15,17 @@ from twistcore.joint_names import FEET, HANDS, TOES, JointName, is_helper, under
 from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array, normalise
 
-SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
+# Parent, child and grandchild of each segment's chain, by what they are in a limb.
+_ROLES = {
+    "Shoulder": ("shoulder", "arm", "forearm"),
+    "Arm": ("arm", "forearm", "hand"),
+    "ForeArm": ("forearm", "hand", ""),
+    "UpLeg": ("upleg", "leg", "foot"),
+    "Leg": ("leg", "foot", "toe"),
+}
+SEGMENTS = tuple(_ROLES)
+# What names give away of a limb, by which words, and what the joints above are, nearest first.
+_TIPS = (("hand", HANDS, ("forearm", "arm", "shoulder")), ("foot", FEET, ("leg", "upleg")))
 
 _ZERO = 1e-6  # of the skeleton's height: shorter offsets have no direction
 _DELTA = 1e-2  # of OFFSET's length: positions so short are deltas from it or rounding, no bone
@@ -77,24 +87,14 @@ def find_chains(motion: Motion) -> tuple[Chain, ...]:
     Empty where no joint has a child and a grandchild at a distance.
     """
     check_motion(motion)
-    skeleton = motion.skeleton
-    named = _limb_joints(skeleton)
     found: list[Chain] = []
-    for side in ("Left", "Right"):
-        limb = named.get(side, {})
-        for segment, key, below in (
-            ("Shoulder", "shoulder", ("arm", "forearm")),
-            ("Arm", "arm", ("forearm", "hand")),
-            ("ForeArm", "forearm", ("hand", "")),
-            ("UpLeg", "upleg", ("leg", "foot")),
-            ("Leg", "leg", ("foot", "toe")),
-        ):
-            parent, child = limb.get(key, -1), limb.get(below[0], -1)
-            if parent < 0 or child < 0:
-                continue
-            chain = make_chain(motion, parent, child, limb.get(below[1], -1), side, segment)
-            if chain is not None:
-                found.append(chain)
+    for side, limb in _limb_joints(motion.skeleton).items():
+        for segment, (parent, child, below) in _ROLES.items():
+            if parent in limb and child in limb:
+                joints = limb[parent], limb[child], limb.get(below, -1)
+                chain = make_chain(motion, *joints, side, segment)
+                if chain is not None:
+                    found.append(chain)
     return tuple(found) if found else _chains_by_topology(motion)
 
 
@@ -112,15 +112,14 @@ def make_chain(
     if axis is None:
         return None
     arm = bone_direction(motion, grandchild, warnings) if grandchild >= 0 else None
-    if arm is None and segment != "ForeArm" and child in skeleton.end_offsets:
-        end = skeleton.end_offsets[child]
-        if np.linalg.norm(end) > _ZERO * skeleton.height:
-            arm = normalise(end)
     if arm is None:
-        arm = np.array([0.0, 0.0, 1.0])
-        if abs(np.atleast_2d(axis)[0] @ arm) > _COLLINEAR:
-            arm = np.eye(3)[int(np.argmin(np.abs(np.atleast_2d(axis)[0])))]
         grandchild = -1
+        end = skeleton.end_offsets.get(child) if segment != "ForeArm" else None
+        if end is not None and _has_length(skeleton, end):
+            arm = normalise(end)
+        else:
+            along = np.abs(np.atleast_2d(axis)[0])  # of each axis of C the cosine to a
+            arm = np.eye(3)[2 if along[2] <= _COLLINEAR else int(np.argmin(along))]
     name = skeleton.names[parent]
     return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
 
@@ -165,65 +164,75 @@ def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False)
 def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
     """Unit direction from the parent, (3,), (frames, 3) where it varies, or None at no length."""
     skeleton = motion.skeleton
-    smallest = _ZERO * skeleton.height
-    offset = motion.translation(joint)
-    rest = skeleton.offsets[joint]
-    length = np.linalg.norm(rest)
-    if (
-        offset.ndim == 2
-        and length > smallest
-        and np.linalg.norm(offset, axis=1).max() <= max(smallest, _DELTA * length)
-    ):
+    smallest = _shortest(skeleton)
+    rest, offset = skeleton.offsets[joint], motion.translation(joint)
+    length, lengths = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1)
+    if length > smallest and lengths.max() <= max(smallest, _DELTA * length):  # never of OFFSET
         warnings.append(
             f"{skeleton.names[joint]}: the position channels are next to zero; its OFFSET is used."
         )
-        offset = rest
-    if offset.ndim == 2:
-        if np.linalg.norm(offset, axis=1).min() <= smallest:
-            return None
-        directions = normalise(offset)
-        mean = normalise(directions.mean(axis=0))
-        if (directions @ mean).min() >= VARYING:
-            return mean
-        warnings.append(f"{skeleton.names[joint]}: the bone's direction varies by more than 1°.")
+        return normalise(rest)
+    if lengths.min() <= smallest:
+        return None
+    directions = normalise(offset)
+    if directions.ndim == 1:
         return directions
-    return normalise(offset) if np.linalg.norm(offset) > smallest else None
+    mean = normalise(directions.mean(axis=0))
+    if (directions @ mean).min() >= VARYING:
+        return mean
+    warnings.append(f"{skeleton.names[joint]}: the bone's direction varies by more than 1°.")
+    return directions
+
+
+def _shortest(skeleton: Skeleton) -> float:
+    """What is no longer than this, in the file's unit, has no direction."""
+    return _ZERO * skeleton.height
+
+
+def _has_length(skeleton: Skeleton, offset: Array) -> bool:
+    """Whether a vector, or one of some, has a direction; (3,) or (frames, 3)."""
+    return bool(np.linalg.norm(offset, axis=-1).max() > _shortest(skeleton))
 
 
 def _limb_joints(skeleton: Skeleton) -> dict[str, dict[str, int]]:
     """Joint index by side and role, for the limbs whose hand or foot the names give away."""
     names = understood(skeleton.names)
-    limbs: dict[str, dict[str, int]] = {}
-    for side in ("Left", "Right"):
-        limb: dict[str, int] = {}
-        hand = _named(names, side, HANDS)
-        if hand >= 0:
-            limb["hand"] = hand
-            above = _bones_above(skeleton, names, hand)
-            limb.update(zip(("forearm", "arm", "shoulder"), above, strict=False))
-        foot = _named(names, side, FEET)
-        if foot >= 0:
-            limb["foot"] = foot
-            above = _bones_above(skeleton, names, foot)
-            limb.update(zip(("leg", "upleg"), above, strict=False))
+    limbs: dict[str, dict[str, int]] = {"Left": {}, "Right": {}}
+    trunk: set[int] = set()  # above both hands or both feet: no shoulder and no thigh
+    for tip, words, above in _TIPS:
+        lines = []
+        for side, limb in limbs.items():
+            joint = _named(names, side, words)
+            if joint is not None:
+                limb[tip] = joint
+                bones = _bones_above(skeleton, names, joint)
+                limb.update(zip(above, bones, strict=False))  # whichever ends first
+                lines.append(set(_ancestors(skeleton, joint)))
+        if len(lines) == len(limbs):
+            trunk.update(set.intersection(*lines))
+    for side, limb in limbs.items():
+        if "foot" in limb:
+            below = _below(skeleton, limb["foot"])
             toes = [
                 j
-                for j in _below(skeleton, foot)
+                for j in below
                 if names[j].side == side and any(word in names[j].stem for word in TOES)
             ]
-            limb["toe"] = toes[0] if toes else -1
-        limbs[side] = limb
-    _drop_trunk(skeleton, limbs)
-    return limbs
+            if toes:
+                limb["toe"] = toes[0]
+    return {
+        side: {role: joint for role, joint in limb.items() if joint not in trunk}
+        for side, limb in limbs.items()
+    }
 
 
-def _named(names: list[JointName], side: str, words: tuple[str, ...]) -> int:
+def _named(names: list[JointName], side: str, words: tuple[str, ...]) -> int | None:
     """First joint of a side that is called exactly one of the words, the first word first."""
     for word in words:
         for joint, name in enumerate(names):
             if name.side == side and name.stem == word:
                 return joint
-    return -1
+    return None
 
 
 def _bones_above(skeleton: Skeleton, names: list[JointName], joint: int) -> list[int]:
@@ -234,14 +243,14 @@ def _bones_above(skeleton: Skeleton, names: list[JointName], joint: int) -> list
     out = []
     here = joint
     while (parent := int(skeleton.parents[here])) >= 0:
-        length = np.linalg.norm(skeleton.offsets[here])
         above = int(skeleton.parents[parent])
         piece = (
             above >= 0
             and names[parent].number != ""
             and (names[parent].side, names[parent].stem) == (names[above].side, names[above].stem)
         )
-        if length > _ZERO * skeleton.height and not piece and not is_helper(skeleton.names[parent]):
+        helper = is_helper(skeleton.names[parent])
+        if _has_length(skeleton, skeleton.offsets[here]) and not (piece or helper):
             out.append(parent)
         here = parent
     return out
@@ -253,19 +262,6 @@ def _below(skeleton: Skeleton, joint: int) -> list[int]:
     for j in out:
         out.extend(skeleton.children[j])
     return out
-
-
-def _drop_trunk(skeleton: Skeleton, limbs: dict[str, dict[str, int]]) -> None:
-    """A joint above both hands or both feet is the trunk, not a shoulder or a thigh."""
-    for tip in ("hand", "foot"):
-        tips = [limb[tip] for limb in limbs.values() if tip in limb]
-        if len(tips) < 2:
-            continue
-        lines = [set(_ancestors(skeleton, t)) for t in tips]
-        shared = lines[0] & lines[1]
-        for limb in limbs.values():
-            for role in [r for r, j in limb.items() if j in shared]:
-                del limb[role]
 
 
 def _ancestors(skeleton: Skeleton, joint: int) -> list[int]:
@@ -281,31 +277,28 @@ def _chains_by_topology(motion: Motion) -> tuple[Chain, ...]:
     Heads, fingers and what is carried are left out where the names say so.
     """
     skeleton = motion.skeleton
-    out_of_it = np.array([name.no_limb for name in understood(skeleton.names)])
-    for joint, parent in enumerate(skeleton.parents):
+    parents = skeleton.parents.tolist()
+    out_of_it = [name.no_limb for name in understood(skeleton.names)]
+    for joint, parent in enumerate(parents):
         out_of_it[joint] |= parent >= 0 and out_of_it[parent]
     children = [[c for c in below if not out_of_it[c]] for below in skeleton.children]
-    reach = np.zeros(len(skeleton), dtype=np.int64)  # bones below, along the longest line
-    main = np.full(len(skeleton), -1, dtype=np.int64)
-    trunk = np.zeros(len(skeleton), dtype=np.bool_)
+    reach = [0] * len(skeleton)  # bones below, along the longest line
+    main: dict[int, int] = {}  # the child along that line
+    trunk = {joint for joint, parent in enumerate(parents) if parent < 0}
     for joint in reversed(range(len(skeleton))):
         for child in children[joint]:
-            length = np.linalg.norm(motion.translation(child), axis=-1).max()
-            bones = int(reach[child]) + int(length > _ZERO * skeleton.height)
-            if bones > reach[joint] or main[joint] < 0:
+            bones = reach[child] + _has_length(skeleton, motion.translation(child))
+            if bones > reach[joint] or joint not in main:
                 reach[joint], main[joint] = bones, child
-        branches = sum(bool(reach[c] >= 2) for c in children[joint]) >= 2
-        trunk[joint] |= branches or skeleton.parents[joint] < 0
-        if trunk[joint] and skeleton.parents[joint] >= 0:
-            trunk[skeleton.parents[joint]] = True
+        if sum(reach[child] >= 2 for child in children[joint]) >= 2:
+            trunk.update((joint, *_ancestors(skeleton, joint)))
     found = []
-    for joint in range(len(skeleton)):
-        child = int(main[joint])
-        if out_of_it[joint] or trunk[joint] or child < 0 or int(main[child]) < 0:
+    for joint, child in sorted(main.items()):
+        if joint in trunk or child not in main:
             continue
-        above = int(skeleton.parents[joint])
-        if trunk[above] or main[above] == joint:
-            chain = make_chain(motion, joint, child, int(main[child]))
+        above = parents[joint]
+        if above in trunk or main[above] == joint:
+            chain = make_chain(motion, joint, child, main[child])
             if chain is not None:
                 found.append(chain)
     return tuple(found)

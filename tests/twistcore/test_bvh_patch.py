@@ -130,3 +130,24 @@ def test_a_joint_without_three_rotations_is_named():
     changed[1, 1] = True
     with pytest.raises(ValueError, match="'Arm' has no three rotation channels"):
         turned_numbers(values(), LAYOUTS, SKELETON.names, motion, changed)
+
+
+@pytest.mark.parametrize("frames", [slice(0, 6), slice(0, 2), slice(4, 6)])
+def test_at_an_end_of_the_clip_angles_stay_on_their_turn_and_jump_nowhere(frames):
+    """A spin of nearly two turns: the last frame does not stand beside the first."""
+    spun = values()
+    spun[:, 3:5] = 10.0
+    spun[:, 5] = 370.0 + np.array([0.0, 80.0, 200.0, 340.0, 500.0, 660.0])
+    motion = motion_of(SKELETON, LAYOUTS, spun, 0.1)
+    rotations = motion.rotations.copy()
+    by = quaternion_from_axis_angle([0.0, 0.0, 1.0], np.radians(1.0))
+    rotations[frames, 0] = multiply(by, rotations[frames, 0])
+    changed = np.zeros((6, 3), dtype=bool)
+    changed[frames, 0] = True
+    after = replace(motion, rotations=rotations)
+    tokens, numbers, jumps = turned_numbers(spun, LAYOUTS, SKELETON.names, after, changed)
+    written = spun.copy()
+    written.flat[tokens] = numbers
+    assert jumps == ()
+    np.testing.assert_allclose(written[:, 5] - spun[:, 5], changed[:, 0], atol=1e-9)
+    np.testing.assert_allclose(written[:, :5], spun[:, :5], atol=1e-9)

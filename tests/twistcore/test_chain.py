@@ -298,3 +298,174 @@ def test_a_bone_that_is_moved_about_has_a_direction_a_frame_or_their_mean():
     place = np.array([[[0.0, -5, 0]], [[0.0, 0, 0]]])  # no length in one frame
     motion = Motion(skeleton, np.ones((2, 2, 4)) / 2.0, (1,), place, 0.1)
     assert make_chain(motion, 0, 1) is None
+
+
+# -- rigs that say where a limb begins and ends ----------------------------------------------------
+
+
+def line(text, above=None):
+    """{name: parent} of joints that hang from each other, the first from `above`."""
+    out = {}
+    for name in text.split():
+        out[name] = above
+        above = name
+    return out
+
+
+def both(text, above):
+    """A line on either side; * stands for the side."""
+    return {**line(text.replace("*", "Left"), above), **line(text.replace("*", "Right"), above)}
+
+
+def told(parents, side="Left", **more):
+    """'segment: parent child grandchild' of each chain of a side."""
+    clip = rig(parents, **more)
+    names = (*clip.motion.skeleton.names, "-")
+    return [
+        f"{c.segment}: {names[c.parent]} {names[c.child]} {names[c.grandchild]}"
+        for c in find_chains(clip.motion)
+        if c.side == side
+    ]
+
+
+ARM = "*Clavicle *UpperArm *LowerArm *Hand"
+
+
+def test_a_joint_above_both_hands_is_no_shoulder():
+    short = "*UpperArm *LowerArm *Hand"
+    expected = ["Arm: LeftUpperArm LeftLowerArm LeftHand", "ForeArm: LeftLowerArm LeftHand -"]
+    assert told({**line("hip chest"), **both(short, "chest")}) == expected
+    assert told({**line("hip chest"), **both("*LowerArm *Hand", "chest")}) == expected[1:]
+    assert told({"chest": None, **both(short, "chest")}) == expected
+    clavicle = "Shoulder: LeftClavicle LeftUpperArm LeftLowerArm"
+    assert told({**line("hip chest"), **both(ARM, "chest")}) == [clavicle, *expected]
+
+
+def test_a_joint_above_both_feet_is_no_thigh():
+    legs = both("*Shin *Foot *Toe", "hip")
+    expected = ["Leg: LeftShin LeftFoot LeftToe"]
+    assert told({"hip": None, **legs}) == expected
+    assert told({"hip": None, **line("chest", "hip"), **both(ARM, "chest"), **legs})[3:] == expected
+    assert told({**line("root hip"), **both("*Thigh *Shin *Foot *Toe", "hip")}) == [
+        "UpLeg: LeftThigh LeftShin LeftFoot",
+        *expected,
+    ]
+
+
+def test_of_one_hand_alone_nothing_tells_where_the_trunk_ends():
+    arm = line("LeftUpperArm LeftLowerArm LeftHand", "chest")
+    legs = both("*Thigh *Shin *Foot", "hip")
+    body = {**line("hip chest"), **arm, **legs}
+    assert told(body)[0] == "Shoulder: chest LeftUpperArm LeftLowerArm"
+    assert told(body)[3:] == ["UpLeg: LeftThigh LeftShin LeftFoot", "Leg: LeftShin LeftFoot -"]
+    assert [text[:5] for text in told(body, "Right")] == ["UpLeg", "Leg: "]
+    arms = both("*UpperArm *LowerArm *Hand", "hip")
+    one_leg = {"hip": None, **line("RightShin RightFoot", "hip"), **arms}
+    assert told(one_leg, "Right")[2:] == ["Leg: RightShin RightFoot -"]
+
+
+def test_arms_and_legs_that_end_early_have_fewer_chains():
+    root = {"hip": None}
+    assert told({**root, **both("*LowerArm *Hand *Finger1 *Finger2", "hip")}) == [
+        "ForeArm: LeftLowerArm LeftHand -"
+    ]
+    assert told({**line("LeftShin LeftFoot"), **line("RightFoot", "LeftShin")}) == []
+    assert told(line("LeftShin LeftFoot LeftToe")) == ["Leg: LeftShin LeftFoot LeftToe"]
+
+
+def test_the_toe_is_the_nearest_of_the_foot_s_own_side():
+    leg = "*Thigh *Shin *Foot"
+    body = {"hip": None, **both(leg, "hip")}
+
+    def toe(*below):
+        extra = {}
+        for text in below:
+            extra |= line(text, "LeftFoot")
+        return told({**body, **extra})[1].split()[-1]
+
+    assert toe() == "-"
+    assert toe("LeftHeel", "LeftInstep") == "-"
+    assert toe("LeftToeA LeftToeB") == "LeftToeA"
+    assert toe("LeftToeA", "LeftToeB") == "LeftToeA"
+    assert toe("LeftHeel LeftToeTip", "LeftToeBase") == "LeftToeBase"
+    assert toe("LeftBall LeftToe") == "LeftBall"
+    assert toe("LeftHeel LeftInstep LeftForefoot") == "LeftForefoot"
+    assert toe("RightToe", "LeftToe") == "LeftToe"
+    assert toe("MidToe") == "-"
+
+
+def test_the_hand_is_the_first_word_for_it_and_the_whole_word():
+    arm = {"hip": None, **both(ARM, "hip")}
+    handle = {"hip": None, **line("LeftHandle", "hip"), **both(ARM, "hip")}
+    assert told(handle) == told(arm)
+    wrist = {"hip": None, **both("*Clavicle *UpperArm *LowerArm *Wrist *Hand", "hip")}
+    assert told(wrist)[2] == "ForeArm: LeftLowerArm LeftWrist -"
+    ankle = {"hip": None, **both("*Thigh *Shin *Ankle *Foot *Toe", "hip")}
+    assert told(ankle)[1] == "Leg: LeftShin LeftAnkle LeftFoot"
+    twice = {"hip": None, **line("LeftArmA LeftHand", "hip"), **line("LeftArmB Left_Hand", "hip")}
+    assert told(twice)[-1] == "ForeArm: LeftArmA LeftHand -"
+
+
+def test_a_bone_in_pieces_may_begin_at_the_root():
+    """Only a number makes a piece of a joint called as the one above."""
+    assert told(line("LeftArm01 LeftArm02 LeftLower LeftHand")) == [
+        "Arm: LeftArm01 LeftLower LeftHand", "ForeArm: LeftLower LeftHand -",
+    ]  # fmt: skip
+    assert told(line("LeftArm Left_Arm LeftLower LeftHand"))[0].startswith("Shoulder: LeftArm L")
+    assert told(line("LeftArm RightArm2 LeftLower LeftHand"))[0].startswith("Shoulder: LeftArm R")
+    assert told(line("LeftArm1 LeftArm2 LeftArm3 LeftLower LeftHand"))[0].startswith(
+        "Arm: LeftArm1"
+    )
+    assert told(line("LeftArm LeftArmTwist LeftLower LeftHand"))[0].startswith("Arm: LeftArm Left")
+
+
+# -- topology --------------------------------------------------------------------------------------
+
+
+def found(parents, offsets=None):
+    """'parent child grandchild' of each chain, of which the names say nothing."""
+    clip = rig(parents, offsets)
+    names = clip.motion.skeleton.names
+    chains = find_chains(clip.motion)
+    assert {(c.side, c.segment) for c in chains} <= {("", "")}
+    return [" ".join(names[j] for j in (c.parent, c.child, c.grandchild)) for c in chains]
+
+
+def test_a_lone_line_is_a_limb_below_its_root():
+    assert found(line("r a b c")) == ["a b c"]
+    assert found(line("r a b c d")) == ["a b c", "b c d"]
+    assert found(line("r a b")) == []
+
+
+def test_a_joint_that_two_lines_of_two_bones_leave_is_of_the_trunk_and_all_above_it():
+    trunk = line("r s t")
+    pairs = {**trunk, **line("a b c", "t"), **line("u v w", "t")}
+    assert found(pairs) == ["a b c", "u v w"]
+    one_short = {**trunk, **line("a b c", "t"), **line("u v", "t")}
+    assert found(one_short) == ["s t a", "t a b", "a b c"]
+    three = {**trunk, **line("a b c", "t"), **line("u v w", "t"), **line("k l m", "r")}
+    assert found(three) == ["a b c", "u v w", "k l m"]
+
+
+def test_a_chain_follows_the_longest_line_and_the_first_of_equals():
+    stem = line("r a b")
+    assert found({**stem, **line("c", "b"), **line("d", "b")}) == ["a b c"]
+    assert found({**stem, **line("c", "b"), **line("d e", "b")}) == ["a b d", "b d e"]
+    assert found({**stem, **line("d e", "b"), **line("c", "b")}) == ["a b d", "b d e"]
+    assert found({**stem, **line("c d", "b"), **line("e f", "a")}, {"f": (0, 0, 0)}) == [
+        "a b c", "b c d"
+    ]  # fmt: skip
+
+
+def test_what_hangs_beside_a_limb_is_none():
+    """A twig whose last bone has no length makes no branching, and begins no chain."""
+    twig = {**line("r a b c d"), **line("u v w", "a")}
+    assert found(twig) == ["b c d", "u v w"]
+    assert found(twig, {"w": (0, 0, 0)}) == ["a b c", "b c d"]
+
+
+def test_what_hangs_on_a_hand_or_on_something_carried_is_no_limb():
+    body = {**line("r a b c"), **line("Weapon x y z", "r")}
+    assert found(body) == ["a b c"]
+    assert found(line("Prop x y z")) == []
+    assert found({**line("r a b Finger x y z")}) == []

@@ -9,11 +9,13 @@ from tests.conftest import ASSETS
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
 from twistcore.detection import Kind
+from twistcore.limb import places
 from twistcore.motion import forward_kinematics
 from twistcore.refinement import Corrected, refine
 from twistcore.review.model import constant
 from twistcore.rotation import geodesic_angle, wrap
 from twistcore.signals import twist_signals
+from twistcore.twist_removal import remove_twist
 
 MOTION = read_bvh(ASSETS / "walk.bvh").motion.sliced(0, 60)
 FLIP = replace(constant("RightUpLeg-RightFoot", 20, 30, 0.8), kind=Kind.LIMB_FLIP)
@@ -29,15 +31,38 @@ def analysis():
     return analyse(MOTION)
 
 
+@pytest.fixture(scope="module")
+def swinging():
+    """The walk with a left elbow that position channels move about its place by some 20°."""
+    elbow = MOTION.skeleton.index("LeftForeArm")
+    bone = MOTION.skeleton.offsets[elbow]
+    at = 0.3 * np.sin(np.arange(60.0) / 7.0)
+    aside = at[:, None] * np.roll(bone, 1)
+    positions = np.concatenate([MOTION.positions, (bone + aside)[:, None]], axis=1)
+    return analyse(replace(MOTION, positioned=(*MOTION.positioned, elbow), positions=positions))
+
+
 @pytest.mark.parametrize(
     "chosen",
     [SHARED, SHARED[:1], [*SHARED, FLIP], [replace(FLIP, carried=True)], []],
     ids=["many", "one", "with a flip", "carried", "none"],
 )
 def test_angles_poses_and_ways_are_those_of_the_corrected_motion(analysis, chosen):
+    check_all(analysis, chosen)
+
+
+def test_so_they_are_where_a_bone_s_direction_varies(swinging):
+    axes = {c.name: (c.axis.ndim, c.arm.ndim) for c in swinging.chains}
+    assert [axes[n] for n in ("LeftShoulder", "LeftArm", "LeftForeArm")] == [(1, 2), (2, 1), (1, 1)]
+    check_all(swinging, SHARED)
+    check_all(swinging, [SHARED[1]])
+    check_all(swinging, [SHARED[3]])
+
+
+def check_all(analysis, chosen):
     corrected = Corrected(analysis)
     corrected.take(chosen)
-    refined = refine(MOTION, analysis.chains_and_limbs, chosen)
+    refined = refine(analysis.motion, analysis.chains_and_limbs, chosen)
     for chain in analysis.chains:
         told, true = corrected.angles(chain), twist_signals(refined, chain)
         for name in ("theta_p", "theta_c", "dtheta_p", "dtheta_c"):
@@ -51,6 +76,38 @@ def test_angles_poses_and_ways_are_those_of_the_corrected_motion(analysis, chose
         np.testing.assert_allclose(there, positions[frame], atol=1e-9)
     joints = np.array([3, 7])
     np.testing.assert_allclose(corrected.ways(joints, 15, 45), positions[15:45, joints], atol=1e-9)
+
+
+def test_while_tau_is_dragged_no_motion_is_corrected_for_an_angle(analysis, monkeypatch):
+    """Every chain of the walk has the closed form; a flip at one of its joints has none."""
+    corrected = Corrected(analysis)
+    corrected.take([*SHARED, FLIP])
+    anew = []
+
+    def counted(motion, *rest):
+        anew.append(motion)
+        return remove_twist(motion, *rest)
+
+    monkeypatch.setattr("twistcore.refinement.corrected.remove_twist", counted)
+    flipped = [c for c in analysis.chains if c.name in ("RightUpLeg", "RightLeg")]
+    for chain in analysis.chains:
+        corrected.angles(chain)
+    assert len(anew) == len(flipped)
+    corrected.take(SHARED)
+    for chain in analysis.chains:
+        corrected.angles(chain)
+    assert len(anew) == len(flipped)
+
+
+def test_the_swivel_is_that_of_the_corrected_motion(analysis):
+    chosen = [*SHARED, FLIP]
+    corrected = Corrected(analysis)
+    corrected.take(chosen)
+    refined = refine(MOTION, analysis.chains_and_limbs, chosen)
+    for limb in analysis.limbs:
+        true = analysis.flips.limbs[limb.name].swivel.angle_at(*places(refined, limb))
+        off = wrap(corrected.swivel(limb) - true)[1:]  # in the T-pose the arms are straight
+        assert np.abs(off).max() < 1e-7, limb.name
 
 
 def test_what_is_taken_is_all_that_is_taken(analysis):
