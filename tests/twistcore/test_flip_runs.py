@@ -33,7 +33,10 @@ def jumps_of(seed, many=7):
         at += int(rng.choice([0, 1, 2, 6, 20, 40]))
         degrees = rng.choice([-1, 1]) * rng.choice([45.0, 90.0, 150.0, 175.0, 180.0])
         degrees += rng.uniform(-4.0, 4.0)
-        scale, step = rng.choice([1.0, 12.0, 18.0, 25.0, 40.0]) * DEGREE, rng.choice([0, 0, 0.09, 0.3])
+        scale, step = (
+            rng.choice([1.0, 12.0, 18.0, 25.0, 40.0]) * DEGREE,
+            rng.choice([0, 0, 0.09, 0.3]),
+        )
         if rng.random() < 0.25:
             n = int(rng.integers(2, 12))
             turns = tuple(rng.uniform(0.5, 1.5, n) * degrees * DEGREE / n)
@@ -248,7 +251,12 @@ def test_an_end_turned_along_if_it_jumps_less_once_turned_back(start, frames):
 def test_a_flip_says_what_it_was_found_by():
     flips = flips_of({60: 170.0, 72: -150.0, 73: 35.0})
     (flip,) = flips.intervals(50.0 * DEGREE)
-    assert (flip.chain, flip.kind, flip.start, flip.stop) == (flips.limb.name, Kind.LIMB_FLIP, 60, 72)
+    assert (flip.chain, flip.kind, flip.start, flip.stop) == (
+        flips.limb.name,
+        Kind.LIMB_FLIP,
+        60,
+        72,
+    )
     assert (flip.open, flip.residual) == (False, pytest.approx(20.0 * DEGREE))
     told = flip.evidence
     assert told["edges"] == [
@@ -259,7 +267,11 @@ def test_a_flip_says_what_it_was_found_by():
     assert told["closing_residual_deg"] == pytest.approx(20.0)
     assert set(told) == {"edges", "closing_residual_deg", "side", "odds"}
     (run,) = explain(
-        flips.jumps(50.0 * DEGREE), flips.swivel.angle, flips.swivel.height, flips.capture, flips.fps
+        flips.jumps(50.0 * DEGREE),
+        flips.swivel.angle,
+        flips.swivel.height,
+        flips.capture,
+        flips.fps,
     )
     assert (told["side"], told["odds"]) == (run.side, run.odds)
     assert flip.confidence == pytest.approx(1.0 / (1.0 + math.exp(-run.odds)))

@@ -48,9 +48,7 @@ def plain_around(values):
 def test_around_is_the_median_of_four_frames_on_either_side(frames):
     values = turns_of(frames, frames) + 0.3
     np.testing.assert_allclose(around(values), plain_around(values), atol=1e-12)
-    np.testing.assert_allclose(
-        departure(values), wrap(values - plain_around(values)), atol=1e-12
-    )
+    np.testing.assert_allclose(departure(values), wrap(values - plain_around(values)), atol=1e-12)
     assert np.abs(departure(np.array([0.0, 3.0, -3.0, 3.0, 3.0, 3.0]))).max() <= np.pi
 
 
@@ -91,11 +89,11 @@ def test_sharp_jumps_lead_from_tau_on_and_else_may_be_partners(tau):
     wanted = []
     for t, size in enumerate(np.abs(departures)):
         if size >= tau * DEGREE or (size >= 25.0 * DEGREE and size >= 4.0 * scales[t]):
-            wanted.append((t, t + 1, departures[t], scales[t], steps[t], True, size >= tau * DEGREE))
+            wanted.append(
+                (t, t + 1, departures[t], scales[t], steps[t], True, size >= tau * DEGREE)
+            )
     found = sharp_jumps(departures, scales, steps, tau * DEGREE)
-    assert [
-        (j.start, j.stop, j.turn, j.scale, j.step, j.sharp, j.leads) for j in found
-    ] == wanted
+    assert [(j.start, j.stop, j.turn, j.scale, j.step, j.sharp, j.leads) for j in found] == wanted
     assert 10 < len(wanted) < 80
 
 
@@ -154,9 +152,7 @@ def motion_of(seed, kind):
     motion = WALK.sliced(20, 50)
     noise = rng.standard_normal((30, len(motion.skeleton), 3)) * {"wild": 0.6}.get(kind, 0.05)
     size = np.linalg.norm(noise, axis=-1)
-    q = multiply(
-        motion.rotations, quaternion_from_axis_angle(noise / size[..., None], size)
-    )
+    q = multiply(motion.rotations, quaternion_from_axis_angle(noise / size[..., None], size))
     for limb in LIMBS:
         if kind == "straight":
             q[rng.random(30) < 0.6, limb.child] = (1.0, 0.0, 0.0, 0.0)

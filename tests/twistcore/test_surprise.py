@@ -212,7 +212,9 @@ def plain_bridge(level, start, stop, reach):
     return cubic(np.arange(start, stop))
 
 
-@pytest.mark.parametrize(("start", "stop"), [(1, 20), (2, 4), (3, 99), (50, 98), (50, 97), (40, 60)])
+@pytest.mark.parametrize(
+    ("start", "stop"), [(1, 20), (2, 4), (3, 99), (50, 98), (50, 97), (40, 60)]
+)
 @pytest.mark.parametrize("reach", [1, 2, 5])
 def test_a_bridge_at_a_clips_ends_has_the_slopes_that_are_left(start, stop, reach):
     level = np.random.default_rng(4).standard_normal((2, 100)).cumsum(axis=1)
@@ -252,7 +254,9 @@ def assert_measured(s, natural):
 
 
 @pytest.mark.parametrize("moving", [False, True])
-@pytest.mark.parametrize(("row", "start", "frames"), [(0, 40, 30), (3, 0, 12), (5, 110, 40), (2, 70, 1)])
+@pytest.mark.parametrize(
+    ("row", "start", "frames"), [(0, 40, 30), (3, 0, 12), (5, 110, 40), (2, 70, 1)]
+)
 def test_an_error_is_taken_out_with_its_images_and_seen_anew(moving, row, start, frames):
     s = made(3, moving)
     bad = bad_frames(s.rows)
