@@ -75,10 +75,10 @@ PROGRAMS = (
 )
 PATHS = (
     "../hostile",
-    "/tmp/hostile-absolute",
+    "/hostile-absolute",
     "..\\hostile",
     "C:\\hostile",
-    "file:///tmp/hostile",
+    "file:///hostile",
     "http://127.0.0.1:9/hostile",
     "-o",
     "~root",
