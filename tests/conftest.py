@@ -3,7 +3,9 @@
 import atexit
 import shutil
 import signal
+import sys
 import tempfile
+import threading
 from pathlib import Path
 
 import pytest
@@ -19,6 +21,16 @@ settings.load_profile("patient")
 # Under nohup programs are deaf to it; tests send it to those that they start.
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+# A tool that measures what is run hears of Python's threads by itself, of Qt's not.
+if heard := threading.gettrace():
+    from inspector.widgets import background
+
+    def run_heard(runner: background._Runner, run=background._Runner.run) -> None:
+        sys.settrace(heard)
+        run(runner)
+
+    background._Runner.run = run_heard
 
 # A copy: reviews leave sessions and journals beside their clips, and assets/ is not for that.
 ASSETS = Path(tempfile.mkdtemp(prefix="twist-assets-"))

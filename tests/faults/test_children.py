@@ -3,11 +3,11 @@
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
+from tests.processes import is_alive, until
 from tests.twistcore.batch_folders import KILL, ROOT, environment
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux")
@@ -37,22 +37,6 @@ STARTS = {
         " start_new_session=True)"
     ),
 }
-
-
-def until(condition, seconds=60.0):
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end
-        time.sleep(0.02)
-    return found
-
-
-def is_alive(pid):
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return False
-    return state != "Z"
 
 
 @pytest.mark.parametrize("name", STARTS)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
-Damage = Callable[[bytes, random.Random], bytes]
+from tests.fuzz.byte_damage import Damage, cut_at, flip, repeat_at
+
 NUMBERS = (
     b"nan", b"inf", b"-inf", b"1e999", b"1_000", b"0x10", b"1,5", b"1e", b"--1", b"1.2.3", b"-",
     b"99999999999999999999", b"-99999999999999999999", b"1e-400", b"\xef\xbc\x91", b"9" * 5000,
@@ -40,29 +41,13 @@ def damaged(
 # -- of any text -----------------------------------------------------------------------------------
 
 
-def flip(data: bytes, rng: random.Random) -> bytes:
-    out = bytearray(data)
-    for _ in range(rng.choice((1, 1, 3, 50))):
-        if out:
-            out[rng.randrange(len(out))] = rng.randrange(256)
-    return bytes(out)
-
-
 def _place(data: bytes, rng: random.Random) -> int:
     """Anywhere, but as often as not near the beginning, where most can go wrong."""
     header = max(data.find(b"Frame Time") + 40, 2000)
     return rng.randint(0, min(header, len(data)) if rng.random() < 0.5 else len(data))
 
 
-def cut(data: bytes, rng: random.Random) -> bytes:
-    at = _place(data, rng)
-    return data[:at] + data[at + rng.choice((1, 10, 1000, len(data))) :]
-
-
-def repeat(data: bytes, rng: random.Random) -> bytes:
-    at = _place(data, rng)
-    part = data[at : at + rng.choice((1, 20, 500))]
-    return data[:at] + part * rng.choice((2, 5, 200)) + data[at:]
+cut, repeat = cut_at(_place), repeat_at(_place)
 
 
 def line_ends(data: bytes, rng: random.Random) -> bytes:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import copy
 import json
 import random
-from collections.abc import Callable
 from typing import Any
+
+from tests.fuzz.byte_damage import Damage, anywhere, cut_at, flip, repeat_at
 
 
 class Raw:
@@ -190,25 +191,6 @@ def damage_bytes(data: bytes, rng: random.Random) -> bytes:
     return rng.choice(_BYTES)(data, rng)
 
 
-def _flip(data: bytes, rng: random.Random) -> bytes:
-    out = bytearray(data)
-    for _ in range(rng.choice((1, 1, 3, 50))):
-        if out:
-            out[rng.randrange(len(out))] = rng.randrange(256)
-    return bytes(out)
-
-
-def _cut(data: bytes, rng: random.Random) -> bytes:
-    at = rng.randint(0, len(data))
-    return data[:at] + data[at + rng.choice((1, 10, 1000, len(data))) :]
-
-
-def _repeat(data: bytes, rng: random.Random) -> bytes:
-    at = rng.randint(0, len(data))
-    part = data[at : at + rng.choice((1, 20, 500))]
-    return data[:at] + part * rng.choice((2, 5, 200)) + data[at:]
-
-
 def _insert(data: bytes, rng: random.Random) -> bytes:
     at = rng.randint(0, len(data))
     some = (
@@ -237,8 +219,9 @@ def _whole(data: bytes, rng: random.Random) -> bytes:
                        rng.randbytes(200), b"\xef\xbb\xbf", b"9" * 100_000))  # fmt: skip
 
 
-_BYTES: tuple[Callable[[bytes, random.Random], bytes], ...] = (
-    _flip, _flip, _flip, _cut, _cut, _repeat, _insert, _insert, _other_encoding, _whole,
+_cut = cut_at(anywhere)
+_BYTES: tuple[Damage, ...] = (
+    flip, flip, flip, _cut, _cut, repeat_at(anywhere), _insert, _insert, _other_encoding, _whole,
 )  # fmt: skip
 
 

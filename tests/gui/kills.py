@@ -13,6 +13,7 @@ from inspector.session.session_files import journals, session_path
 from tests.conftest import ASSETS
 from tests.gui import forked
 from tests.gui.programs import Program
+from tests.processes import children_of, is_alive, until
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.review import read_session, recover, session_bytes
@@ -177,27 +178,6 @@ def equal_exports(place, seed, count=15):
 # -- in the midst of a folder's analysis ------------------------------------------------------
 
 
-def children_of(pid):
-    """All processes below one, by number (Linux)."""
-    found, below = set(), [pid]
-    while below:
-        with contextlib.suppress(OSError):
-            for task in Path(f"/proc/{below.pop()}/task").iterdir():
-                more = set(map(int, (task / "children").read_text().split())) - found
-                found |= more
-                below += more
-    return found
-
-
-def is_alive(pid):
-    """Whether a process has not ended, whoever is to hear of it."""
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except OSError:
-        return False
-    return state != "Z"
-
-
 def killed_with_a_folder(place, seed, clips=6, patience_s=120.0):
     """No process stays behind; how many there were."""
     folder = place / "clips"
@@ -215,8 +195,5 @@ def killed_with_a_folder(place, seed, clips=6, patience_s=120.0):
         process.send_signal(signal.SIGKILL)
         process.wait(30)
         process.close()
-    end = time.monotonic() + patience_s
-    while alive := [pid for pid in children if is_alive(pid)]:
-        assert time.monotonic() < end, f"{len(alive)} processes stayed behind"
-        time.sleep(0.05)
+    until(lambda: not any(map(is_alive, children)), patience_s)
     return len(children)

@@ -6,12 +6,12 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
 
 from tests.conftest import ASSETS
+from tests.processes import children_of, is_alive, until
 from tests.twistcore.batch_folders import COMMAND, KILL, ROOT, clips, environment
 from twistcore.batch.batch_run import run_batch
 from twistcore.batch.clip_task import Task, process
@@ -54,22 +54,6 @@ def command(*words):
     return subprocess.run(ran, cwd=ROOT, env=environment(), capture_output=True, text=True)
 
 
-def children(process):
-    """Of a process, by number."""
-    found = set()
-    for task in Path(f"/proc/{process.pid}/task").iterdir():
-        found |= set(map(int, (task / "children").read_text().split()))
-    return found
-
-
-def until(condition, seconds=60.0):
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end
-        time.sleep(0.02)
-    return found
-
-
 def finished(folder, out):
     """Run what is left here; the summary."""
     sources = find_inputs([str(folder)]).sources
@@ -83,7 +67,7 @@ def test_a_worker_that_is_killed_costs_nothing(tmp_path):
     clips(folder, DIRTY, 6, 40)
     run = started("-c", SLOW_RUN, folder, out)
     until(lambda: done(out))
-    os.kill(min(children(run)), KILL)
+    os.kill(min(children_of(run.pid)), KILL)
     assert run.wait(60) == 0
     assert len(done(out)) == 6
 
@@ -93,11 +77,11 @@ def test_a_run_that_is_killed_goes_on_and_does_nothing_twice(tmp_path):
     clips(folder, DIRTY, 8, 40)
     run = started("-c", SLOW_RUN, folder, out)
     until(lambda: len(done(out)) >= 2)
-    workers = children(run)
+    workers = children_of(run.pid)
     assert len(workers) == 2
     run.send_signal(KILL)
     run.wait(60)
-    until(lambda: not any(Path(f"/proc/{pid}").exists() for pid in workers))  # none stays behind
+    until(lambda: not any(map(is_alive, workers)))  # none stays behind
     before = done(out)
     assert 2 <= len(before) < 8
     summary = finished(folder, out)

@@ -6,7 +6,6 @@ import lzma
 import pickle
 import re
 import struct
-import time
 import tracemalloc
 import zipfile
 import zlib
@@ -14,6 +13,7 @@ import zlib
 import numpy as np
 import pytest
 
+from tests.twistcore.processor_time import SLOW, spent
 from twistcore.clip import rewritten
 from twistcore.errors import NpzError, TwistError
 from twistcore.formats import is_other_data
@@ -23,19 +23,6 @@ from twistcore.quamo.pickled_arrays import read_pickle
 from twistcore.quamo.pose_files import read_names
 from twistcore.quamo.pose_layouts import find_poses
 from twistcore.rotation import geodesic_angle
-
-SLOW = 2.0  # seconds of processor time
-
-
-def spent(work):
-    """What it gave, or its error, and the seconds of processor time."""
-    begun = time.process_time()
-    try:
-        found = work()
-    except TwistError as error:
-        found = error
-    return found, time.process_time() - begun
-
 
 POSES = {"poses": np.zeros((4, 66)), "trans": np.zeros((4, 3))}
 

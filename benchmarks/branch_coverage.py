@@ -1,0 +1,86 @@
+"""The branches that tests go: python -m benchmarks.branch_coverage [--html FOLDER] [WORD …].
+
+WORD: for `dev.py test`; without any, all tests. Runs the tests with every process measured:
+workers, programs that are forked or started, Qt's threads (tests/conftest.py). What is killed tells
+nothing. Printed: the share of each package's statements and branches, and of branches alone, and
+the modules with the most that no test goes; --html: every line. The exit code is 1 if twistcore has
+less than 95 % or inspector less than 88 %. It takes twice the time of the tests.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+WANTED = {"twistcore": 95.0, "inspector": 88.0}
+SHOWN = 25  # modules
+CONFIGURATION = """
+[run]
+branch = True
+parallel = True
+source_pkgs = twistcore, inspector
+data_file = {folder}/data
+patch = subprocess, _exit, fork
+concurrency = thread, multiprocessing
+disable_warnings = no-data-collected, module-not-measured, module-not-imported, already-imported
+[report]
+exclude_also =
+    if TYPE_CHECKING:
+    @overload
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """0 if both packages have their share."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--html", type=Path)
+    given, words = parser.parse_known_args(arguments)
+    with tempfile.TemporaryDirectory(prefix="branches-") as folder:
+        rc = Path(folder, "coveragerc")
+        rc.write_text(CONFIGURATION.format(folder=folder))
+        environment = os.environ | {"COVERAGE_PROCESS_START": str(rc)}
+        subprocess.run([sys.executable, "dev.py", "test", *words], cwd=ROOT, env=environment)
+        told, coverage = Path(folder, "told.json"), [sys.executable, "-m", "coverage"]
+        steps = [["combine", "-q"], ["json", "-q", "-i", "-o", str(told)]]
+        steps += [["html", "-q", "-i", "-d", str(given.html.absolute())]] if given.html else []
+        for step in steps:
+            subprocess.run([*coverage, *step, f"--rcfile={rc}"], cwd=ROOT, check=True)
+        files = json.loads(told.read_text())["files"]
+    return tell({name: entry["summary"] for name, entry in files.items()})
+
+
+def tell(files: Mapping[str, Mapping[str, int]]) -> int:
+    """Print the shares; 1 if one is less than wanted. `files`: path -> coverage's summary."""
+    sums: dict[str, Counter[str]] = defaultdict(Counter)
+    for name, of in files.items():
+        sums[Path(name).parts[0]].update(of)
+    for name, of in sorted(files.items(), key=lambda item: _gone(item[1]) - _all(item[1]))[:SHOWN]:
+        print(f"{name}: {_all(of) - _gone(of)} of {_all(of)} not gone")
+    shares = {package: 100 * _gone(of) / _all(of) for package, of in sorted(sums.items())}
+    for package, share in shares.items():
+        of = sums[package]
+        branches = 100 * of["covered_branches"] / of["num_branches"]
+        print(f"{package}: {share:.1f} % of {_all(of)}; of its branches {branches:.1f} %")
+    return int(any(shares.get(package, 0.0) < wanted for package, wanted in WANTED.items()))
+
+
+def _all(of: Mapping[str, int]) -> int:
+    return of["num_statements"] + of["num_branches"]
+
+
+def _gone(of: Mapping[str, int]) -> int:
+    return of["covered_lines"] + of["covered_branches"]
+
+
+if __name__ == "__main__":
+    sys.exit(main())
