@@ -9,6 +9,7 @@ from __future__ import annotations
 import array
 import atexit
 import contextlib
+import gc
 import importlib
 import json
 import os
@@ -157,6 +158,8 @@ def _serve(asked):
     """Fork until nobody asks any more; a program goes its own way."""
     for module in _IMPORTED:
         importlib.import_module(module)
+    gc.collect()
+    gc.freeze()  # no collection looks at, and so copies, what all have in common
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # keepers are waited for by nobody
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is for what was forked
     while request := _request(asked):

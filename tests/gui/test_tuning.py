@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QApplication
 
 from inspector.session.settings import Settings
 from tests.conftest import ASSETS
+from tests.gui.known_costs import remember, remind
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
 from twistcore.bvh import read_bvh
@@ -39,9 +40,11 @@ def window(qtbot, show_window, tmp_path):
 
 @pytest.fixture
 def tuning(qtbot, window):
+    remind(window.tuning.costs)
     act(window, "show_tuning")
     qtbot.waitUntil(lambda: len(window.tuning.costs.curves) == 10, timeout=30_000)
     qtbot.wait(50)
+    remember(window.tuning.costs)
     return window.tuning
 
 

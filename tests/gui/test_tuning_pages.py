@@ -11,6 +11,7 @@ from PySide6.QtWidgets import QApplication
 from inspector.session.settings import Settings, load_settings
 from inspector.tuning.strength_histogram import bar_of, bar_words
 from tests.conftest import ASSETS
+from tests.gui.known_costs import remember, remind
 from tests.gui.pictures import INJECTED
 from tests.gui.test_tuning import LEFT, NONE, cells, send, taus
 from tests.gui.windows import act, open_clip
@@ -42,8 +43,10 @@ def window(qtbot, show_window, tmp_path, settings_file):
 
 @pytest.fixture
 def tuning(qtbot, window):
+    remind(window.tuning.costs)
     act(window, "show_tuning")
     wait_measured(qtbot, window)
+    remember(window.tuning.costs)
     return window.tuning
 
 
