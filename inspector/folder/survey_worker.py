@@ -6,6 +6,7 @@ from contextlib import suppress
 from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from inspector.folder.queued_clip import TOO_LARGE
 from inspector.session.rig_profiles import kept_rig
@@ -13,6 +14,10 @@ from twistcore.batch import survey
 from twistcore.errors import TwistError
 from twistcore.with_parent import end_with_parent
 from twistcore.worker_memory import limited_memory
+
+if TYPE_CHECKING:
+    from twistcore.batch import ClipSurvey
+    from twistcore.tuning import Profile
 
 
 def work(pipe: Connection) -> None:
@@ -27,16 +32,23 @@ def work(pipe: Connection) -> None:
             path, profile = pipe.recv()
         except EOFError:
             return
+        answer = _answer(path, profile)
         try:
-            with limited_memory(_size(path)):
-                found = survey(path, profile, lambda motion: kept_rig(motion)[0])
-            pipe.send(found)
-        except TwistError as error:
-            pipe.send(str(error))
-        except MemoryError:
-            pipe.send(f"{path.name}: {TOO_LARGE}")
-        except Exception as error:  # a defect of ours must not stop the other clips
-            pipe.send(f"{path.name}: {type(error).__name__}: {error}")
+            pipe.send(answer)
+        except BrokenPipeError:
+            return  # the window is gone
+
+
+def _answer(path: Path, profile: Profile | None) -> ClipSurvey | str:
+    try:
+        with limited_memory(_size(path)):
+            return survey(path, profile, lambda motion: kept_rig(motion)[0])
+    except TwistError as error:
+        return str(error)
+    except MemoryError:
+        return f"{path.name}: {TOO_LARGE}"
+    except Exception as error:  # a defect of ours must not stop the other clips
+        return f"{path.name}: {type(error).__name__}: {error}"
 
 
 def _size(path: Path) -> int:

@@ -3,12 +3,15 @@
 import os
 import subprocess
 import sys
+from multiprocessing import Pipe
 from pathlib import Path
 
 import pytest
 
+from inspector.folder import survey_worker
 from tests.processes import is_alive, until
 from tests.twistcore.batch_folders import KILL, ROOT, environment
+from twistcore.errors import TwistError
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux")
 
@@ -64,3 +67,19 @@ def test_whose_parent_was_gone_before_is_not_begun(tmp_path):
         "    assert subprocess.run(command, timeout=60).returncode in (0, 1)"
     )
     subprocess.run([sys.executable, "-c", program], cwd=ROOT, env=environment(), check=True)
+
+
+@pytest.mark.parametrize("found", ["a survey", TwistError("a sentence")])
+def test_a_survey_that_nobody_waits_for_any_more_ends_quietly(monkeypatch, found):
+    ours, theirs = Pipe()
+
+    def surveyed(*_):
+        ours.close()
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+    monkeypatch.setattr(survey_worker, "survey", surveyed)
+    ours.send((Path("walk.bvh"), None))
+    survey_worker.work(theirs)
+    theirs.close()

@@ -141,7 +141,9 @@ def killed_in_an_export(place, seed):
             assert path.name.startswith(".")
     program = Program(clip, place / "state")
     try:
-        program.tell("press Restore")
+        # An export ends with the session saved: one that came to its end left nothing to restore.
+        if not program.accepted:
+            program.tell("press Restore")
         assert program.accepted == 3
         program.tell("export replace", "export replace")
         assert "joints changed" in program.answer["says"], program.answer["says"]
