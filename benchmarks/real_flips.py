@@ -3,7 +3,7 @@
     python3 dev.py bench real_flips FOLDER [--json FILE] [--clips GLOB]
 
 Every clip is corrected as `twistcore refine` does unasked, written, read back and looked at with a
-geometry of this module's own, from the places and orientations of joints in the world alone:
+geometry of its own, from the places and orientations of joints in the world alone:
 
 - impossible swivel: from one frame to the next the knee or elbow C turns about the line from hip P
   to ankle E (shoulder, wrist) faster than any body does, and the place of E from P hardly changes;
@@ -27,61 +27,32 @@ import argparse
 import json
 import sys
 import tempfile
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
+from benchmarks._limb_poses import (
+    Array,
+    Jump,
+    Limb,
+    Pose,
+    backward,
+    find,
+    moved,
+    own_side,
+    pose,
+    spins,
+    swivels,
+    unit,
+)
 from benchmarks._refined import refine_file
 from benchmarks.mirrored_turns import Straightness, bends, mirrored, straightness
 from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
 from twistcore.clip import Clip
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, forward_kinematics
-
-Array = NDArray[np.float64]
-
-FASTEST = 7500.0  # degrees a second: no segment of a body turns faster about its own axis
-LEAST, LEAST_SLOW, SLOW = 60.0, 120.0, 50.0  # degrees a frame; below so many frames a second
-BENT = 0.05  # of the limb's length: how far C stands off the line
-STILL = 0.12  # of the limb's length: how far E moves from P in a frame
-BACKWARD = 110.0  # degrees off the limb's own side
-FIRST = 2  # the first frame looked at for a jump
-ALIKE = 0.3  # of the longer bone: where names say nothing, the shorter one of a limb
-TINY = 1e-12
-
-
-@dataclass(frozen=True)
-class Limb:
-    """Hip, knee and ankle, or shoulder, elbow and wrist, by joint index; `leg`: by its name."""
-
-    name: str
-    p: int
-    c: int
-    e: int
-    leg: bool
-
-
-@dataclass(frozen=True)
-class Jump:
-    """From the frame before to `frame` something turned by `degrees`; of a limb or a joint."""
-
-    of: str
-    frame: int
-    degrees: float
-
-
-@dataclass(frozen=True)
-class Pose:
-    """A motion in the world: orientations (frames, joints, 3, 3), places (frames, joints, 3)."""
-
-    motion: Motion
-    turned: Array
-    at: Array
+from twistcore.motion import Motion
 
 
 @dataclass(frozen=True)
@@ -150,140 +121,7 @@ class Verdict:
         )
 
 
-# --- geometry -----------------------------------------------------------------------------------
-
-
-def pose(motion: Motion) -> Pose:
-    """A motion in the world."""
-    q, at = forward_kinematics(motion)
-    matrices = Rotation.from_quat(q[..., [1, 2, 3, 0]].reshape(-1, 4)).as_matrix()
-    return Pose(motion, matrices.reshape(*q.shape[:2], 3, 3), at)
-
-
-def find(motion: Motion) -> tuple[Limb, ...]:
-    """Arms and legs by name; where no name tells, chains whose two bones are of like length."""
-    names = motion.skeleton.names
-    chains = find_chains(motion)
-    real = [c for c in chains if c.grandchild >= 0]
-    limbs = [
-        Limb(names[c.parent], c.parent, c.child, c.grandchild, c.segment == "UpLeg") for c in real
-    ]
-    if any(c.segment for c in chains):
-        named = [c.segment in ("Arm", "UpLeg") for c in real]
-        return tuple(limb for limb, is_one in zip(limbs, named, strict=True) if is_one)
-    at = forward_kinematics(motion)[1]
-    found = []
-    for limb in limbs:
-        bones = [
-            _length(at[:, b] - at[:, a]).mean() for a, b in ((limb.p, limb.c), (limb.c, limb.e))
-        ]
-        if min(bones) >= ALIKE * max(bones):
-            found.append(limb)
-    return tuple(found)
-
-
-def turns(line: Array, side: Array) -> Array:
-    """Degrees that `side` turned about `line` since the frame before, (frames,); the first is 0.
-
-    line: directions (frames, 3); side: what stands off them, perpendicular (frames, 3). The side of
-    the frame before is taken along by the minimal rotation from its line to this frame's.
-    """
-    a, b = line[:-1], line[1:]
-    axis, cos = np.cross(a, b), _dot(a, b)
-    before = side[:-1]
-    along = before * cos[:, None] + np.cross(axis, before)
-    along += axis * (_dot(axis, before) / np.maximum(1.0 + cos, TINY))[:, None]
-    out = np.zeros(len(line))
-    out[1:] = np.degrees(np.arctan2(_dot(np.cross(along, side[1:]), b), _dot(along, side[1:])))
-    return out
-
-
-def off_line(c: Array, e: Array) -> tuple[Array, Array]:
-    """The direction to E and the part of C that stands off it, both (frames, 3), from P."""
-    line = _unit(e)
-    return line, c - _dot(c, line)[:, None] * line
-
-
-def most(fps: float) -> float:
-    """Degrees that a segment can turn in a frame."""
-    return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
-
-
-def swivels(world: Pose, limb: Limb) -> list[Jump]:
-    """Impossible swivels of a limb."""
-    c, e, length = _from_p(world, limb)
-    line, side = off_line(c, e)
-    bent = _length(side) > BENT * length
-    bent[1:] &= bent[:-1]
-    still = np.zeros(len(c), dtype=np.bool_)
-    still[1:] = _length(np.diff(e, axis=0)) < STILL * length
-    return _jumps(limb.name, turns(line, side), world.motion.fps, bent & still)
-
-
-def own_side(world: Pose, limb: Limb) -> Array:
-    """Median direction in which C stands off the line, in the frame of P's parent, (3,).
-
-    Found anew a few times among the frames that agree with it, so that flips have no say.
-    """
-    _, side, _ = _in_parent(world, limb)
-    side = _unit(side)
-    found = _unit(np.median(side, axis=0))
-    for _ in range(5):
-        agrees = side @ found > 0.0
-        if agrees.any():
-            found = _unit(np.median(side[agrees], axis=0))
-    return found
-
-
-def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
-    """Frames in which C stands on the other side than `own`, of :func:`own_side`."""
-    line, side, length = _in_parent(world, limb)
-    ahead = own - (line @ own)[:, None] * line
-    across = np.abs(_dot(np.cross(ahead, side), line))
-    off = np.degrees(np.arctan2(across, _dot(ahead, side)))
-    wrong = (off > BACKWARD) & (_length(side) > BENT * length)
-    return np.flatnonzero(wrong).tolist()
-
-
-def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
-    """Impossible turns about their own bones of the limbs' first joints and all below them."""
-    skeleton = world.motion.skeleton
-    below = {limb.p for limb in limbs}
-    for joint, parent in enumerate(skeleton.parents.tolist()):
-        if parent in below:
-            below.add(joint)
-    found = []
-    everywhere = np.ones(world.motion.frames, dtype=np.bool_)
-    for joint in sorted(below):
-        bone = _bone(world.motion, joint)
-        if bone is None:
-            continue
-        mean = _unit(bone.mean(axis=0))
-        across = np.cross(mean, np.eye(3)[int(np.argmin(np.abs(mean)))])
-        across = across - _dot(bone, np.broadcast_to(across, bone.shape))[:, None] * bone
-        line, side = (np.einsum("fij,fj->fi", world.turned[:, joint], v) for v in (bone, across))
-        degrees = turns(line, side)
-        found += _jumps(skeleton.names[joint], degrees, world.motion.fps, everywhere)
-    return found
-
-
-def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> float:
-    """Farthest that any of the joints moved, of the height; 0 where the decimals can do it.
-
-    Rounding turns each joint above by at most half of the last decimal in each of three channels.
-    """
-    parents, height = before.motion.skeleton.parents, before.motion.skeleton.height
-    rounding = 1.5 * np.radians(10.0**-decimals)
-    largest = 0.0
-    for joint in joints:
-        lever, above = np.zeros(before.motion.frames), int(parents[joint])
-        while above >= 0:
-            lever += _length(before.at[:, joint] - before.at[:, above])
-            above = int(parents[above])
-        distance = _length(after.at[:, joint] - before.at[:, joint])
-        beyond = distance > rounding * lever + 1e-9 * height
-        largest = max(largest, float(np.max(distance, where=beyond, initial=0.0)) / height)
-    return largest
+# --- clips --------------------------------------------------------------------------------------
 
 
 def _mirrored(world: Pose, limb: Limb) -> list[Jump]:
@@ -304,55 +142,8 @@ def _changed(before: Pose, after: Pose, limb: Limb) -> Straightness:
 
 def _limb_bone(world: Pose, limb: Limb) -> Array:
     """Direction from P to C in P's frame, (frames, 3)."""
-    away = _unit(world.at[:, limb.c] - world.at[:, limb.p])
+    away = unit(world.at[:, limb.c] - world.at[:, limb.p])
     return np.einsum("fji,fj->fi", world.turned[:, limb.p], away)
-
-
-def _dot(a: Array, b: Array) -> Array:
-    return np.einsum("fi,fi->f", a, b)
-
-
-def _length(v: Array) -> Array:
-    return np.linalg.norm(v, axis=-1)
-
-
-def _unit(v: Array) -> Array:
-    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY)
-
-
-def _from_p(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """C and E from P in the world, and the limb's length."""
-    c, e = (world.at[:, j] - world.at[:, limb.p] for j in (limb.c, limb.e))
-    return c, e, float((_length(c) + _length(e - c)).mean())
-
-
-def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """The line, C's side and the limb's length, as P's parent sees them."""
-    c, e, length = _from_p(world, limb)
-    parent = int(world.motion.skeleton.parents[limb.p])
-    if parent >= 0:
-        c, e = (np.einsum("fji,fj->fi", world.turned[:, parent], v) for v in (c, e))
-    return (*off_line(c, e), length)
-
-
-def _bone(motion: Motion, joint: int) -> Array | None:
-    """Direction of a joint's own bone in its own frame, (frames, 3); None where it has none."""
-    skeleton = motion.skeleton
-    ends = [motion.translation(child) for child in skeleton.children[joint]]
-    ends += [np.array(offset) for at, offset in skeleton.ends if at == joint]
-    for end in ends:
-        if _length(end).min() > 1e-6 * skeleton.height:
-            return _unit(np.broadcast_to(end, (motion.frames, 3)))
-    return None
-
-
-def _jumps(of: str, degrees: Array, fps: float, where: NDArray[np.bool_]) -> list[Jump]:
-    wrong = (np.abs(degrees) > most(fps)) & where
-    wrong[:FIRST] = False
-    return [Jump(of, int(t), round(float(degrees[t]), 1)) for t in np.flatnonzero(wrong)]
-
-
-# --- clips --------------------------------------------------------------------------------------
 
 
 def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:

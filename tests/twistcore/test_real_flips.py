@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from benchmarks import real_flips
-from benchmarks.real_flips import Jump, judge, judged_file, most
+from benchmarks._limb_poses import Jump, most
+from benchmarks.real_flips import judge, judged_file
 from tests.conftest import ASSETS
 from twistcore.motion import Motion, Skeleton, forward_kinematics
 from twistcore.rotation import conjugate, multiply, normalise, quaternion_from_axis_angle
