@@ -7,6 +7,7 @@ or raise FormatError with one short sentence: what was expected, where, and what
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
 import reprlib
@@ -71,7 +72,7 @@ def parsed_toml(data: bytes) -> dict[str, Any]:
 def parsed_json(data: bytes | str) -> Any:
     """What JSON text holds; NaN and infinity are no numbers of JSON."""
     try:
-        return json.loads(data, parse_int=_whole, parse_constant=_no_number)
+        return json.loads(data, parse_int=_whole, parse_float=_finite, parse_constant=_no_number)
     except RecursionError:
         raise FormatError("expected JSON that is less deep") from None
     except ValueError as error:
@@ -82,6 +83,12 @@ def _whole(digits: str) -> int:
     if len(digits) > _MOST_DIGITS:
         raise ValueError(f"a number of {len(digits)} digits")
     return int(digits)
+
+
+def _finite(digits: str) -> float:
+    if math.isfinite(found := float(digits)):
+        return found
+    raise ValueError(f"a number that is too large, {digits[:20]}")
 
 
 def _no_number(word: str) -> float:

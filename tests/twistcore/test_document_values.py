@@ -68,6 +68,7 @@ def test_what_is_no_whole_number_is_none(value):
     ("text", "told"),
     [
         ("NaN", "NaN is no number"),
+        ("[1, -2e999]", "a number that is too large, -2e999"),
         ("[1, -Infinity]", "-Infinity is no number"),
         ("9" * 5000, "a number of 5000 digits"),
         ("[" * 100_000, "less deep"),

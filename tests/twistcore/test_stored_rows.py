@@ -30,5 +30,5 @@ def test_a_lone_jump_is_told_with_its_joint_and_its_speed():
 
 
 def test_of_decisions_what_is_written_again_is_what_is_known():
-    document = '{"accepted": 1, "rejected": 0, "undecided": 2, "also": 1e999}'
+    document = '{"accepted": 1, "rejected": 0, "undecided": 2, "also": [1e300]}'
     assert decisions_of_clip(document) == {"accepted": 1, "rejected": 0, "undecided": 2}
