@@ -1,7 +1,7 @@
 """Programs forked off a process that has imported everything: to import takes most of a start.
 
 From the fork on each is a process of its own, to be killed or to end as one that was started.
-`forked.py SOCKET` is what is forked off; the tests call `start`, and dev.py forks the tests.
+`forked.py SOCKET SOCKET` is what is forked off; the tests call `start`, and dev.py forks the tests.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import array
 import atexit
 import contextlib
+import faulthandler
 import gc
 import importlib
 import json
@@ -19,9 +20,9 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
+_LARGEST = 1 << 18  # bytes of a request
 _IMPORTED = ("inspector.app", "inspector.window.main_window", "PySide6.QtTest")
 
 
@@ -51,11 +52,21 @@ class Forked:
     def terminate(self):
         self.send_signal(signal.SIGTERM)
 
+    def kill(self):
+        self.send_signal(signal.SIGKILL)
+
+    def __exit__(self, *_):
+        self.wait()
+        self.close()
+
     def close(self):
         """Close what leads to it; it has ended."""
         for pipe in (self.stdin, self.stdout, self._told):
             if pipe:
                 pipe.close()
+
+    def __enter__(self):
+        return self
 
     def _ended(self, seconds):
         if self.returncode is None and select.select([self._told], [], [], seconds)[0]:
@@ -64,37 +75,47 @@ class Forked:
 
 
 class Parent:
-    """The process that programs are forked off."""
+    """The process that programs are forked off; what is forked off it asks the same one."""
 
     def __init__(self, python=sys.executable, environment=()):
-        self._asked, asked = socket.socketpair()
-        self._asking = threading.Lock()
+        # Messages, not a stream: several processes ask.
+        self._asked, asked = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+        self._asked.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _LARGEST)
         root = Path(__file__).parents[2]
+        ends = [asked.fileno(), self._asked.fileno()]
         with asked:
             self._process = subprocess.Popen(
-                [python, __file__, str(asked.fileno())],
-                stdin=subprocess.PIPE,  # a pipe, as its programs have: Python buffers by its kind
-                stdout=subprocess.PIPE,
+                [python, __file__, *map(str, ends)],
+                stdin=subprocess.PIPE,  # at its end there is nobody who asks
+                stdout=subprocess.PIPE,  # a pipe, as its programs have: Python buffers by its kind
                 env={**os.environ, **dict(environment), "PYTHONPATH": str(root)},
                 cwd=root,
-                pass_fds=[asked.fileno()],
+                pass_fds=ends,
             )
         self._at_exit = atexit.register(self.end)
 
-    def start(self, words, environment, output=None, cwd="."):
-        """Run `python WORDS`, with pipes to its input and output, or all it says into a file."""
+    @classmethod
+    def of(cls, asked):
+        """The parent of this process, which is to be asked there."""
+        own = cls.__new__(cls)
+        own._asked, own._process = socket.socket(fileno=asked), None
+        return own
+
+    def start(self, words, environment, output=None, cwd=".", errors=None):
+        """Run `python WORDS`, with pipes to its input and output, or all it says into a file.
+
+        errors: subprocess.STDOUT, and they come with the output.
+        """
         stdin, to_it = os.pipe()
         told, tell = os.pipe()
         if output is None:
             from_it, stdout = os.pipe()
-            given, said = [stdin, stdout, 2, tell], os.fdopen(from_it)
+            given, said = [stdin, stdout, stdout if errors else 2, tell], os.fdopen(from_it)
         else:
             given, said = [stdin, output.fileno(), output.fileno(), tell], None
         wanted = [[os.fspath(word) for word in words], environment, os.fspath(Path(cwd).resolve())]
-        request = json.dumps(wanted).encode() + b"\n"
         try:
-            with self._asking:
-                socket.send_fds(self._asked, [request], given)
+            socket.send_fds(self._asked, [json.dumps(wanted).encode()], given)
         finally:
             for end in (stdin, tell, *([] if said is None else [stdout])):
                 os.close(end)
@@ -110,23 +131,23 @@ class Parent:
 _parents: dict[int, Parent] = {}
 
 
-def start(words, environment, parent=0):
+def start(words, environment, parent=0, **more):
     """Run `python WORDS`, with pipes to its input and output.
 
     What is forked off one parent orders its sets alike; where that could matter, take two.
     """
     if parent not in _parents:
         _parents[parent] = Parent()
-    return _parents[parent].start(words, environment)
+    return _parents[parent].start(words, environment, **more)
 
 
 def _request(asked):
     """Words, environment, folder and pipes of the next program; None: there is none."""
+    if sys.stdin in select.select([asked, sys.stdin], [], [])[0]:
+        return None
     size = array.array("i").itemsize
-    said, pipes, _, _ = socket.recv_fds(asked, 1 << 20, 4 * size)
-    while said and not said.endswith(b"\n"):
-        said += asked.recv(1 << 20)
-    return (*json.loads(said), pipes) if said else None
+    said, pipes, _, _ = socket.recv_fds(asked, _LARGEST, 4 * size)
+    return *json.loads(said), pipes
 
 
 def _keep(pid, tell):
@@ -138,7 +159,7 @@ def _keep(pid, tell):
     os._exit(0)
 
 
-def _become(words, environment, cwd, pipes):
+def _become(words, environment, cwd, pipes, asked):
     for number, pipe in enumerate(pipes[:3]):
         os.dup2(pipe, number)
     for pipe in pipes:
@@ -146,6 +167,11 @@ def _become(words, environment, cwd, pipes):
     os.chdir(cwd)
     os.environ.clear()
     os.environ.update(environment)
+    if environment.get("PYTHONFAULTHANDLER"):
+        faulthandler.enable()
+    from tests.gui import forked  # this module, as what becomes of the process imports it
+
+    forked._parents[0] = forked.Parent.of(asked)
     if words[0] == "-m":
         sys.argv = words[1:]
         runpy.run_module(words[1], run_name="__main__", alter_sys=True)
@@ -154,8 +180,8 @@ def _become(words, environment, cwd, pipes):
         runpy.run_path(words[0], run_name="__main__")
 
 
-def _serve(asked):
-    """Fork until nobody asks any more; a program goes its own way."""
+def _serve(asked, to_ask):
+    """Fork until nobody asks any more; a program goes its own way, and may ask, too."""
     for module in _IMPORTED:
         importlib.import_module(module)
     gc.collect()
@@ -172,11 +198,11 @@ def _serve(asked):
                 for pipe in pipes[:3]:
                     os.close(pipe)
                 _keep(pid, pipes[3])
-            return _become(*request)
+            return _become(*request, to_ask)
         for pipe in pipes:
             os.close(pipe)
     return None
 
 
 if __name__ == "__main__":
-    _serve(socket.socket(fileno=int(sys.argv[1])))
+    _serve(socket.socket(fileno=int(sys.argv[1])), int(sys.argv[2]))

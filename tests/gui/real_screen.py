@@ -21,6 +21,8 @@ import numpy as np
 import pytest
 
 import dev
+from tests.gui import forked
+from tests.gui.forked import Forked
 from tests.gui.looks import Look
 
 needs_real_screen = pytest.mark.skipif(
@@ -28,7 +30,8 @@ needs_real_screen = pytest.mark.skipif(
     reason=f"needs {', '.join(dev.TEST_PROGRAMS)}",
 )
 # Another checkout's program can be tried by these tests: to see one fail on what it is to find.
-ROOT = Path(os.environ.get("TWIST_INSPECTOR_TRIED") or Path(__file__).parents[2])
+_OWN = Path(__file__).parents[2]
+ROOT = Path(os.environ.get("TWIST_INSPECTOR_TRIED") or _OWN)
 _WATCHED = Path(__file__).with_name("watched_program.py")
 _MARK = "watched: "
 _STEP = 0.05  # seconds between two looks
@@ -233,7 +236,7 @@ class WatchedProgram:
     """The program, started as by a person, that can be asked what it shows."""
 
     screen: RealScreen
-    process: subprocess.Popen
+    process: Forked | subprocess.Popen
     said: list[str] = field(default_factory=list)  # what it wrote by itself
     _answers: queue.Queue = field(default_factory=queue.Queue)
 
@@ -290,19 +293,9 @@ def watched(screen, folder, *words, settings=None, scale=1):
     if settings is not None or (of_look and not file.exists()):
         file.write_text(json.dumps(of_look | (settings or {})))
     env = person_env(screen.env, folder)
-    env["PYTHONPATH"] = os.pathsep.join([str(ROOT), str(_WATCHED.parents[2])])
     if scale != 1:
         env["QT_SCALE_FACTOR"] = str(scale)
-    process = subprocess.Popen(
-        [sys.executable, str(_WATCHED), *map(str, words)],
-        env=env,
-        cwd=ROOT,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        bufsize=1,
-    )
+    process = _start([str(_WATCHED), *map(str, words)], env)
     seen = WatchedProgram(screen, process)
     reader = threading.Thread(target=_read, args=(seen,), daemon=True)
     reader.start()
@@ -320,9 +313,24 @@ def watched(screen, folder, *words, settings=None, scale=1):
         process.kill()
         process.wait()
         reader.join(5)
-        for pipe in (process.stdin, process.stdout):
-            with contextlib.suppress(BrokenPipeError):
-                pipe.close()
+        with contextlib.suppress(BrokenPipeError):
+            process.__exit__(None, None, None)
+
+
+def _start(words, env):
+    """Run `python WORDS`: forked off, unless it is another checkout that is tried."""
+    if ROOT == _OWN:
+        return forked.start(words, env, errors=subprocess.STDOUT)
+    return subprocess.Popen(
+        [sys.executable, *words],
+        env=env | {"PYTHONPATH": os.pathsep.join([str(ROOT), str(_OWN)])},
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        bufsize=1,
+    )
 
 
 def _read(seen):

@@ -15,7 +15,7 @@ from tests.gui.kills import (
 )
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", range(2))
 def test_killed_at_random_moments(tmp_path, seed):
     killed_twice_among_decisions(tmp_path, seed)
 
