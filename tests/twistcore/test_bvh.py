@@ -193,6 +193,28 @@ def test_rows_wrapped_over_lines_are_read_and_patched():
     assert clip.patched(clip.motion, np.zeros((3, 2), dtype=bool)).data == wrapped
 
 
+@pytest.mark.parametrize(
+    ("counts", "wrong", "expected"),
+    [
+        ((3, 3, 3, 3, 2, 3, 3, 3, 3), 4, (3, 2)),
+        ((3, 3, 4, 3, 3, 3, 3, 3, 2), 2, (3, 4)),  # too long for what is left of its frame
+        ((3, 6, 3, 6, 3, 3), 5, (6, 3)),
+        ((3, 6, 3, 6, 6, 4), 4, (3, 6)),
+        ((3, 4), 0, (9, 3)),  # nothing shows that rows are wrapped
+    ],
+)
+def test_of_wrapped_rows_the_line_that_is_not_as_in_the_first_frame_is_named(
+    counts, wrong, expected
+):
+    head = small(np.zeros((3, 9)))
+    head = head[: head.index(b"0.000000")]
+    rows = "".join("1 " * count + "\n" for count in counts)
+    with pytest.raises(BvhError) as caught:
+        parse_bvh(head + rows.encode())
+    assert caught.value.line == head.count(b"\n") + 1 + wrong
+    assert "expected {} numbers in this row, found {}".format(*expected) in str(caught.value)
+
+
 def test_an_unusable_frame_time_is_replaced_and_told():
     clip = parse_bvh(small(np.zeros((2, 9))).replace(b"Frame Time: 0.01", b"Frame Time: 0"))
     assert clip.motion.fps == 30.0
