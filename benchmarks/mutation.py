@@ -67,6 +67,9 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/detection/robust_cost.py": ("edges",),
     "twistcore/detection/soft_errors": (
         "one_soft_error",
+        "silent_joints",
+        "silent_errors",
+        "explanations",
         "softened_level",
         "surprise",
         "departures",

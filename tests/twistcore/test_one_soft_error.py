@@ -26,7 +26,7 @@ def error(start=50, offset=None, **known):
 
 
 def increments(found, child=1.0, parent=1.0, unrest=0.02, seed=0):
-    """What P and C turn a frame, degrees of unrest beside the shares of the error that they show."""
+    """What P and C turn a frame: some unrest, degrees, and their shares of the error."""
     rng = np.random.default_rng(seed)
     course = np.zeros(FRAMES + 1)
     course[found.start : found.stop] = found.offset
@@ -80,6 +80,14 @@ def test_an_error_at_an_end_must_be_by_far_the_shorter_side(start, frames, cuts,
     found = judged(one, x, y, cut, last=False)
     assert found.unsure == unsure
     assert (found.start, found.row, found.offset is one.offset) == (start, 3, True)
+
+
+def test_a_clip_begins_and_ends_without_a_cut():
+    anywhere = np.zeros(FRAMES, dtype=bool)
+    for start, unsure in ((0, True), (1, False), (78, False), (79, True)):
+        one = error(start, level(41))
+        x, y = increments(one)
+        assert judged(one, x, y, anywhere, last=False).unsure == unsure
 
 
 # Whether both joints show it

@@ -39,7 +39,7 @@ def test_the_filtered_step_is_what_a_filter_run_both_ways_makes_of_it(period):
 
 
 def test_levels_are_looked_at_as_ramps_and_as_filtered_ones():
-    assert KERNELS == (ramp, filtered)
+    assert (ramp, filtered) == KERNELS
 
 
 @pytest.mark.parametrize("kernel", [ramp, filtered])
