@@ -70,6 +70,8 @@ TESTS: dict[str, tuple[str, ...]] = {
         "silent_joints",
         "silent_errors",
         "explanations",
+        "soft_search",
+        "soft_doubts",
         "softened_level",
         "surprise",
         "departures",
