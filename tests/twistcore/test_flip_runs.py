@@ -280,6 +280,21 @@ def test_a_flip_says_what_it_was_found_by():
     assert flips.intervals(175.0 * DEGREE) == ()
 
 
+def test_a_limb_tells_why_a_jump_is_left():
+    flips = flips_of({60: 170.0, 72: -150.0, 110: 100.0})
+    jumps = flips.jumps(50.0 * DEGREE)
+    s = flips.swivel
+    runs = explain(jumps, s.angle, s.height, flips.capture, flips.fps)
+    for jump in jumps:
+        found = flips.left(jumps, jump)
+        wanted = left(jumps, jump, runs, s.angle, s.height, flips.capture, flips.fps)
+        assert (found.cost, found.price, found.spared) == (
+            wanted.cost,
+            wanted.price,
+            wanted.spared,
+        )
+
+
 @pytest.mark.parametrize(("odds", "opened"), [(1.49, True), (1.5, False), (80.0, False)])
 def test_a_flip_is_sure_from_odds_of_one_and_a_half(odds, opened):
     jump = Jump(60, 61, (3.0,), 0.01)
