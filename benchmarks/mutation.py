@@ -78,7 +78,12 @@ TESTS: dict[str, tuple[str, ...]] = {
         "stretch",
         "soft_errors",
     ),
-    "twistcore/detection/straight_limbs": ("straight_spells", "straight_claims", "straight_limbs"),
+    "twistcore/detection/straight_limbs": (
+        "straight_spells",
+        "straight_claims",
+        "straight_jumps",
+        "straight_limbs",
+    ),
     "twistcore/detection/twist_increments.py": ("lines_of_chains",),
     "twistcore/review": ("review_model", "left_out", "journal", "review"),
     "twistcore/review/commands.py": ("review_model",),
