@@ -3,6 +3,7 @@
 import copy
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import pytest
 from tests.twistcore.test_silent_errors import bump, put_in
 from tests.twistcore.test_silent_errors import made as with_hinges
 from tests.twistcore.test_surprise import FRAMES, bad_frames, made
+from twistcore.detection.limbs import Limbs
 from twistcore.detection.soft_errors import Known, soft_errors, soft_intervals
 from twistcore.detection.soft_errors.natural_scale import unlikely_increments
 from twistcore.detection.soft_errors.soft_error import SoftError
@@ -329,3 +331,125 @@ def test_an_error_of_lively_joints_stands_for_what_was_known_wrongly():
     assert (again.row, replaced) == (2, [wrong])
     firm = replace(wrong, firm=True)
     assert soft_errors(limbs, s.fps, s.cut, [firm]) == ([], [])  # what is firm is not doubted
+
+
+def half_silent(seed=4):
+    """Two limbs, of which only the first has a joint that does not twist."""
+    silent, lively = with_hinges(seed), with_hinges(seed + 1, silent=9)
+    joints = np.stack([silent.joints[:, 0], lively.joints[:, 1]], axis=1)
+    axes = np.stack([silent.limbs.axes[:, 0], lively.limbs.axes[:, 1]], axis=1)
+    return type(silent)(Limbs(joints, axes), silent.fps, silent.cut)
+
+
+@pytest.fixture
+def sought(monkeypatch):
+    """What lively chains were searched with; `sought.found` is what is found there."""
+    noted = SimpleNamespace(found=[], asked=[])
+
+    def seek(surprise, bad, lively):
+        noted.asked.append((surprise.joints.copy(), surprise.x.copy(), bad.copy(), lively.copy()))
+        return noted.found
+
+    monkeypatch.setattr(soft_intervals, "_lively_errors", seek)
+    return noted
+
+
+def test_where_nothing_departs_nothing_is_sought(sought):
+    s = half_silent()
+    assert soft_of(s) == ([], [])
+    assert sought.asked == []
+    short = type(s)(Limbs(s.joints[:, :, :14], s.limbs.axes), 120.0, s.cut[:14])
+    assert soft_of(put_in(short, 2, 4, bump(4))) == ([], [])
+
+
+def test_lively_chains_are_searched_without_what_is_known_and_not_doubted(sought):
+    s = half_silent()
+    firm = Known(5, 200, np.full(9, 0.3), firm=True)
+    doubted, kept = Known(1, 100, 0.2 * bump(20)), Known(3, 20, bump(12))
+    other = Known(4, 60, bump(20))  # of the silent joint, and right
+    for k, offset in ((doubted, bump(20)), (kept, kept.offset), (other, other.offset)):
+        s = put_in(s, k.row, k.start, offset)
+    known = [firm, doubted, kept, other]
+    sought.found = [soft(1, 100, 20, 0.2), soft(5, 203, 9, 0.2), soft(3, 203, 9, 0.2)]
+    soft_of(s, known)
+    ((joints, x, bad, lively),) = sought.asked
+    np.testing.assert_array_equal(lively, [True, True, False, True, False, True])
+    wanted = s
+    for k in (firm, kept, other):
+        wanted = put_in(wanted, k.row, k.start, -k.offset)
+    np.testing.assert_allclose(joints, wanted.joints, atol=1e-9)
+    np.testing.assert_allclose(x, wanted.x, atol=1e-9)
+    without = put_in(wanted, 1, 100, -doubted.offset)
+    unlikely = unlikely_increments(without.x, without.y, 120.0)
+    unlikely[1, 100:120] = True
+    np.testing.assert_array_equal(bad, unlikely)
+
+
+def test_what_is_found_where_something_firm_stands_is_none(sought):
+    s = put_in(half_silent(), 1, 100, bump(20))
+    firm = Known(5, 200, np.full(9, 0.01), firm=True)
+    beside, elsewhere = soft(3, 205, 9, 0.3), soft(1, 100, 20, 0.3)
+    sought.found = [beside, elsewhere]
+    found, replaced = soft_of(s, [firm])
+    assert [(f.row, f.start) for f in found] == [(1, 100)]
+    assert replaced == []
+    found, _ = soft_of(s, [replace(firm, firm=False, start=20)])
+    assert [(f.row, f.start) for f in found] == [(1, 100), (3, 205)]
+
+
+def test_what_is_found_where_something_was_doubted_stands_for_it(sought):
+    s = put_in(half_silent(), 1, 100, bump(20))
+    doubted, near = Known(1, 100, 0.1 * bump(20)), Known(3, 92, np.full(9, 0.001))
+    far = Known(1, 121, np.full(3, 0.001))
+    sought.found = [SoftError(1, 99, np.r_[0.0, bump(20)], 90.0, 0.01)]
+    found, replaced = soft_of(s, [doubted, near, far])
+    assert [(f.row, f.start) for f in found] == [(1, 99)]
+    assert replaced == [doubted, near]
+
+
+def test_what_is_found_is_judged_by_increments_as_captured(sought, monkeypatch):
+    s = half_silent()
+    s = put_in(put_in(s, 1, 100, bump(20)), 2, 150, bump(20))
+    judgements = []
+
+    def judge(error, x, y, cut, side, *, last):
+        judgements.append((error.row, x.copy(), y.copy(), side, last))
+        assert cut is s.cut
+        return replace(error, unsure=True)
+
+    monkeypatch.setattr(soft_intervals, "judged", judge)
+    sought.found = [soft(1, 100, 20, 0.3), soft(5, 180, 9, 0.3)]
+    found, _ = soft_of(s, [Known(0, 30, np.full(9, 0.1))])
+    assert [f.row for f in found] == [2, 1, 5]
+    assert all(f.unsure for f in found)
+    assert [(row, side, last) for row, _, _, side, last in judgements] == [
+        (2, -1, False),
+        (1, 0, False),
+        (5, 0, True),
+    ]
+    for row, x, y, *_ in judgements:
+        np.testing.assert_array_equal(x, s.x[row])
+        np.testing.assert_array_equal(y, s.y[row])
+
+
+@pytest.mark.parametrize(("apart", "doubts"), [(3, True), (4, False), (9, False)])
+@pytest.mark.parametrize("before", [False, True])
+def test_what_is_known_is_doubted_two_frames_beside_what_is_off(apart, doubts, before):
+    """A run that is off reaches two frames beyond the level that shows it."""
+    known = Known(2, 90, bump(30))
+    step = np.full(20, 20.0 * DEGREE)
+    start = 90 - apart - 20 if before else 120 + apart
+    s = put_in(put_in(with_hinges(4), 2, 90, bump(30)), 2, start, step)
+    found, replaced = soft_of(s, [known])
+    assert replaced == [known] * doubts
+    assert len(found) == 1 + doubts
+
+
+def test_what_a_firm_interval_says_hides_that_a_joint_seems_silent():
+    """Where the limb is straight for most of the time the level that stands is the error."""
+    s = with_hinges(4)
+    t = np.arange(240) / 120.0
+    twists = 0.2 * np.sin(4.0 * t)
+    firm, other = (Known(2, 0, twists, f) for f in (True, False))
+    assert soft_of(s, [firm]) == ([], [])
+    assert soft_of(s, [other]) == ([], [other])
