@@ -135,7 +135,7 @@ def plain_levels(stretch, length, middle):
     return out
 
 
-@pytest.mark.parametrize("case", CASES[1:5])
+@pytest.mark.parametrize("case", CASES[1:4])
 def test_the_levels_that_are_fitted_are_the_likeliest_of_many(case):
     seed, degrees, shape, start, frames = case
     s = erring(seed, degrees, shape, start, frames)
@@ -244,7 +244,7 @@ def test_what_explains_a_seed_best(case, fps):
     s = erring(seed, degrees, shape, start, frames, fps=fps)
     explained = 0
     middle = start + frames // 2
-    for row, near, k in ((2, middle, 4), (2, start, 1), (4, middle, 5)):
+    for row, near, k in ((2, middle, 4), (2, start, 1), (4, middle, 4)):
         for place in seeds(s, row, near, (k,)):
             explained += sum(explained_alike(s, place, below) for below in (10.0, math.inf))
     assert explained >= (0 if abs(degrees) < 3.0 or fps < 120.0 else 2)
@@ -278,7 +278,7 @@ def test_nothing_is_explained_where_nothing_departs():
     s = made(3, cuts=())
     s.measure(np.zeros((s.rows, FRAMES), dtype=bool))
     for row in range(s.rows):
-        for place in seeds(s, row, 75):
+        for place in seeds(s, row, 75, (0, 4)):
             assert Explanations(s, place).best(math.inf) is None
     (place,) = seeds(s, 0, 75, (0,))
     assert Explanations(s, replace(place, middle=1, length=2)).best(math.inf) is None
