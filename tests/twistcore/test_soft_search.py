@@ -94,6 +94,15 @@ def plain_shortest(s, row, places):
     return max(found, key=lambda e: e.gain / len(e.offset) ** 0.5) if found else None
 
 
+def lowered_by(s, one):
+    """By how much a limb's surprise around an error is lower without it."""
+    margin = len(one.offset) // 2 + 8
+    window = max(one.start - margin, 0), min(one.stop + margin, FRAMES)
+    rows = [r for r in (one.row - 2, one.row, one.row + 2) if 0 <= r < s.rows]
+    taken = without(s, one)
+    return sum(s.of(r, *window) - taken.of(r, *window) for r in rows)
+
+
 def plain_best(s, limb, top, done):
     rivals = []
     for row in (top.row - 2, top.row, top.row + 2):
@@ -106,13 +115,7 @@ def plain_best(s, limb, top, done):
                     places.append(place)
             if found := plain_shortest(s, row, places):
                 rivals.append(found)
-    lowered = []
-    for one in rivals:
-        margin = len(one.offset) // 2 + 8
-        window = max(one.start - margin, 0), min(one.stop + margin, FRAMES)
-        rows = [r for r in (one.row - 2, one.row, one.row + 2) if 0 <= r < s.rows]
-        taken = without(s, one)
-        lowered.append(sum(s.of(r, *window) - taken.of(r, *window) for r in rows))
+    lowered = [lowered_by(s, one) for one in rivals]
     if not rivals:
         return None
     first = lowered.index(max(lowered))
@@ -170,6 +173,17 @@ def test_searches_find_and_fail():
     ended = [plain_run(erring(seed), [0, 2, 4], 20) for seed in (0, 4, 10)]
     assert sum(len(found) for found, _ in ended) >= 4
     assert sum(vain for _, vain in ended) >= 4
+
+
+@pytest.mark.parametrize(("start", "frames"), [(0, 12), (40, 9), (50, 40), (130, 20)])
+def test_what_an_error_gains_is_asked_of_its_chain_and_those_beside(start, frames):
+    s = erring(3)
+    joints = s.joints.copy()
+    search = Search(s, [0, 2, 4])
+    for row in (0, 2, 4):
+        one = SoftError(row, start, np.full(frames, 0.1), 90.0, 0.01)
+        assert search._gain_of_limb(one) == pytest.approx(lowered_by(s, one), abs=1e-6)
+    np.testing.assert_allclose(s.joints, joints, atol=1e-12)
 
 
 def test_a_limb_without_seeds_is_not_searched(explained):
