@@ -170,7 +170,8 @@ def plain_answered(own, other, start, stop):
 
 
 @pytest.mark.parametrize(
-    ("start", "stop"), [(0, 9), (1, 9), (2, 20), (40, 60), (100, 119), (99, 120)]
+    ("start", "stop"),
+    [(0, 3), (1, 4), (60, 61), (0, 9), (1, 9), (2, 20), (40, 60), (100, 119), (99, 120)],
 )
 def test_an_answer_is_told_by_sums_or_by_changes_of_pace(start, stop):
     told = []

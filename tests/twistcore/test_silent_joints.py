@@ -175,6 +175,9 @@ def test_a_level_that_stands_is_never_off():
     level = np.zeros(40)
     level[[0, 20, 39]] = 2.0 * DEGREE
     assert off_runs(level, nowhere) == [(0, 3), (18, 23), (37, 40)]
+    again = level.copy()
+    again[22] = -2.0 * DEGREE  # parted by one frame
+    assert off_runs(again, nowhere) == [(0, 3), (18, 23), (20, 25), (37, 40)]
     for many in (7, 8):
         cut = nowhere.copy()
         cut[[15, 15 + many]] = True
