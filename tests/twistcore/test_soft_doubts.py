@@ -199,7 +199,7 @@ def test_what_is_known_stands_unless_an_error_explains_more(share, start, frames
     assert _better(taken(dirty, right), [known], []) == []
 
 
-@pytest.mark.parametrize(("seed", "start", "frames"), [(7, 50, 24), (2, 30, 60)])
+@pytest.mark.parametrize(("seed", "start", "frames"), [(7, 50, 24), (2, 30, 60), (3, 60, 8)])
 def test_by_ten_nats_what_is_known_may_explain_less(seed, start, frames):
     clean, right = measured(seed), soft(4, start, frames, 0.4)
     dirty = taken(clean, right, sign=-1.0)
