@@ -1,5 +1,7 @@
 """Numbers are read to the last bit, or refused with their place."""
 
+import pickle
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -130,6 +132,34 @@ def test_blocks_meet_without_a_seam(monkeypatch):
         text = "".join(t + (" ", "\n", " \r\n")[k % 3] for k, t in enumerate(tokens)).encode()
         numbers = read_numbers(text, 0)
         np.testing.assert_array_equal(numbers.values, [float(t) for t in tokens])
+
+
+@pytest.mark.parametrize("odd", [b"3", b"+3.5e1", b"1e99"])
+def test_line_breaks_are_counted_from_the_start_of_the_text(monkeypatch, odd):
+    """In later blocks, too, and where the text goes on behind a header."""
+    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 31)
+    rows = [b"1.25 -7.5 " + odd, b"", b"0.5"] * 9
+    head = b"Frame Time: 0.1\n"
+    numbers = read_numbers(head + b"\n".join(rows) + b"\n", len(head))
+    assert numbers.lines.tolist() == np.cumsum([len(r.split()) for r in rows]).tolist()
+    assert numbers.lines.dtype == np.int64
+    by_float = _exact(head + b"\n".join(rows) + b"\n", len(head), len(head) + 500)
+    np.testing.assert_array_equal(by_float.lines, numbers.lines)
+    np.testing.assert_array_equal(by_float.values, numbers.values)
+
+
+def test_of_no_text_there_are_no_numbers():
+    for text, start in ((b"", 0), (b"Frame", 5)):
+        numbers = read_numbers(text, start)
+        assert (len(numbers.values), len(numbers.lines)) == (0, 0)
+        assert numbers.lines.dtype == np.int64
+
+
+def test_a_bad_number_keeps_its_place_from_process_to_process():
+    with pytest.raises(BadNumberError) as caught:
+        read_numbers(b"1.5 2.5 abc", 0)
+    sent = pickle.loads(pickle.dumps(caught.value))
+    assert (sent.offset, sent.token) == (8, b"abc")
 
 
 def test_token_spans_are_those_of_split(monkeypatch):
