@@ -1,6 +1,7 @@
 """Numbers are read to the last bit, or refused with their place."""
 
 import pickle
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,7 +11,14 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.bvh.bvh_clip import token_spans
-from twistcore.bvh.numbers import LARGEST, BadNumberError, _exact, read_numbers
+from twistcore.bvh.numbers import (
+    LARGEST,
+    BadNumberError,
+    _exact,
+    _read_block,
+    _spans,
+    read_numbers,
+)
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import multiply, quaternion_from_euler, rotate
 
@@ -146,6 +154,42 @@ def test_line_breaks_are_counted_from_the_start_of_the_text(monkeypatch, odd):
     by_float = _exact(head + b"\n".join(rows) + b"\n", len(head), len(head) + 500)
     np.testing.assert_array_equal(by_float.lines, numbers.lines)
     np.testing.assert_array_equal(by_float.values, numbers.values)
+
+
+@pytest.mark.parametrize("start", [0, 4000])
+@pytest.mark.parametrize(("token", "many"), [("-1.123456 ", 5000), ("1 ", 30000), ("12.5\n", 20)])
+def test_room_is_made_for_somewhat_more_numbers_than_there_are(monkeypatch, start, token, many):
+    """Guessed from the first of them; where they stand closer later on, room is added."""
+    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 20000)
+    text = b"x" * start + token.encode() * many
+    room = read_numbers(text, start).values.base
+    assert many <= room.size <= 1.08 * many + 80
+    closer = b"x" * start + b"-1.123456 " * 2000 + b"1 " * 50000
+    numbers = read_numbers(closer, start)
+    assert numbers.values.tolist() == [-1.123456] * 2000 + [1.0] * 50000
+    assert 52000 <= numbers.values.base.size <= 1.125 * 52000
+
+
+@pytest.mark.parametrize("gap", [b" ", b"\n", b"\t", b"\r\n"])
+def test_blocks_are_as_long_as_wanted_and_end_behind_a_number(monkeypatch, gap):
+    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 40)
+    text = b"head " + gap.join([b"1.5", b"-2.25", b"1234567"] * 30)
+    spans = list(_spans(text, 5, len(text)))
+    assert (spans[0][0], spans[-1][1]) == (5, len(text))
+    for (a, b), (c, _) in pairwise(spans):
+        assert b == c
+        assert 40 <= b - a <= 40 + 9
+        assert text[b - 1 : b] in b" \n\t\r"
+    assert list(_spans(text, 5, 30)) == [(5, 30)]
+
+
+def test_exponents_and_plus_signs_are_read_together_and_only_what_is_left_one_by_one():
+    fine = np.frombuffer(b"+3.5e1 1E5\t-2.5e-7\n", dtype=np.uint8)
+    found = _read_block(fine)
+    assert found.values.tolist() == [35.0, 1e5, -2.5e-7]
+    assert found.lines.tolist() == [3]
+    for odd in (b"1.5 abc ", b"1e5 1e100 ", b"1e5 1-2 "):
+        assert _read_block(np.frombuffer(odd, dtype=np.uint8)) is None
 
 
 def test_of_no_text_there_are_no_numbers():
