@@ -154,6 +154,8 @@ def test_line_breaks_are_counted_from_the_start_of_the_text(monkeypatch, odd):
     by_float = _exact(head + b"\n".join(rows) + b"\n", len(head), len(head) + 500)
     np.testing.assert_array_equal(by_float.lines, numbers.lines)
     np.testing.assert_array_equal(by_float.values, numbers.values)
+    part = _exact(b"1.5 2.5\n3.5 4.5\n", 4, 12)
+    assert (part.values.tolist(), part.lines.tolist()) == ([2.5, 3.5], [1])
 
 
 @pytest.mark.parametrize("start", [0, 4000])

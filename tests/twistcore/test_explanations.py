@@ -250,6 +250,14 @@ def test_what_explains_a_seed_best(case, fps):
     assert explained >= (0 if abs(degrees) < 3.0 or fps < 120.0 else 2)
 
 
+@pytest.mark.parametrize(("start", "middle"), [(12, 16), (130, 134)])
+def test_a_seed_is_looked_at_three_spans_around(start, middle):
+    """However short an error: at either end of a clip only the other side reaches so far."""
+    s = erring(0, 20.0, "level", start, 8)
+    (place,) = seeds(s, 2, middle, (3,))
+    assert explained_alike(s, place, 10.0)
+
+
 @pytest.mark.parametrize(
     ("case", "k"), [((35, 40.0, "two", 46, 16), 5), ((13, 40.0, "ramps", 73, 63), 1)]
 )
