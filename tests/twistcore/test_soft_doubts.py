@@ -467,3 +467,14 @@ def test_what_a_firm_interval_says_hides_that_a_joint_seems_silent():
     firm, other = (Known(2, 0, twists, f) for f in (True, False))
     assert soft_of(s, [firm]) == ([], [])
     assert soft_of(s, [other]) == ([], [other])
+
+
+def test_about_right_is_not_enough_beside_a_silent_joint_unless_it_is_firm():
+    """It tells to a tenth of a degree what is asked for from one and a half degrees on."""
+    s = put_in(with_hinges(2), 2, 80, bump())
+    for share, replaces in ((0.97, True), (0.996, False)):  # 0.6 and 0.08 degrees are left
+        known = Known(2, 80, share * bump())
+        found, replaced = soft_of(s, [known])
+        assert replaced == [known] * replaces
+        assert [f.row for f in found] == [2] * replaces
+        assert soft_of(s, [replace(known, firm=True)]) == ([], [])
