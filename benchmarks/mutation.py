@@ -36,6 +36,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/refinement": ("refinement", "proposal", "corrected"),
     "twistcore/bvh": ("bvh_patch", "bvh", "bvh_numbers", "bvh_writing", "bvh_branch"),
     "twistcore/bvh/patch.py": ("bvh_patch",),
+    "twistcore/bvh/plain_numbers.py": ("plain_numbers", "bvh_numbers"),
     "twistcore/analysis.py": ("analysis",),
     "twistcore/signals.py": ("analysis", "detection"),
     "twistcore/decomposition": ("decomposition", "frame_correction"),
