@@ -11,7 +11,7 @@ from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import analyse_limbs
-from twistcore.detection.limb_flips.explanation import Run, explain, left
+from twistcore.detection.limb_flips.explanation import Run, _arcs, explain, left
 from twistcore.detection.limb_flips.flips import LimbFlips
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.limb import find_limbs
@@ -202,6 +202,15 @@ def test_partners_alone_explain_nothing():
     nothing, everywhere = np.zeros(FRAMES), np.ones(FRAMES, dtype=bool)
     assert explain(quiet, nothing, nothing, everywhere, 120.0) == []
     assert explain([], nothing, nothing, everywhere, 120.0) == []
+
+
+def test_a_run_follows_four_jumps_inside_at_most():
+    jumps = [Jump(20 + 2 * n, 21 + 2 * n, ((-1) ** n * 1.5,), 0.01) for n in range(9)]
+    nothing, everywhere = np.zeros(FRAMES), np.ones(FRAMES, dtype=bool)
+    arcs = _arcs(jumps, nothing, nothing, np.zeros_like, 120.0)
+    followed = {len(a.run.followed) for a in arcs if a.run}
+    assert followed == {0, 1, 2, 3, 4}
+    assert len(explain(jumps, nothing, nothing, everywhere, 120.0)) > 0
 
 
 # Flips
