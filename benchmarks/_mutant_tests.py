@@ -354,7 +354,7 @@ class _Served(_Limited):
 
 def _learn(path: Path, files: Sequence[str], result: Path) -> int:
     traced = coverage.Coverage(data_file=None, include=[str(path.resolve())], config_file=False)
-    noted = _Noted(traced)
+    noted = _Noted(traced, module_name(path))
     traced.start()
     code = _run(files, noted)
     traced.stop()
@@ -365,10 +365,14 @@ def _learn(path: Path, files: Sequence[str], result: Path) -> int:
 
 
 class _Noted:
-    """Notes which test runs, for coverage, and how long each takes."""
+    """Notes which test runs, for coverage, and how long each takes.
 
-    def __init__(self, traced: coverage.Coverage) -> None:
-        self.traced = traced
+    What a module keeps of the test before (functools.cache) is forgotten: it would hide the lines
+    that the next test needs, too.
+    """
+
+    def __init__(self, traced: coverage.Coverage, module: str) -> None:
+        self.traced, self.module = traced, module
         self.seconds: dict[str, float] = {}
         self.test = ""  # that runs
 
@@ -376,6 +380,9 @@ class _Noted:
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
         self.test = item.nodeid
         self.traced.switch_context(self.test)
+        for thing in list(vars(sys.modules.get(self.module, object)).values()):
+            if callable(forget := getattr(thing, "cache_clear", None)):
+                forget()
         before = time.process_time()
         result = yield
         self.seconds[item.nodeid] = time.process_time() - before

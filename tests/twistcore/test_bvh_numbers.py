@@ -1,5 +1,8 @@
 """Numbers are read to the last bit, or refused with their place."""
 
+import pickle
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,7 +11,14 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.bvh.bvh_clip import token_spans
-from twistcore.bvh.numbers import LARGEST, BadNumberError, _exact, read_numbers
+from twistcore.bvh.numbers import (
+    LARGEST,
+    BadNumberError,
+    _exact,
+    _read_block,
+    _spans,
+    read_numbers,
+)
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import multiply, quaternion_from_euler, rotate
 
@@ -130,6 +140,75 @@ def test_blocks_meet_without_a_seam(monkeypatch):
         text = "".join(t + (" ", "\n", " \r\n")[k % 3] for k, t in enumerate(tokens)).encode()
         numbers = read_numbers(text, 0)
         np.testing.assert_array_equal(numbers.values, [float(t) for t in tokens])
+
+
+@pytest.mark.parametrize("odd", [b"3", b"+3.5e1", b"1e99"])
+def test_line_breaks_are_counted_from_the_start_of_the_text(monkeypatch, odd):
+    """In later blocks, too, and where the text goes on behind a header."""
+    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 31)
+    rows = [b"1.25 -7.5 " + odd, b"", b"0.5"] * 9
+    head = b"Frame Time: 0.1\n"
+    numbers = read_numbers(head + b"\n".join(rows) + b"\n", len(head))
+    assert numbers.lines.tolist() == np.cumsum([len(r.split()) for r in rows]).tolist()
+    assert numbers.lines.dtype == np.int64
+    by_float = _exact(head + b"\n".join(rows) + b"\n", len(head), len(head) + 500)
+    np.testing.assert_array_equal(by_float.lines, numbers.lines)
+    np.testing.assert_array_equal(by_float.values, numbers.values)
+    part = _exact(b"1.5 2.5\n3.5 4.5\n", 4, 12)
+    assert (part.values.tolist(), part.lines.tolist()) == ([2.5, 3.5], [1])
+
+
+@pytest.mark.parametrize("start", [0, 4000])
+@pytest.mark.parametrize(("token", "many"), [("-1.123456 ", 5000), ("1 ", 30000), ("12.5\n", 20)])
+def test_room_is_made_for_somewhat_more_numbers_than_there_are(monkeypatch, start, token, many):
+    """Guessed from the first of them; where they stand closer later on, room is added."""
+    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 20000)
+    text = b"x" * start + token.encode() * many
+    room = read_numbers(text, start).values.base
+    assert many <= room.size <= 1.08 * many + 80
+    closer = b"x" * start + b"-1.123456 " * 2000 + b"1 " * 50000
+    numbers = read_numbers(closer, start)
+    assert numbers.values.tolist() == [-1.123456] * 2000 + [1.0] * 50000
+    assert 52000 <= numbers.values.base.size <= 1.125 * 52000
+
+
+@pytest.mark.parametrize("gap", [b" ", b"\n", b"\t", b"\r\n"])
+def test_blocks_are_as_long_as_wanted_and_end_behind_a_number(monkeypatch, gap):
+    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 40)
+    text = b"head " + gap.join([b"1.5", b"-2.25", b"1234567"] * 30)
+    spans = list(_spans(text, 5, len(text)))
+    assert (spans[0][0], spans[-1][1]) == (5, len(text))
+    for (a, b), (c, _) in pairwise(spans):
+        assert b == c
+        assert 40 <= b - a <= 40 + 9
+        assert text[b - 1 : b] in b" \n\t\r"
+    assert list(_spans(text, 5, 30)) == [(5, 30)]
+    told = []
+    read_numbers(text, 5, told.append)
+    assert told == pytest.approx([(b - 5) / (len(text) - 5) for _, b in spans])
+
+
+def test_exponents_and_plus_signs_are_read_together_and_only_what_is_left_one_by_one():
+    fine = np.frombuffer(b"+3.5e1 1E5\t-2.5e-7\n", dtype=np.uint8)
+    found = _read_block(fine)
+    assert found.values.tolist() == [35.0, 1e5, -2.5e-7]
+    assert found.lines.tolist() == [3]
+    for odd in (b"1.5 abc ", b"1e5 1e100 ", b"1e5 1-2 "):
+        assert _read_block(np.frombuffer(odd, dtype=np.uint8)) is None
+
+
+def test_of_no_text_there_are_no_numbers():
+    for text, start in ((b"", 0), (b"Frame", 5)):
+        numbers = read_numbers(text, start)
+        assert (len(numbers.values), len(numbers.lines)) == (0, 0)
+        assert numbers.lines.dtype == np.int64
+
+
+def test_a_bad_number_keeps_its_place_from_process_to_process():
+    with pytest.raises(BadNumberError) as caught:
+        read_numbers(b"1.5 2.5 abc", 0)
+    sent = pickle.loads(pickle.dumps(caught.value))
+    assert (sent.offset, sent.token) == (8, b"abc")
 
 
 def test_token_spans_are_those_of_split(monkeypatch):

@@ -130,6 +130,10 @@ def test_what_is_taken_is_all_that_is_taken(analysis):
     corrected.take(SHARED[1:2])
     arm[35:50] -= 0.2
     np.testing.assert_allclose(corrected.offset("LeftArm"), arm, atol=1e-15)
+    other = replace(constant("LeftUpLeg-LeftFoot", 5, 9, -0.4), kind=Kind.LIMB_FLIP, carried=True)
+    corrected.take([other, replace(FLIP, carried=True)])
+    np.testing.assert_allclose(corrected.carried(FLIP.chain), flip)
+    np.testing.assert_allclose(corrected.carried(other.chain)[5:9], -0.4)
     corrected.take([])
     assert not corrected.offset("LeftArm").any()
     with pytest.raises(ValueError, match="read-only"):

@@ -11,7 +11,7 @@ from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import analyse_limbs
-from twistcore.detection.limb_flips.explanation import Run, explain, left
+from twistcore.detection.limb_flips.explanation import Run, _arcs, explain, left
 from twistcore.detection.limb_flips.flips import LimbFlips
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.limb import find_limbs
@@ -204,6 +204,15 @@ def test_partners_alone_explain_nothing():
     assert explain([], nothing, nothing, everywhere, 120.0) == []
 
 
+def test_a_run_follows_four_jumps_inside_at_most():
+    jumps = [Jump(20 + 2 * n, 21 + 2 * n, ((-1) ** n * 1.5,), 0.01) for n in range(9)]
+    nothing, everywhere = np.zeros(FRAMES), np.ones(FRAMES, dtype=bool)
+    arcs = _arcs(jumps, nothing, nothing, np.zeros_like, 120.0)
+    followed = {len(a.run.followed) for a in arcs if a.run}
+    assert followed == {0, 1, 2, 3, 4}
+    assert len(explain(jumps, nothing, nothing, everywhere, 120.0)) > 0
+
+
 # Flips
 
 
@@ -278,6 +287,21 @@ def test_a_flip_says_what_it_was_found_by():
     assert flip.carried == flips.end_carried(60, flip.offset)
     assert flips.intervals(50.0 * DEGREE) is flips.intervals(60.0 * DEGREE)  # the same jumps lead
     assert flips.intervals(175.0 * DEGREE) == ()
+
+
+def test_a_limb_tells_why_a_jump_is_left():
+    flips = flips_of({60: 170.0, 72: -150.0, 110: 100.0})
+    jumps = flips.jumps(50.0 * DEGREE)
+    s = flips.swivel
+    runs = explain(jumps, s.angle, s.height, flips.capture, flips.fps)
+    for jump in jumps:
+        found = flips.left(jumps, jump)
+        wanted = left(jumps, jump, runs, s.angle, s.height, flips.capture, flips.fps)
+        assert (found.cost, found.price, found.spared) == (
+            wanted.cost,
+            wanted.price,
+            wanted.spared,
+        )
 
 
 @pytest.mark.parametrize(("odds", "opened"), [(1.49, True), (1.5, False), (80.0, False)])

@@ -16,7 +16,7 @@ from twistcore.detection.limb_flips.jumps import (
     sharp_jumps,
     soft_jumps,
 )
-from twistcore.detection.limb_flips.swivel import angle_about, swivel_of
+from twistcore.detection.limb_flips.swivel import _usual_side, angle_about, swivel_of
 from twistcore.limb import find_limbs, path, places
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import multiply, quaternion_from_axis_angle, wrap
@@ -221,6 +221,8 @@ def test_the_swivel_is_what_places_and_rotations_in_the_room_say(kind, name):
         phi = between(v, found.side - (found.side @ v) * v, w) if lined[t] else 0.0
         if height[t] > 1e-6:
             assert found.angle[t] == pytest.approx(phi, abs=1e-7)
+        if height[t] < 1e-10 or not lined[t]:
+            assert found.angle[t] == 0.0
     carried = np.array([r.apply(v) for r, v in zip(back, to_end, strict=True)])
     in_room = np.array(
         [rotation(q).apply(v) for q, v in zip(turned[:, above], carried, strict=True)]
@@ -271,6 +273,12 @@ def test_the_usual_side_is_that_of_most_frames_weighed_by_height(kind):
         np.testing.assert_allclose(swivel.side, side, atol=1e-9)
         other = swivel.angle_at(2.0 * to_child[:5], 3.0 * to_end[:5])
         np.testing.assert_allclose(other, swivel.angle[:5], atol=1e-9)
+
+
+def test_a_limb_that_is_at_either_side_alike_has_no_usual_one():
+    line = np.broadcast_to([0.0, 0.0, 1.0], (4, 3))
+    aside = 0.1 * np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]])
+    np.testing.assert_array_equal(_usual_side(line, aside, np.full(4, 0.1)), np.zeros(3))
 
 
 def test_the_angle_about_an_axis_has_a_sign():

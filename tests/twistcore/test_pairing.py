@@ -220,6 +220,25 @@ def test_an_interval_over_nearly_all_gives_way_to_errors_at_both_ends(
     assert_no_set_gains_more(PairTable(edges, low, high, (block,)), 0.01, fps)
 
 
+@pytest.mark.parametrize(("fps", "longest"), [(24.0, 24), (60.0, 42)])
+@pytest.mark.parametrize("low", [0, 7])
+def test_an_edge_is_near_an_end_of_its_segment_to_the_frame(fps, longest, low):
+    """An interval gives way to errors at both ends only if both of its edges are near them."""
+    edges = table_of(3)[2].edges[np.array([0, 1])]
+    gain = np.array([[-np.inf, -np.inf], [60.0, -np.inf]])
+    block = Block(0, 0, gain, np.zeros((2, 2), dtype=np.int8))
+    for before in (longest - 1, longest, longest + 1):
+        for behind in (longest - 1, longest, longest + 1):
+            start = low + before + np.array([0, 800])
+            own = replace(
+                edges, start=start, stop=start + 1, jump=np.array([1.0, -1.0]),
+                gain=np.array([40.0, 40.0]),
+            )  # fmt: skip
+            pairs = best_pairs(PairTable(own, low, int(start[1]) + behind, (block,)), 0.01, fps)
+            near = max(before, behind) <= longest
+            assert ((0, 1) in [p[:2] for p in pairs]) == (not near)
+
+
 @settings(max_examples=30)
 @given(seeds, st.sampled_from([0.5, 5.0, 20.0]), FPS)
 def test_clear_jumps_that_nothing_explains_are_told_by_their_shorter_side(seed, tau, fps):

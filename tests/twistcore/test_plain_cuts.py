@@ -305,6 +305,33 @@ def test_joints_that_stand_still_or_go_nowhere_far_do_not_vote(still):
     assert len(found) > (still < 0.5)
 
 
+@pytest.mark.parametrize(("fps", "seen"), [(30.0, 16), (120.0, 64)])
+def test_joints_count_that_turn_within_twice_the_longest_blend(fps, seen):
+    """Fewer than a third of all are blended; one more that turns later makes them enough."""
+    pose = CAPTURE.rotations[40]
+    far = np.argsort(pose[:, 0] ** 2)  # those that are turned farthest from rest
+    joints = len(far)
+    blended, one = far[: -(-joints // 3) - 1], far[-1]
+    still = np.repeat(pose[None], seen + 9, axis=0)
+    clip = np.tile(REST, (seen + 9, 1, 1))
+    clip[:, blended] = out_of(REST, still, 5 if fps == 30.0 else 18, eased=True)[:, blended]
+    for first in (seen - 1, seen, seen + 1):
+        whole = clip.copy()
+        whole[first:, one] = np.cos(0.1), np.sin(0.1), 0.0, 0.0
+        end = blend_end(whole, fps)
+        assert end == plain_blend_end(whole, fps)
+        assert (end > 0) == (first <= seen)
+
+
+@pytest.mark.parametrize("component", [1, 2, 3])
+def test_a_joint_that_is_turned_about_any_axis_is_at_no_rest(component):
+    pose = REST.copy()
+    pose[:, [0, component]] = np.cos(0.02), np.sin(0.02)
+    clip = out_of(pose, CAPTURE.rotations, 19, eased=True)
+    assert blend_end(clip, 120.0, from_rest=True) == 0
+    assert blend_end(out_of(REST, CAPTURE.rotations, 19, eased=True), 120.0, from_rest=True) > 9
+
+
 def test_the_lengths_that_are_looked_for():
     assert LENGTHS == (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
     assert [blend_end(CAPTURE.rotations[:n], 120.0) for n in range(1, 9)] == [0] * 8

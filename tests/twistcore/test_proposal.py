@@ -67,6 +67,10 @@ def test_edges_of_less_than_a_degree_are_none():
     assert (first.start, first.stop) == (0, 11)
     last = proposed_interval("LeftArm", quiet, 299, FPS)
     assert (last.stop, 299 in range(last.start, last.stop)) == (300, True)
+    just = 1.1 * np.radians(1.0)
+    edges = [(90, just), (120, just)]
+    found = proposed_interval("LeftArm", with_error(300, 90, 120, 0.5, edges), 100, FPS)
+    assert (found.start, found.stop) == (90, 120)
 
 
 def test_with_one_edge_the_other_lies_a_tenth_of_a_second_away():

@@ -10,6 +10,7 @@ from twistcore.detection.straight_limbs.straight_course import course, scale_of
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Spell,
+    _over_windows,
     bend_of,
     errors_in,
     left_over,
@@ -232,6 +233,18 @@ def plain_over(signal, spell, fps):
         pace = [signal[min(max(t, spell.low + 1), spell.high - 1)] for t in beside]
         out.append((inside, inside - np.mean(pace) * window))
     return np.array(out).reshape(-1, 2).T
+
+
+@pytest.mark.parametrize("fps", RATES)
+@pytest.mark.parametrize("seed", range(6))
+def test_windows_at_the_ends_of_a_segment_go_on_at_its_outermost_pace(seed, fps):
+    signal, spell = signals(seed, fps)[0] + 0.1, spell_of(seed)
+    short = Spell(3, 12, 3, 14)
+    for some in (spell, short, Spell(0, FRAMES, 0, FRAMES), Spell(5, 25, 5, FRAMES - 9)):
+        for one, other in zip(
+            _over_windows(signal, some, fps), plain_over(signal, some, fps), strict=True
+        ):
+            np.testing.assert_allclose(one, other, atol=1e-12)
 
 
 def against(turn, answer):

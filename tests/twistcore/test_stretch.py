@@ -87,3 +87,27 @@ def test_what_explains_a_seed_is_the_same_however_often_it_is_asked(measured):
                 assert (e.start, e.gain, e.sigma) == (f.start, f.gain, f.sigma)
                 np.testing.assert_array_equal(e.offset, f.offset)
     assert explained >= 4
+
+
+def plain_size(stretch, by, wider):
+    """How many times departures explain u best: least squares, six times weighed anew."""
+    trust = stretch.weight
+    for _ in range(6):
+        a, b = by / (wider * stretch.spread), stretch.u / (wider * stretch.spread)
+        over = max(sum(t * v * v for t, v in zip(trust, a, strict=True)), np.radians(0.005))
+        size = sum(t * v * w for t, v, w in zip(trust, a, b, strict=True)) / over
+        trust = stretch.weight / (5.0 + (b - size * a) ** 2)
+    return size
+
+
+@pytest.mark.parametrize("wider", [1.0, 3.0])
+def test_how_many_times_a_course_is_there(measured, wider):
+    surprise, row = measured
+    stretch = surprise.stretch(row, 140, 50)
+    levels = np.array([[1.0, 12.0, 36.0, 8.0], [1.0, 4.0, 20.0, 3.0], [1e-9, 9.0, 15.0, 3.0]])
+    by = stretch.departures(course(levels, ramp, 50))
+    found = stretch.sizes(by, wider)
+    assert found.shape == (3,)
+    for size, own in zip(found, by, strict=True):
+        assert size == pytest.approx(plain_size(stretch, own, wider))
+    assert 0.3 < found[0] < 0.7  # it is there with 30 degrees: 0.52

@@ -210,10 +210,11 @@ def test_children_beside_the_bone_are_named_with_their_distance():
     assert children_off_axis(motion, chain) == {"Beside": pytest.approx(0.5)}
     assert children_off_axis(motion, as_limb(motion, chain)) == {}
     for sideways, named in ((0.008, False), (0.0095, True)):  # half a degree: 0.0087 of its length
-        offsets = OFFSETS.copy()
-        offsets[4] = (sideways, -1.0, 0.0)
-        beside = replace(motion, skeleton=replace(motion.skeleton, offsets=offsets))
-        assert ("Beside" in children_off_axis(beside, chain_of(beside))) is named
+        for far in (0.3, 1.0, 3.0):
+            offsets = OFFSETS.copy()
+            offsets[4] = (sideways * far, -far, 0.0)
+            beside = replace(motion, skeleton=replace(motion.skeleton, offsets=offsets))
+            assert ("Beside" in children_off_axis(beside, chain_of(beside))) is named
     offsets = OFFSETS.copy()
     offsets[4] = 0.0
     at_parent = replace(motion, skeleton=replace(motion.skeleton, offsets=offsets))

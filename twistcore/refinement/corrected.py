@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -104,9 +104,9 @@ class Corrected:
             rotations, positions = self._analysis.poses
             return rotations[start:stop], positions[start:stop]
         carried = {name: o[start:stop] for name, o in self._carried.items()}
-        chains = [_in_frames(c, start, stop) for c in self._chains]
+        # Where a bone's direction varies position channels tell it, and the part has its own.
         part = self._motion.sliced(start, stop)
-        return forward_kinematics(remove_twist(part, chains, offsets, carried))
+        return forward_kinematics(remove_twist(part, self._chains, offsets, carried))
 
     def angles(self, chain: Chain) -> Angles:
         """θp and θc of a chain: by the closed form where there is one, else anew."""
@@ -207,8 +207,3 @@ def _has_closed_form(analysis: ClipAnalysis, chain: Chain, free: set[str]) -> bo
 
 def _parallel(axis: Array, arm: Array) -> bool:
     return axis.ndim == arm.ndim == 1 and bool(abs(axis @ arm) > _SAME_AXIS)
-
-
-def _in_frames(chain: Chain, start: int, stop: int) -> Chain:
-    """The chain with the bone axis of these frames, where it varies."""
-    return chain if chain.axis.ndim == 1 else replace(chain, axis=chain.axis[start:stop])
