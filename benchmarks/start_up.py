@@ -17,12 +17,15 @@ import tempfile
 import time
 from pathlib import Path
 
+from inspector.unread_sources import leave_sources_unread
+
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
 
 
 def child(begun: float, clip: Path) -> None:
     """Open the clip and print both times; begun: time.time() before the interpreter started."""
     os.environ.setdefault("QT_API", "pyside6")
+    leave_sources_unread()  # as the program does
     from inspector.app import make_application
 
     app = make_application()

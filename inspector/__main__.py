@@ -18,6 +18,7 @@ from inspector.system_libraries import (
     how_to_install,
     missing_libraries,
 )
+from inspector.unread_sources import leave_sources_unread
 from twistcore.encoding import legible
 from twistcore.ordinary_files import is_file, is_there
 from twistcore.version import __version__
@@ -49,6 +50,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             f"twist-inspector: no font was found, letters may be boxes; Debian has {FONT_PACKAGE}.",
             file=sys.stderr,
         )
+    leave_sources_unread()
     from inspector.app import run
 
     return run(arguments)

@@ -196,3 +196,18 @@ def test_garbage_dies_in_the_gui_thread_between_events(tmp_path):
         [sys.executable, "-c", code], env=env, capture_output=True, text=True, check=False
     )
     assert done.stdout.strip() == "{('MainThread', 'collect_due')}", done.stderr
+
+
+@pytest.mark.parametrize("left", [True, False])
+def test_pyside_reads_no_source_of_what_is_imported(left):
+    code = (
+        "import inspect, sys\n"
+        "from inspector.unread_sources import leave_sources_unread\n"
+        f"if {left}: leave_sources_unread()\n"
+        "read, getsource = [], inspect.getsource\n"
+        "inspect.getsource = lambda module: read.append(module) or getsource(module)\n"
+        "import PySide6.QtWidgets, xml.dom.minidom\n"
+        "print(len(read))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert (int(done.stdout) == 0) == left
