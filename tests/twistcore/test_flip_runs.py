@@ -12,7 +12,7 @@ from twistcore.chain import find_chains
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import analyse_limbs
 from twistcore.detection.limb_flips.explanation import Run, _arcs, explain, left
-from twistcore.detection.limb_flips.flips import LimbFlips
+from twistcore.detection.limb_flips.flips import LimbFlips, _end_turns
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.limb import find_limbs
 from twistcore.motion import forward_kinematics
@@ -253,6 +253,9 @@ def test_an_end_turned_along_if_it_jumps_less_once_turned_back(start, frames):
         offset = rng.uniform(-0.12, 0.12, frames)
         wanted = plain_end(flips.limb, start, offset, along=True)
         as_is = plain_end(flips.limb, start, offset, along=False)
+        for along, turned in ((True, wanted), (False, as_is)):
+            found = _end_turns(flips.swivel, start, offset, along=along)
+            assert found == pytest.approx(turned, abs=1e-6)
         if abs(wanted - as_is) > 1e-5:
             assert flips.end_carried(start, offset) == (wanted < as_is)
 
