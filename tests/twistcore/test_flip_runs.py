@@ -1,6 +1,7 @@
 """Runs that explain a limb's jumps, beside a plain search of all ways; and flips made of them."""
 
 import math
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,7 +13,7 @@ from twistcore.chain import find_chains
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import analyse_limbs
 from twistcore.detection.limb_flips.explanation import Run, _arcs, explain, left
-from twistcore.detection.limb_flips.flips import LimbFlips
+from twistcore.detection.limb_flips.flips import LimbFlips, _end_turns, _of_limb
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.limb import find_limbs
 from twistcore.motion import forward_kinematics
@@ -245,7 +246,7 @@ def plain_end(limb, start, offset, along):
     return total
 
 
-@pytest.mark.parametrize(("start", "frames"), [(0, 5), (60, 3), (80, 1), (194, 5)])
+@pytest.mark.parametrize(("start", "frames"), [(0, 5), (1, 4), (60, 3), (80, 1), (194, 5)])
 def test_an_end_turned_along_if_it_jumps_less_once_turned_back(start, frames):
     flips = flips_of({})
     rng = np.random.default_rng(start)
@@ -253,6 +254,9 @@ def test_an_end_turned_along_if_it_jumps_less_once_turned_back(start, frames):
         offset = rng.uniform(-0.12, 0.12, frames)
         wanted = plain_end(flips.limb, start, offset, along=True)
         as_is = plain_end(flips.limb, start, offset, along=False)
+        for along, turned in ((True, wanted), (False, as_is)):
+            found = _end_turns(flips.swivel, start, offset, along=along)
+            assert found == pytest.approx(turned, abs=1e-6)
         if abs(wanted - as_is) > 1e-5:
             assert flips.end_carried(start, offset) == (wanted < as_is)
 
@@ -352,6 +356,19 @@ def test_where_more_than_half_of_several_limbs_jump_the_pose_does(many, jumping)
         if pose:
             assert own.departures[90] == 0.0
     assert found.strength(limbs[0].name)[90] > 1.0 or pose
+
+
+def test_no_soft_jump_leads_across_a_border():
+    flips = flips_of({})
+    turns = np.zeros(WALK.frames)
+    turns[60:68] = 15.0 * DEGREE
+    swivel = replace(flips.swivel, jump=turns)
+    border = np.zeros(WALK.frames, dtype=bool)
+    border[0] = True
+    found = _of_limb(flips.limb, swivel, border, 120.0)
+    assert [(j.start, j.stop) for j in found.soft] == [(60, 68)]
+    border[64] = True
+    assert _of_limb(flips.limb, swivel, border, 120.0).soft == ()
 
 
 def test_steps_are_how_far_an_end_moves_beyond_what_it_does_around():

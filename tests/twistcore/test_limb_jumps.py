@@ -1,6 +1,7 @@
 """Jumps of a limb and its swivel, beside plain ones that go frame by frame."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -273,6 +274,30 @@ def test_the_usual_side_is_that_of_most_frames_weighed_by_height(kind):
         np.testing.assert_allclose(swivel.side, side, atol=1e-9)
         other = swivel.angle_at(2.0 * to_child[:5], 3.0 * to_end[:5])
         np.testing.assert_allclose(other, swivel.angle[:5], atol=1e-9)
+
+
+@pytest.mark.parametrize(("share", "lined"), [(1.0, False), (0.97, False), (0.95, True)])
+def test_a_limb_that_is_folded_up_has_no_line_and_does_not_jump(share, lined):
+    """Its end lies on its first joint, or nearer to it than a fiftieth of its length."""
+    limb = next(n for n in LIMBS if n.label == "Left leg")
+    motion = motion_of(1, "walk")
+    offsets = motion.skeleton.offsets.copy()
+    first, second = offsets[limb.child], offsets[limb.end]
+    second *= share * np.linalg.norm(first) / np.linalg.norm(second)
+    q = motion.rotations.copy()
+    folded = [5, 6, 7, 15]
+    size = np.linalg.norm(first)
+    back = plain_way(second / (share * size), -first / size).as_quat()
+    q[folded, limb.child] = np.roll(back, 1)
+    motion = replace(motion, skeleton=replace(motion.skeleton, offsets=offsets), rotations=q)
+    found = swivel_of(motion, limb)
+    if lined:
+        assert found.jump[[5, 8, 15, 16]].all()
+        return
+    assert not found.angle[folded].any()
+    assert not found.jump[[0, 5, 6, 7, 8, 15, 16]].any()
+    assert found.jump[[1, 2, 3, 4, 9, 14, 17]].all()
+    assert np.isfinite(found.jump).all()
 
 
 def test_a_limb_that_is_at_either_side_alike_has_no_usual_one():

@@ -353,6 +353,29 @@ def test_what_is_left_of_a_seed_once_an_error_is_taken_out(start, frames):
         assert s.seed_left(row, start, offset) == pytest.approx(most)
 
 
+def test_what_departs_by_less_than_is_asked_for_is_no_seed_however_quiet_it_is_there():
+    """Of each position by itself: another one in the same span may depart far."""
+    s = made(7)
+    s.take_out(2, 50, np.full(9, 0.1))
+    s.look_again(2, 50, 59)
+    s.measure(bad_frames(s.rows))
+    nothing, most, small = np.full(20, 1e-9), 0.0, 0
+    for a in s.at:
+        a.u[..., ::2] *= 0.01
+        far = np.abs(a.u).max(axis=0) >= 1.5 * DEGREE
+        a.spread[...] = np.where(far, 0.2, 1e-4)
+        span = a.natural.span
+        if a in telling(s, 20):
+            for j in np.flatnonzero(a.usable).tolist():
+                if span.step * j >= 45 - 10 and span.step * j + span.support <= 65 + 10:
+                    small += not far[2, j]
+                    gain = sum(plain_cost(v / 0.2, 20.0) for v in a.u[:, 2, j])
+                    most = max(most, gain * far[2, j])
+    assert small > 5
+    assert 0.0 < most < 30.0
+    assert s.seed_left(2, 45, nothing) == pytest.approx(most)
+
+
 @pytest.mark.parametrize("fps", [30.0, 120.0])
 def test_a_free_offset_leaves_u_its_bridge(fps):
     s = made(9, fps=fps, cuts=())
