@@ -35,6 +35,7 @@ _Value = TypeVar("_Value")
 _SHOWN = reprlib.Repr()
 _SHOWN.maxstring = _SHOWN.maxlong = _SHOWN.maxother = 50
 _SHOWN.maxlevel, _SHOWN.maxlist, _SHOWN.maxdict = 2, 4, 3
+_HALF = 100  # letters of what is longer all the same: lists of objects
 
 
 def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
@@ -97,7 +98,8 @@ def _no_number(word: str) -> float:
 
 def shown(value: object) -> str:
     """A value in a sentence: short, on one line, with what cannot be printed escaped."""
-    return _SHOWN.repr(value)
+    told = _SHOWN.repr(value)
+    return told if len(told) <= 2 * _HALF else f"{told[:_HALF]}…{told[-_HALF:]}"
 
 
 def shown_words(said: object) -> str:

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.twistcore.reviews import CLIP, fresh
@@ -41,6 +41,7 @@ LOOKS = [
 
 @pytest.mark.parametrize("look", LOOKS)
 @given(value=ANYTHING)
+@example(value=[[None] * 4, *[dict.fromkeys(("\U0002fa1e" * 9, "1" * 50), -(10**30))] * 3])
 def test_anything_is_what_was_expected_or_told_in_a_short_sentence(look, value):
     told = ""
     try:
