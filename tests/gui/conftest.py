@@ -80,7 +80,8 @@ def nothing_left_over(tmp_path, monkeypatch):
     ]
     assert started == []
     if app := QApplication.instance():
-        assert [w for w in app.topLevelWidgets() if w.isVisible()] == []
+        shown = [w for w in app.topLevelWidgets() if w.isVisible()]
+        assert [(w, w.toolTip(), getattr(w, "text", str)()) for w in shown] == []
 
 
 @pytest.fixture(autouse=True, scope="module")
