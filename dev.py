@@ -89,7 +89,7 @@ LONG = (
 )
 # Measured with every extra and tool: on the disk, and with what pip unpacks beside it on the way.
 VENV_GB, SETUP_GB = 2.0, 3.0
-TEST_MINUTES = "15 to 20 minutes on two cores"
+TEST_MINUTES = "about 15 minutes on two cores"
 
 
 # What pip and uv say where the index cannot be reached, or is not trusted.

@@ -85,7 +85,7 @@ class GuideCard(QWidget):
         for row, wanted in rows:
             while item := row.takeAt(0):
                 if widget := item.widget():
-                    widget.setParent(None)
+                    widget.hide()  # without a parent it may come up later as a window of its own
             for widget in wanted:
                 row.addWidget(widget)
                 widget.show()

@@ -72,20 +72,29 @@ def page(tmp_path_factory) -> Path:
     return folder / "lesson.html"
 
 
-def opened(page, folder, *options):
-    browser = Browser(folder / "profile", *options)
-    browser.size(1280, 800)
-    browser.open(page.as_uri())
-    return browser
+@pytest.fixture(scope="module")
+def started(tmp_path_factory):
+    browser = Browser(tmp_path_factory.mktemp("browser"))
+    yield browser
+    browser.close()
 
 
 @pytest.fixture
-def browser(page, tmp_path):
-    browser = opened(page, tmp_path)
-    yield browser
-    browser.close()
-    assert browser.messages == []
-    assert set(browser.asked) <= {page.as_uri(), "about:blank"}
+def silent(started):
+    """A browser in which nothing may be said to the console."""
+    started.size(1280, 800)
+    started.messages.clear()
+    started.asked.clear()
+    yield started
+    assert started.messages == []
+
+
+@pytest.fixture
+def browser(silent, page):
+    """The page, as it is opened."""
+    silent.open(page.as_uri())
+    yield silent
+    assert set(silent.asked) <= {page.as_uri(), "about:blank"}
 
 
 def pixels(browser, selector):
@@ -210,11 +219,11 @@ def test_frames_are_scrubbed(browser):
     sorted(LESSONS.glob("*.md")) if EVERY else [TOUR, LESSONS / "lecture.md"],
     ids=lambda path: path.stem,
 )
-def test_every_bundled_lesson_says_nothing_to_the_console(path, tmp_path):
-    lesson, page = read_lesson(path), tmp_path / "lesson.html"
+def test_every_bundled_lesson_says_nothing_to_the_console(silent, path, tmp_path):
+    browser, lesson, page = silent, read_lesson(path), tmp_path / "lesson.html"
     export_page(lesson, page)
     assert page.stat().st_size <= LARGEST
-    browser = opened(page, tmp_path)
+    browser.open(page.as_uri())
     for at, own in enumerate(lesson.pages):
         assert told(browser, "article:not([hidden]) h2") == own.title
         if own.place.tab == "teaching":
@@ -223,8 +232,6 @@ def test_every_bundled_lesson_says_nothing_to_the_console(path, tmp_path):
             assert not own.place.show or set(listed) == set(own.place.show)
         if at + 1 < len(lesson.pages):
             browser.click("#next")
-    browser.close()
-    assert browser.messages == []
 
 
 def test_every_condition_is_known_to_the_page():
@@ -249,7 +256,9 @@ def test_it_fits_every_screen(browser, size, dark):
 
 
 def test_without_webgl_bones_are_lines(page, tmp_path):
-    browser = opened(page, tmp_path, "--disable-3d-apis")
+    browser = Browser(tmp_path / "profile", "--disable-3d-apis")
+    browser.size(1280, 800)
+    browser.open(page.as_uri())
     assert "no WebGL" in told(browser, "#no-3d")
     assert browser.box("#no-3d")[3] > 0.0
     before = pixels(browser, "#scene")
