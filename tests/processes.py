@@ -5,12 +5,12 @@ import time
 from pathlib import Path
 
 
-def until(condition, seconds=60.0):
-    """Wait until a condition holds; what it gave."""
+def until(condition, seconds=60.0, every_s=0.02):
+    """Wait until a condition holds, asked so often; what it gave."""
     end = time.monotonic() + seconds
     while not (found := condition()):
         assert time.monotonic() < end, f"it took more than {seconds:.0f} s"
-        time.sleep(0.02)
+        time.sleep(every_s)
     return found
 
 

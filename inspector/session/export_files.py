@@ -102,7 +102,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
 
     ours: SHA-256 of files as this program wrote them; those of earlier runs are told by the report.
     """
-    known = _known(choice.path, ours)
+    known = _known(choice, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
     there = [path for path in files_of(choice) if is_there(path)]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
@@ -110,17 +110,18 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
 
 def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
     """Long files that :func:`replaced` would read, for a thread to take their `file_mark` first."""
-    known = _known(choice.path, ours)
+    known = _known(choice, ours)
     return tuple(path for path in files_of(choice) if path in known and takes_long(path))
 
 
-def _known(path: Path, ours: Mapping[Path, str]) -> dict[Path, str]:
-    """SHA-256 of what this program wrote, by this run and by the report beside an export."""
-    listing = report_files(path.parent, own_name(path))[-1]
-    marks: Mapping[str, str] = {}
+def _known(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, tuple[object, ...]]:
+    """SHA-256 that files have as this program wrote them: this run, or, by the report, another."""
+    listing = report_files(choice.path.parent, own_name(choice.path))[-1]
+    marks: Mapping[str, tuple[object, ...]] = {}
     with suppress(TwistError):
         marks = report_marks(listing)
-    return {path.with_name(name): mark for name, mark in marks.items()} | dict(ours)
+    known = {path: marks[path.name] for path in files_of(choice) if path.name in marks}
+    return known | {path: (mark,) for path, mark in ours.items()}
 
 
 def _lists(listing: Path) -> bool:
@@ -147,7 +148,7 @@ def check_targets(
         told = tr("{path}: choose another name; the review itself is kept there.", path=path)
         raise TwistError(told)
     check_ending(clip, path)
-    known = _known(path, ours)
+    known = _known(choice, ours)
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, known)):
             told = tr("{path}: there is such a file already; choose another name.", path=file)
@@ -165,11 +166,11 @@ def check_targets(
         check_report(path.parent, own_name(path))
 
 
-def _as_written(path: Path, ours: Mapping[Path, str]) -> bool:
+def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
     """Whether nothing is there, what this program wrote there, or what has no bytes to lose."""
     if not is_file(path):
         return True
-    return path in ours and file_mark(path) == ours[path]
+    return file_mark(path) in known.get(path, ())
 
 
 def write(export: Export, tell: Tell = nobody) -> str:

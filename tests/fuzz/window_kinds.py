@@ -16,6 +16,8 @@ from inspector.lessons.lesson_place import settings as settings_of_place
 from inspector.lessons.page_in_clip import chain_of
 from inspector.lessons.page_texts import rendered
 from inspector.session import session_files
+from inspector.session.export_files import ExportChoice
+from inspector.session.export_files import replaced as replaced_by_export
 from inspector.session.opening import Analysed
 from inspector.session.rig_profiles import kept_rig, rig_path
 from inspector.session.settings import (
@@ -34,7 +36,6 @@ from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
 from twistcore.errors import TwistError
 from twistcore.export.folder_replay import WRITTEN, read_written
-from twistcore.report.clip_report import report_marks
 from twistcore.review import Review
 from twistcore.rig import skeleton_mark
 
@@ -160,7 +161,9 @@ def _kept(rng: random.Random) -> dict[str, bytes]:
     mark = skeleton_mark(clip().motion.skeleton)
     at = str((Path("/a") / "b.bvh").resolve())
     lines = [{"schema": "twistcore.applied/1"}, {"clip": "a/b.bvh", "sha256": _MARK}]
-    report = {"schema": "twistcore.report/1", "clip": "a.bvh", "files": {"a.csv": _MARK}}
+    names = ["a.bvh", "a.report.html", "../a.bvh", "/a", "", "."]
+    files = {rng.choice(names): _MARK, "a.markers.py": _MARK}
+    report = {"schema": "twistcore.report/1", "clip": "a.bvh", "files": files, "replaced": files}
     rig = random.Random(0).choice(_rigs())
     return {
         "performers.json": damaged_json({at: "Kim", "/x": "Y"}, rng),
@@ -169,6 +172,7 @@ def _kept(rng: random.Random) -> dict[str, bytes]:
         "walk-0.elsewhere.json": damaged_json({"session": "/a/b.twist.json"}, rng),
         WRITTEN: b"\n".join(damaged_json(line, rng).replace(b"\n", b" ") for line in lines),
         "a.report.json": damaged_json(report, rng),
+        "a.bvh": b"an earlier export",
     }
 
 
@@ -188,7 +192,7 @@ def _read_kept(folder: Path) -> object:
     pointer = folder / "walk-0.elsewhere.json"
     with mock.patch.object(session_files, "_pointer", return_value=pointer):
         session_files.kept_sessions(folder / "walk.bvh")
-    dict(report_marks(folder / "a.report.json"))
+    replaced_by_export(ExportChoice(folder / "a.bvh"), {})
     json.dumps(read_written(folder))
     return found
 

@@ -1,5 +1,6 @@
 """Opening and exporting through the window, and what may go wrong with either."""
 
+import json
 import os
 import shutil
 import stat
@@ -223,6 +224,17 @@ def test_what_lies_beside_an_export_is_replaced_only_if_it_is_ours(opened, tmp_p
     assert name in opened.bar.label.text()
     assert [p.name for p in tmp_path.iterdir() if p.is_file()] == [name]
     assert (tmp_path / name).read_text() == "mine"
+
+
+@pytest.mark.parametrize("name", ["../out.bvh", "/etc/passwd", "", ".", "a\0b", "out.bvh"])
+def test_a_strangers_list_of_files_makes_nothing_ours(opened, tmp_path, name):
+    out, listing = tmp_path / "out.bvh", tmp_path / "out.report.json"
+    out.write_text("mine")
+    marks = {name: ["not", "a", "text"]}
+    listing.write_text(json.dumps({"schema": "twistcore.report/1", "files": marks}))
+    export(opened, ExportChoice(out))
+    assert "such a file already" in opened.bar.label.text()
+    assert out.read_text() == "mine"
 
 
 def test_an_export_never_touches_a_review_of_itself(opened, tmp_path):

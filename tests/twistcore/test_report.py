@@ -10,6 +10,7 @@ import pytest
 
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped
 from twistcore.analysis import detect
+from twistcore.atomic import write_atomically
 from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.clip import write_clip
@@ -17,6 +18,7 @@ from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
 from twistcore.formats import read_clip
+from twistcore.report import clip_report
 from twistcore.report.changes import joint_changes, kept_in
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.report_document import Report
@@ -28,8 +30,8 @@ STATE = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [], [])
 ENDINGS = ("report.html", "intervals.csv", "markers.py", "report.json")
 
 
-def write(folder):
-    return write_clip_report(folder, Report(CLIP, CHAINS, STATE, CLIP.motion))
+def write(folder, **more):
+    return write_clip_report(folder, Report(CLIP, CHAINS, STATE, CLIP.motion, **more))
 
 
 def test_its_own_files_are_replaced(tmp_path):
@@ -38,6 +40,34 @@ def test_its_own_files_are_replaced(tmp_path):
     first[0].unlink()
     assert write(tmp_path) == first
     assert first[0].exists()
+
+
+@pytest.mark.parametrize("again", [False, True])
+@pytest.mark.parametrize("count", range(5))
+def test_what_a_killed_program_left_of_it_is_replaced(tmp_path, monkeypatch, count, again):
+    class Killed(BaseException):
+        pass
+
+    def write_so_many(path, data):
+        done.append(path)
+        if len(done) > count:
+            raise Killed
+        write_atomically(path, data)
+
+    first = write(tmp_path) if again else ()
+    before = [path.read_bytes() for path in first]
+    done = []
+    with monkeypatch.context() as patch:
+        patch.setattr(clip_report, "write_atomically", write_so_many)
+        with pytest.raises(Killed):
+            write(tmp_path, by="Lee")  # other bytes
+    assert len(done) == count + 1
+    assert ([p.read_bytes() for p in first] != before) == (again and count > 0)
+    last = write(tmp_path)
+    assert "replaced" not in json.loads(last[-1].read_bytes())
+    last[1].write_text("mine")
+    with pytest.raises(TwistError, match="did not write"):
+        write(tmp_path)
 
 
 @pytest.mark.parametrize("ending", ENDINGS)

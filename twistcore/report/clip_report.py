@@ -23,8 +23,9 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
     """Write the report into `folder`, made if missing; returns the paths.
 
     NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender. The JSON lists
-    the SHA-256 of the other three and of what was written with it. Raises TwistError as
-    :func:`check_report`.
+    the SHA-256 of the other three and of what was written with it, and until they are there also of
+    what they replace: a program that is killed meanwhile leaves no file that the next one takes for
+    somebody else's. Raises TwistError as :func:`check_report`, OSError.
     """
     name = report.name or own_name(report.clip.path)
     check_report(folder, name, None if report.name else report.clip)
@@ -37,10 +38,13 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
         markers: encoded(blender_markers(report.clip.name, report.state.intervals, report.verdict)),
     }
     marks = {path.name: hashlib.sha256(data).hexdigest() for path, data in written.items()}
-    written[last] = json_bytes(document | {"files": {**report.files, **marks}})
+    document["files"] = {**report.files, **marks}
+    replaced = {path.name: file_mark(path) for path in written if is_file(path)}
+    write_atomically(last, json_bytes(document | {"replaced": replaced}))
     for path, data in written.items():
         write_atomically(path, data)
-    return tuple(written)
+    write_atomically(last, json_bytes(document))
+    return (*written, last)
 
 
 def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
@@ -52,7 +56,7 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
     for path in others:
-        if path.is_dir() or (is_file(path) and marks.get(path.name) != file_mark(path)):
+        if path.is_dir() or (is_file(path) and file_mark(path) not in marks.get(path.name, ())):
             raise TwistError(
                 f"{path}: expected a place for the report, but what is there this version did not "
                 "write, or it was changed since; move it, or do without the report"
@@ -91,15 +95,18 @@ def report_files(folder: Path, name: str) -> tuple[Path, ...]:
     return tuple(folder / f"{name}.{ending}" for ending in endings)
 
 
-def report_marks(listing: Path) -> dict[str, str]:
-    """SHA-256 by name as a report's JSON lists them; empty for no file or anything else.
+def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
+    """What a report's JSON lists, by name: the SHA-256 a file has, or one of two as it is replaced.
 
-    Raises TwistError for one that cannot be read.
+    Names and values are whatever stands there. Empty for no file or anything else; raises
+    TwistError for one that cannot be read.
     """
+    document = _listed(listing)
     try:
-        return dict(_listed(listing)["files"])
-    except (KeyError, ValueError, TypeError):
+        new, old = dict(document.get("files", {})), dict(document.get("replaced", {}))
+    except (ValueError, TypeError):
         return {}
+    return {name: tuple(of[name] for of in (new, old) if name in of) for name in new | old}
 
 
 def _listed(listing: Path) -> dict[str, Any]:
