@@ -37,6 +37,7 @@ from inspector.app import keep_for_good, make_application
 from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
+from tests.gui.waiting import wait
 from twistcore.clip_files import BVH, clips_in
 from twistcore.decomposition import WhatIf
 from twistcore.review.model import resized
@@ -74,17 +75,17 @@ class Sitting:
         while not ready():
             if time.monotonic() > end:
                 raise TimeoutError(what)
-            QTest.qWait(5)
+            wait(5)
 
     def key(self, key: Qt.Key) -> None:
         """Press a key in the window."""
         QTest.keyClick(self.window, key)
-        QTest.qWait(2)
+        wait(2)
 
     def act(self, name: str) -> None:
         """Do what an action does, if it can be done now."""
         self.window.actions_by_id[name].trigger()
-        QTest.qWait(2)
+        wait(2)
 
     def quiet(self) -> None:
         """Wait until nothing is under way: no clip, export, folder, typesetting, measuring."""
@@ -95,7 +96,7 @@ class Sitting:
             return not busy and QThreadPool.globalInstance().activeThreadCount() == 0
 
         self.wait(idle, "it does not come to rest")
-        QTest.qWait(100)
+        wait(100)
         self.wait(idle, "it does not come to rest")
 
     def open(self, path: Path) -> None:
@@ -111,7 +112,7 @@ class Sitting:
             if button.text() in ("Restore", "Forget them"):
                 button.click()
                 break
-        QTest.qWait(2)
+        wait(2)
 
     # -- what is done ---------------------------------------------------------------------------
 
@@ -134,7 +135,7 @@ class Sitting:
                 document.edit(
                     judged.id, resized(interval, interval.start, interval.stop + more), drag
                 )
-                QTest.qWait(2)
+                wait(2)
         document.select_interval(None)
         document.go_to(document.frames // 2)
         self.act("insert_interval")
@@ -149,9 +150,9 @@ class Sitting:
         self.act(look)
         for frame in self.rng.choices(range(document.frames), k=10):
             document.go_to(frame)
-            QTest.qWait(2)
+            wait(2)
         self.act("toggle_play")
-        QTest.qWait(100)
+        wait(100)
         self.act("toggle_play")
         self.act(look)
 
@@ -164,17 +165,17 @@ class Sitting:
         drag = document.begin_drag()
         for tau in np.geomspace(0.02, 1.0, 12):
             document.set_tau(float(tau) * self.rng.uniform(0.9, 1.1), chain, drag)
-            QTest.qWait(2)
+            wait(2)
         self.act("undo")
 
     def tune(self) -> None:
         """The tuning tab in front, while it measures for a while."""
         self.act("show_tuning")
-        QTest.qWait(600)
+        wait(600)
         self.act("suggest_tau")
         bring = self.window.docks["intervals"]
         bring.raise_()
-        QTest.qWait(20)
+        wait(20)
 
     def teach(self) -> None:
         """The teaching tab: gizmo, what-if, stages."""
@@ -184,10 +185,10 @@ class Sitting:
             window.document.select_chain(chain.name)
             for turn in self.rng.choices(range(-150, 150), k=3):
                 window.taught.set_what_if(WhatIf(twist=float(np.radians(turn)), counter=True))
-                QTest.qWait(5)
+                wait(5)
         window.taught.reset()
         window.docks["intervals"].raise_()
-        QTest.qWait(20)
+        wait(20)
 
     def other_detector(self) -> None:
         """The paper's detector, and ours again."""
@@ -214,7 +215,7 @@ class Sitting:
             window.open_path(self.rng.choice(self.clips))
             for name in self.rng.choices(names, k=3):
                 self.act(name)
-            QTest.qWait(self.rng.choice((0, 5, 40, 200)))
+            wait(self.rng.choice((0, 5, 40, 200)))
             self.done["switch"] += 1
         self.wait(lambda: not window.document.opener.busy, "switch")
 
@@ -227,7 +228,7 @@ class Sitting:
         """Opened by its action and closed again."""
         QTimer.singleShot(30, self._close_dialogs)  # also of one that has a loop of its own
         self.act(name)
-        QTest.qWait(60)
+        wait(60)
         self._close_dialogs()
 
     def _close_dialogs(self) -> None:
@@ -248,9 +249,9 @@ class Sitting:
             for _ in range(4):
                 player.show_me.click()
                 player.forward.click()
-                QTest.qWait(50)
+                wait(50)
         else:
-            QTest.qWait(100)
+            wait(100)
         window.lesson_actions.leave_guide()
         self.wait(lambda: not window.document.opener.busy, name)
         back = window.document.data.clip.path if window.document.data else None
@@ -260,10 +261,10 @@ class Sitting:
         """The folder is surveyed from anew, and given up half way."""
         window = self.window
         window.open_path(self.clips[0].parent)
-        QTest.qWait(self.rng.choice((200, 1500)))
+        wait(self.rng.choice((200, 1500)))
         window.queue.close()
         window.document.opener.cancel()
-        QTest.qWait(20)
+        wait(20)
 
     # -- the whole ------------------------------------------------------------------------------
 
@@ -347,7 +348,7 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
             break
         window.document.review.mark_saved()
         window.close_unasked()
-        QTest.qWait(200)
+        wait(200)
         app.processEvents()
     return noted, sitting, said
 

@@ -34,6 +34,7 @@ from benchmarks.alive import give_back, resident
 from inspector.app import keep_for_good, make_application
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
+from tests.gui.waiting import wait
 from twistcore.bvh import write_motion
 from twistcore.chain import find_chains
 from twistcore.motion import Motion, Skeleton
@@ -137,7 +138,7 @@ def measure(app: QApplication, path: Path) -> Measured:
     begun, end = time.process_time(), time.monotonic() + _PATIENCE
     window.open_path(path)
     while document.data is None and time.monotonic() < end:
-        QTest.qWait(20)
+        wait(20)
     drawn()
     found.opened = 1e3 * (time.process_time() - begun)
     if document.data is None:
@@ -147,7 +148,7 @@ def measure(app: QApplication, path: Path) -> Measured:
         f"{frames:,d} frames, {len(motion.skeleton)} joints, {len(document.data.chains)} chains, "
         f"{len(document.intervals):,d} intervals, {path.stat().st_size / 1e6:.0f} MB"
     )
-    QTest.qWait(500)
+    wait(500)
     for frame in rng.integers(0, frames, _STEPS):
         step("the playhead anywhere", lambda to=int(frame): document.go_to(to))
     for frame in range(frames // 2, frames // 2 + _STEPS):

@@ -26,6 +26,7 @@ from inspector.session.opening import analyse
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK
+from tests.gui.waiting import wait
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 CLIPS = ("walk.bvh", "walk_injected.bvh", "dance.bvh", "basketball.bvh")
@@ -58,7 +59,7 @@ def look(document: Document, view: Viewport, clip: Path) -> None:
             view.look(trails=split)
             document.go_to(document.frame + 50)
             view.refresh()
-            QTest.qWait(5)
+            wait(5)
 
 
 def measure(count: int) -> dict[str, float | int]:

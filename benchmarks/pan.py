@@ -16,7 +16,6 @@ os.environ.setdefault("QT_API", "pyside6")
 
 import numpy as np
 from PySide6.QtCore import QEvent
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from benchmarks.tau_drag import CHAIN, SAMPLE, tiled
@@ -24,6 +23,7 @@ from inspector.app import make_application
 from inspector.session.opening import analysed
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
+from tests.gui.waiting import wait
 from twistcore.bvh import read_bvh
 from twistcore.review import Redetect
 from twistcore.review.model import constant
@@ -53,10 +53,10 @@ def _measure(window: MainWindow) -> None:
         step = FRAMES // count
         found = tuple(constant(CHAIN, k, k + step // 2, 0.3) for k in range(1, FRAMES - step, step))
         document.do(Redetect({CHAIN: 0.1}, found))
-        QTest.qWait(500)
+        wait(500)
         for view in (FRAMES // 2, FRAMES // 100):
             timeline.visible.show(0, view)
-            QTest.qWait(100)
+            wait(100)
             taken = []
             for step_number in range(60):
                 begun = time.perf_counter()

@@ -30,6 +30,7 @@ from inspector.viewport import opengl
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK
+from tests.gui.waiting import wait
 from twistcore.detection import Interval
 from twistcore.review import Insert
 
@@ -104,7 +105,7 @@ def measure(clip: Path, frames: int) -> Figures:
         window.resize(*SIZE)
         window.show()
         QTest.qWaitForWindowExposed(window)
-        QTest.qWait(300)
+        wait(300)
     if data.chains:  # half of the frames have a ghost
         whole = Interval(
             data.chains[0].name, 0, document.frames // 2, np.full(document.frames // 2, 1.0)

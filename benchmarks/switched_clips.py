@@ -30,6 +30,7 @@ from benchmarks.endurance import Sitting
 from inspector.app import make_application
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
+from tests.gui.waiting import wait
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 _CLIPS = ("walk_injected.bvh", "dance.bvh", "walk.bvh", "basketball.bvh")
@@ -137,7 +138,7 @@ def switch(window: MainWindow, clips: list[Path], times: int, seed: int) -> Coun
         for _ in range(hand.rng.randrange(8)):
             hand.step()
             if hand.rng.random() < 0.5:
-                QTest.qWait(hand.rng.choice((0, 0, 5, 20)))
+                wait(hand.rng.choice((0, 0, 5, 20)))
         if hand.rng.random() < 0.5:
             sitting.wait(lambda: not window.document.opener.busy, "a clip opens")
         if k % 20 == 0:
@@ -172,7 +173,7 @@ def main() -> int:
         full, held = resident(), alive()
         window.document.review.mark_saved()
         window.close_unasked()
-        QTest.qWait(200)
+        wait(200)
         app.processEvents()
     print(f"{chosen.times} switches, " + ", ".join(f"{n} × {what}" for what, n in done.items()))
     print(f"{full:.0f} MiB, of which {held.mib:.0f} are in use; {held.clips} clips alive")

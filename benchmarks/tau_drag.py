@@ -25,13 +25,13 @@ os.environ.setdefault("QT_API", "pyside6")
 
 import numpy as np
 from PySide6.QtCore import QEvent, QEventLoop, QObject
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QWidget
 
 from inspector.app import keep_for_good, make_application
 from inspector.session.opening import analysed
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
+from tests.gui.waiting import wait
 from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.chain import find_chains
 from twistcore.clip import Clip, rewritten
@@ -105,7 +105,7 @@ def measure(
     document.show_clip(analysed(clip))
     document.select_chain(CHAIN)
     document.go_to(clip.values.shape[0] // 2)
-    QTest.qWait(300)
+    wait(300)
     plots = [pane.viewport() for pane in timeline.panes.values() if pane.isVisible()]
     watched = [window.intervals.table.viewport()]
     if tuning:
@@ -113,8 +113,8 @@ def measure(
         watched = [window.tuning.curves.histogram.viewport(), window.tuning.curves.cost.viewport()]
         # Of the one round that lies on the disk: what is drawn has as many points.
         shutil.copy(SAMPLE, folder)
-        wait(app, lambda: len(window.tuning.costs.curves) == len(window.tuning.costs.names))
-        QTest.qWait(300)
+        longest_turn(app, lambda: len(window.tuning.costs.curves) == len(window.tuning.costs.names))
+        wait(300)
     painted = _Painted([*plots, timeline.overview, *watched])
     times, most = [], 0
     drag = document.begin_drag()
@@ -159,23 +159,23 @@ def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, floa
     window.resize(1440, 900)
     window.show()
     window.open_path(path)
-    wait(app, lambda: window.document.data is not None)
+    longest_turn(app, lambda: window.document.data is not None)
     window.document.select_chain(CHAIN)
-    QTest.qWait(1000)
+    wait(1000)
     costs, drawn = window.tuning.costs, window.tuning.curves.cost.fsr
     begun = time.perf_counter()
     window.actions_by_id["show_tuning"].trigger()
-    stall = wait(app, lambda: np.size(drawn.getData()[0]) > 1)
+    stall = longest_turn(app, lambda: np.size(drawn.getData()[0]) > 1)
     first = time.perf_counter() - begun
-    stall = max(stall, wait(app, lambda: len(costs.curves) == len(costs.names)))
+    stall = max(stall, longest_turn(app, lambda: len(costs.curves) == len(costs.names)))
     every = time.perf_counter() - begun
     window.document.select_chain("RightLeg")  # what the same loop does when nothing is measured
-    quiet = wait(app, lambda: False, every)
+    quiet = longest_turn(app, lambda: False, every)
     window.close()
     return first, every, stall, quiet
 
 
-def wait(app: QApplication, ready: Callable[[], bool], seconds: float = 60.0) -> float:
+def longest_turn(app: QApplication, ready: Callable[[], bool], seconds: float = 60.0) -> float:
     """Turn the event loop until something is so; the longest turn, milliseconds."""
     longest, end = 0.0, time.perf_counter() + seconds
     while not ready() and time.perf_counter() < end:

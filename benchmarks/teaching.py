@@ -30,6 +30,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport import opengl
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK
+from tests.gui.waiting import wait
 
 CLIP = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
 TARGET_MS = 25.0
@@ -54,7 +55,7 @@ def measure(clip: Path, frames: int) -> Figures:
         QTest.qWaitForWindowExposed(widget)
     panel.set_shown(True)
     while not panel.typesetter.done:
-        QTest.qWait(20)
+        wait(20)
     document.select_chain("LeftForeArm")
 
     def scrub(frame: int) -> tuple[float, float]:
@@ -72,7 +73,7 @@ def measure(clip: Path, frames: int) -> Figures:
     for part in np.array_split(order, 4):
         for on, values in spent.items():
             panel.set_shown(on)
-            QTest.qWait(300)
+            wait(300)
             scrub(0)
             values += [scrub(int(f)) for f in part]
     document.close_clip()

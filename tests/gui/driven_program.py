@@ -21,6 +21,7 @@ from inspector.app import make_application
 from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
+from tests.gui.waiting import wait
 from twistcore.review import Annotate, Decision
 from twistcore.rig import OwnChain
 
@@ -31,8 +32,8 @@ class Driver:
         self.window.show()
         self.window.open_path(clip)
         while self.window.document.data is None:
-            QTest.qWait(5)
-        QTest.qWait(20)
+            wait(5)
+        wait(20)
 
     def accept(self, place: str = "") -> None:
         undecided = [
@@ -73,12 +74,12 @@ class Driver:
 
     def wait_for_chains(self) -> None:
         while self.window.document.opener.busy:
-            QTest.qWait(5)
+            wait(5)
 
     def tour(self) -> None:
         self.window.actions_by_id["tour"].trigger()
         while self.window.lesson_actions.player.at < 0:
-            QTest.qWait(5)
+            wait(5)
 
     def leave(self) -> None:
         self.window.lesson_actions.leave_guide()
@@ -92,7 +93,7 @@ class Driver:
         clip = self.window.document.data.clip.path
         self.window.open_path(clip.with_name(name))
         while self.window.document.data.clip.path.name != name:
-            QTest.qWait(5)
+            wait(5)
 
     def select(self) -> None:
         self.window.document.select_interval(self.window.document.intervals[0].id)
@@ -104,7 +105,7 @@ class Driver:
         button.click()
         if text in ("Take over", "Open it again"):
             while not opened:
-                QTest.qWait(5)
+                wait(5)
 
     def close(self, answer: str = "") -> None:
         def click() -> None:
@@ -132,7 +133,7 @@ class Driver:
         """Only answer."""
 
     def answer(self) -> dict[str, object]:
-        QTest.qWait(30)
+        wait(30)
         window, document = self.window, self.window.document
         return {
             "says": window.bar.label.text() if window.bar.isVisible() else "",

@@ -10,7 +10,6 @@ from itertools import combinations
 from pathlib import Path
 
 from PySide6.QtCore import QRect
-from PySide6.QtTest import QTest
 from PySide6.QtWidgets import (
     QAbstractButton,
     QComboBox,
@@ -24,6 +23,7 @@ from inspector.app import make_application
 from inspector.bundled import LESSONS, TOUR
 from inspector.language import in_language
 from inspector.session.settings import Settings
+from tests.gui.waiting import wait
 from twistcore.decomposition import WhatIf
 
 NARROWEST = 1024
@@ -71,7 +71,7 @@ def act(window, name: str) -> None:
 
 
 def look(window: QWidget, where: str, settled: int = 400) -> None:
-    QTest.qWait(settled)
+    wait(settled)
     for defect in defects(window):
         print(f"{where}: {defect}")
 
@@ -79,7 +79,7 @@ def look(window: QWidget, where: str, settled: int = 400) -> None:
 def teach(window, lessons: Iterable[Path]) -> None:
     act(window, "show_teaching")
     while not window.teaching.typesetter.done:
-        QTest.qWait(10)
+        wait(10)
     window.document.select_chain("LeftForeArm")
     window.taught.set_what_if(WhatIf(twist=1.2, counter=True))
     look(window, "teaching")
@@ -87,7 +87,7 @@ def teach(window, lessons: Iterable[Path]) -> None:
     for lesson in lessons:
         window.lesson_actions.play(lesson)
         while player.at < 0:
-            QTest.qWait(10)
+            wait(10)
         for number in range(1, len(player.pages) + 1):
             player.show_me.click()
             look(window, f"{lesson.stem}, page {number}", 150)
@@ -100,16 +100,16 @@ def teach(window, lessons: Iterable[Path]) -> None:
 def assess(window) -> None:
     act(window, "show_quality")
     while window.quality.evidence.known is None:
-        QTest.qWait(10)
+        wait(10)
     look(window, "quality")
     window.quality.choose("LeftForeArm", "LeftHand", "LeftArm")
-    QTest.qWait(50)
+    wait(50)
     window.quality.page.learned.setChecked(True)
     act(window, "track_joints")
     look(window, "quality, tracking")
     until = 600
     while window.quality.tracked.result is None and until:
-        QTest.qWait(20)
+        wait(20)
         until -= 1
     look(window, "quality, tracked")
     act(window, "why_quaternions")
@@ -128,7 +128,7 @@ def main() -> None:
     window.show()
     window.open_path(Path(clip))
     while window.document.data is None:
-        QTest.qWait(10)
+        wait(10)
     act(window, "next_interval")
     act(window, "accept")
     look(window, "review")
@@ -137,7 +137,7 @@ def main() -> None:
     window.grab().save(png)
     act(window, "show_tuning")
     while len(window.tuning.costs.curves) < len(window.tuning.costs.names):
-        QTest.qWait(10)
+        wait(10)
     look(window, "tuning, curves")
     profile = Path(clip).with_name("a_profile_with_a_long_name.toml")
     window.tuning_actions.save_profile_to(profile)

@@ -3,11 +3,10 @@
 import sys
 from pathlib import Path
 
-from PySide6.QtTest import QTest
-
 from inspector.app import make_application
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
+from tests.gui.waiting import wait
 
 
 def main() -> None:
@@ -16,9 +15,9 @@ def main() -> None:
     window.show()
     window.open_path(Path(sys.argv[1]))
     while not window.queue.running:
-        QTest.qWait(5)
+        wait(5)
     print("at work", flush=True)
-    QTest.qWait(600_000)
+    wait(600_000)
 
 
 if __name__ == "__main__":  # not in the processes that it spawns

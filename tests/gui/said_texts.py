@@ -33,6 +33,7 @@ from PySide6.QtWidgets import (
 
 from inspector.app import make_application
 from inspector.session.settings import Settings
+from tests.gui.waiting import wait
 
 _ROWS = 12  # of a table: those below say the same of others
 _DIALOGS = (
@@ -55,7 +56,7 @@ class Said:
 
     def look(self, where: str, top: QWidget) -> None:
         """At everything in a window that is in sight or comes with it."""
-        QTest.qWait(50)
+        wait(50)
         for widget in [top, *top.findChildren(QWidget)]:
             self._look_at(where, widget)
         for action in top.findChildren(QAction):
@@ -171,7 +172,7 @@ def main() -> None:
     for name in _DIALOGS:
         before = set(QApplication.topLevelWidgets())
         do[name].trigger()
-        QTest.qWait(200)
+        wait(200)
         opened = [w for w in QApplication.topLevelWidgets() if w not in before and w.isVisible()]
         assert opened, f"{name} opens nothing"
         for top in opened:
@@ -193,12 +194,12 @@ def _settle(window, dock: QDockWidget) -> None:
         _wait(lambda: len(window.tuning.costs.curves) == len(window.tuning.costs.names))
     elif dock.objectName() == "quality":
         _wait(lambda: window.quality.evidence.known is not None)
-    QTest.qWait(100)
+    wait(100)
 
 
 def _wait(ready) -> None:
     while not ready():
-        QTest.qWait(20)
+        wait(20)
 
 
 if __name__ == "__main__":  # worker processes import this module again

@@ -10,13 +10,12 @@ import random
 import sys
 from pathlib import Path
 
-from PySide6.QtTest import QTest
-
 from inspector.app import make_application
 from inspector.session.document import Document
 from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
+from tests.gui.waiting import wait
 from twistcore.review import session_bytes
 from twistcore.review.model import resized
 from twistcore.rig import OwnChain
@@ -49,14 +48,14 @@ def main() -> None:
     window.open_path(clip)
     document = window.document
     while document.data is None:
-        QTest.qWait(5)
+        wait(5)
     for button in window.bar.buttons():
         if button.text() == "Restore":
             button.click()
 
     def tell() -> None:
         while document.opener.busy:  # other chains are analysed first
-            QTest.qWait(2)
+            wait(2)
         document.keeper.journal.flush()
         state = session_bytes(document.data.clip, document.review.state)
         print(hashlib.sha256(state).hexdigest(), flush=True)
@@ -85,7 +84,7 @@ def main() -> None:
         else:
             window.actions_by_id[what].trigger()
         tell()
-        QTest.qWait(1)
+        wait(1)
     window.exporter.finish()
 
 

@@ -6,11 +6,10 @@ Prints what the window says, how many verdicts it opened with, and whether the n
 import sys
 from pathlib import Path
 
-from PySide6.QtTest import QTest
-
 from inspector.app import make_application
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
+from tests.gui.waiting import wait
 from twistcore.review import Decision
 
 
@@ -20,7 +19,7 @@ def main() -> None:
     window.show()
     window.open_path(Path(sys.argv[1]))
     while window.document.data is None:
-        QTest.qWait(5)
+        wait(5)
     print(window.bar.label.text())
     print(sum(j.decision == Decision.ACCEPTED for j in window.document.intervals))
     window.actions_by_id["next_interval"].trigger()
