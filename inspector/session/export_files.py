@@ -170,7 +170,7 @@ def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
     """Whether nothing is there, what this program wrote there, or what has no bytes to lose."""
     if not is_file(path):
         return True
-    return file_mark(path) in known.get(path, ())
+    return path in known and file_mark(path) in known[path]
 
 
 def write(export: Export, tell: Tell = nobody) -> str:
