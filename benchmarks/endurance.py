@@ -241,6 +241,7 @@ class Sitting:
     def lesson(self) -> None:
         """The tour or an exercise, begun and left."""
         window, name = self.window, self.rng.choice(_LESSONS)
+        self.wait(lambda: not window.document.opener.busy, name)  # what was asked for comes, too
         own = window.document.data.clip.path if window.document.data else None
         self.act(name)
         if name == "tour":
