@@ -74,6 +74,11 @@ class LessonActions:
                 action.triggered.connect(lambda _=False, p=own: self.play(p))
                 self.lessons_menu.addAction(action)
 
+    @property
+    def on(self) -> bool:
+        """Whether the page of a lesson or an exercise is there, begun and not left or closed."""
+        return (self.player.running or self.hidden_errors.running) and not self.dock.isHidden()
+
     def tour(self) -> None:
         """Begin the guided tour."""
         self.play(in_language(TOUR))

@@ -308,7 +308,8 @@ class FileActions(Saving):
     def _goes_on(self, since: ReviewState | None) -> bool:
         """Whether the person has gone on since the review was so: no clip is taken away then."""
         asked = QApplication.activeModalWidget() or QApplication.activePopupWidget()
-        elsewhere = self.document.opener.busy or asked is not None or is_text_written()
+        busy = self.document.opener.busy or self.lessons.on
+        elsewhere = busy or asked is not None or is_text_written()
         return elsewhere or self._state() is not since
 
     def _state(self) -> ReviewState | None:

@@ -107,6 +107,10 @@ def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, t
     export_and(lambda: qtbot.keyClicks(window.detail.note, "a or r"))
     assert not document.opener.busy  # letters that come next would judge in the next clip
     window.keys.go_home()
+    export_and(lambda: act(window, "exercise"))
+    assert not document.opener.busy
+    assert window.guide.isVisible()  # a clip that opened by itself would end it
+    window.lesson_actions.leave_guide()
     third = Path(shutil.copy(first, tmp_path / "c.bvh"))
     export_and(lambda: window.open_path(third))
     qtbot.waitUntil(lambda: document.data.clip.path != first, timeout=20_000)
