@@ -113,14 +113,19 @@ class Measured:
         return [*out, f"  {'memory':<28} {self.mib:8.0f} MiB"]
 
 
-def measure(app: QApplication, path: Path) -> Measured:
-    """Open a clip in a window of its own, and do to it what a person does."""
-    found = Measured()
+def a_window() -> MainWindow:
+    """On the screen, with nothing open."""
     window = MainWindow(Settings(theme="light", turn_ms=0), None)
     window.resize(1440, 900)
     window.show()
     QTest.qWaitForWindowExposed(window)
     keep_for_good()
+    return window
+
+
+def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STEPS) -> Measured:
+    """Open a clip and do to it what a person does, so many steps of each kind."""
+    found = Measured()
     document, rng = window.document, np.random.default_rng(1)
 
     def drawn() -> None:
@@ -149,33 +154,31 @@ def measure(app: QApplication, path: Path) -> Measured:
         f"{len(document.intervals):,d} intervals, {path.stat().st_size / 1e6:.0f} MB"
     )
     wait(500)
-    for frame in rng.integers(0, frames, _STEPS):
+    for frame in rng.integers(0, frames, steps):
         step("the playhead anywhere", lambda to=int(frame): document.go_to(to))
-    for frame in range(frames // 2, frames // 2 + _STEPS):
+    for frame in range(frames // 2, frames // 2 + steps):
         step("the next frame", lambda to=frame: document.go_to(to))
     repairable = [j for j in document.intervals if j.interval.repairable]
     judged = repairable[len(repairable) // 2]
     document.select_interval(judged.id, jump=True)
     step("zoom to the interval", window.timeline.visible.zoom_to_interval)
     drag, old = document.begin_drag(), judged.interval
-    for k in range(_STEPS):
+    for k in range(steps):
         new = resized(old, old.start, old.stop + 1 + k % 30)
         step("a border dragged", lambda to=new: document.edit(judged.id, to, drag))
     step("zoom to all", window.timeline.visible.show_all)
     drag = document.begin_drag()
-    for degrees in np.geomspace(2.0, 120.0, _STEPS):
+    for degrees in np.geomspace(2.0, 120.0, steps):
         tau = float(np.radians(degrees))
         step("τ dragged", lambda to=tau: document.set_tau(to, document.chain, drag))
     step("undone", document.undo)
-    for _ in range(_STEPS // 3):
+    for _ in range(steps // 3):
         step("to the next interval", lambda: window.actions_by_id["next_interval"].trigger())
         step("judged", lambda: document.decide(Decision.ACCEPTED, [document.interval_id or 0]))
-    for _ in range(_STEPS // 6):
+    for _ in range(steps // 6):
         step("undone", document.undo)
     give_back()
     found.mib = resident()
-    document.review.mark_saved()
-    window.close_unasked()
     return found
 
 
@@ -199,7 +202,10 @@ def main() -> None:
             many_joints(path, chosen.joints, FRAMES_OF_JOINTS)
         else:
             long_clip(path, chosen.frames)
-        print(*measure(app, path).lines(), sep="\n", flush=True)
+        window = a_window()
+        print(*measure(app, window, path).lines(), sep="\n", flush=True)
+        window.document.review.mark_saved()
+        window.close_unasked()
 
 
 if __name__ == "__main__":
