@@ -16,447 +16,29 @@ started. Only the standard library is used here, since nothing else is installed
 
 from __future__ import annotations
 
-import collections
-import contextlib
-import hashlib
-import importlib.util
 import os
-import re
-import select
-import shutil
 import signal
-import subprocess
 import sys
-import tempfile
-import threading
 import time
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import IO, TYPE_CHECKING
-from xml.etree import ElementTree
 
 # Nothing but the standard library there, either.
-from inspector.system_libraries import (
-    FONT_PACKAGE,
-    has_font,
-    has_screen,
-    install_command,
-    missing_libraries,
-)
+from checkout import places
+from checkout.all_tests import run_all
+from checkout.environment import OLDEST_PYTHON, ensure_axe, ensure_venv, write_locks
+from checkout.screens import screen
+from checkout.starting import SetupError, say, start, without_driver_noise
+from checkout.system_packages import ensure_system
+from inspector.system_libraries import has_screen
 from twistcore.clip_suffixes import clip_suffix
 from twistcore.encoding import legible
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from tests.gui.forked import Forked, Parent
-
-ROOT = Path(__file__).resolve().parent
-VENV = ROOT / ".venv"
-PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-STAMP = VENV / "twist-inspector.stamp"
-OUT = ROOT / "out"
-PACKAGES = ["inspector", "twistcore"]
-OLDEST_PYTHON = (3, 11)
-# Which version of every package is installed here, each file by its hash, for every system and
-# Python from the oldest on; and the same for what a bundle is made of. `pip install` of the program
-# knows nothing of them: in somebody's environment it must get on with what else is there.
-LOCK, BUNDLE_LOCK = ROOT / "requirements.lock", ROOT / "packaging" / "bundle.lock"
-LOCKED_EXTRAS = {LOCK: "dev", BUNDLE_LOCK: "bundle"}
-
-# The virtual screen, and the software OpenGL driver that draws on it.
-XVFB_PACKAGES = ["xvfb", "libgl1-mesa-dri"]
-# Tests that use the program as a person does have a screen of their own, where nothing else is
-# seen or typed, with a window manager, with and without a compositor, and real mouse and keys.
-TEST_PROGRAMS = {
-    "Xvfb": XVFB_PACKAGES,
-    "openbox": ["openbox"],
-    "xcompmgr": ["xcompmgr"],
-    "xdotool": ["xdotool"],
-}
-# What a lesson's web page is opened in. It is large, 120 MB to fetch and 400 MB on the disk: CI has
-# it brought, elsewhere a browser that is there is used.
-BROWSER = {"chromium": ["chromium"]}
-# What finds faults of a report's pages for people who hear them or have keys only: one script, out
-# of a package whose own needs are not wanted. Beside the environment's packages, not among them.
-AXE, AXE_FOLDER = "axe-playwright-python==0.1.8", VENV / "axe"
-AXE_HASH = "fdd263c998388f1a8e67cad02677e612d946248bd44d163be5e8650ea31f95f8"
-QT_API = {"QT_API": "pyside6"}  # QtPy, under pyvistaqt, may see another Qt as well
-# The modules of window tests that take longest: first, so that all lanes end together.
-LONG = (
-    *("nothing_lost", "taken_away", "kill", "test_looks", "starts_and_ends"),
-    *("by_hand", "uncovered", "in_browser", "test_teaching", "test_tour"),
-)
-# Measured with every extra and tool: on the disk, and with what pip unpacks beside it on the way.
-VENV_GB, SETUP_GB = 2.0, 3.0
-TEST_MINUTES = "about 15 minutes on two cores"
-
-
-# What pip and uv say where the index cannot be reached, or is not trusted.
-CERTIFICATE = re.compile(r"certificate|SSLError|UnknownIssuer", re.IGNORECASE)
-CONNECTION = re.compile(
-    r"connection|network|resolv|\bdns\b|timed out|unreachable|no route",
-    re.IGNORECASE,
-)
-# What pip says where a file is another than the lock file's, and where that has none that fits.
-HASH_DIFFERS = re.compile(r"DO NOT MATCH THE HASHES")
-NOT_LOCKED = re.compile(
-    r"No matching distribution|Could not find a version|versions pinned with =="
-)
-
-# Of graphics drivers that look for hardware which a virtual screen has not, and go on without.
-DRIVER_NOISE = re.compile(rb"libGL |libEGL |MESA|glx: |.*(ZINK|zink|failed to load driver)")
-
-
-class SetupError(Exception):
-    """Something a person has to mend; the text says what, in words."""
-
-
-# --- system libraries ---------------------------------------------------------------------------
-
-
-def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
-    """What the system lacks: library, program or font -> the Debian package that brings it.
-
-    Unless `windows` are to be opened, only what making .venv takes is looked for; `tests` of them
-    take some programs more.
-    """
-    if not sys.platform.startswith("linux"):
-        return {}
-    missing = {}
-    if not (PYTHON.exists() or shutil.which("uv") or importlib.util.find_spec("ensurepip")):
-        # Debian ships this part of Python apart.
-        missing["ensurepip"] = f"python{sys.version_info[0]}.{sys.version_info[1]}-venv"
-    if not windows:
-        return missing
-    missing |= missing_libraries()
-    if not has_screen() and not shutil.which("Xvfb"):
-        missing |= {package: package for package in XVFB_PACKAGES}
-    wanted = TEST_PROGRAMS | (BROWSER if os.environ.get("CI") else {})
-    for program, packages in wanted.items() if tests else ():
-        if not shutil.which(program):
-            missing |= {package: package for package in packages}
-    if not has_font():
-        missing["a font"] = FONT_PACKAGE
-    return missing
-
-
-def install_packages(packages: Sequence[str]) -> None:
-    """Install Debian packages, or say which command does it where this user may not."""
-    install = install_command(packages)
-    if not shutil.which("apt-get"):
-        raise SetupError(
-            f"This system lacks what these Debian packages bring: {' '.join(packages)}.\n"
-            "Install their counterparts with your package manager, then try again."
-        )
-    if os.geteuid() != 0:
-        raise SetupError(
-            "Some system packages are missing. This one command installs them; then try again:\n"
-            f"  sudo apt-get update && sudo {' '.join(install)}"
-        )
-    say(f"Installing system packages: {' '.join(packages)}")
-    env = os.environ | {"DEBIAN_FRONTEND": "noninteractive"}
-    # An index that cannot be refreshed may still be good enough: the install is what counts.
-    quietly(["apt-get", "update"], env)
-    problem = quietly(install, env)
-    if problem:
-        raise SetupError(f"The system packages could not be installed. apt-get said:\n{problem}")
-
-
-def ensure_system(*, windows: bool, tests: bool = False) -> None:
-    """Bring the libraries, the virtual screen and a font where they are missing."""
-    missing = missing_system(windows=windows, tests=tests)
-    if missing:
-        install_packages(sorted(set(missing.values())))
-    importlib.invalidate_caches()  # Python itself may have just become complete
-    still = missing_system(windows=windows, tests=tests) if missing else {}
-    if still:
-        raise SetupError(f"Still not found after the installation: {', '.join(still)}.")
-
-
-# --- the Python environment ---------------------------------------------------------------------
-
-
-def venv_version() -> str:
-    """The full version of the interpreter in .venv; empty where it is absent or broken."""
-    code = f"import sys; print(sys.version if sys.version_info >= {OLDEST_PYTHON} else '')"
-    try:
-        done = subprocess.run([PYTHON, "-c", code], capture_output=True, text=True, check=True)
-    except (OSError, subprocess.CalledProcessError):
-        return ""
-    return done.stdout.strip()
-
-
-def fingerprint() -> str:
-    """Changes whenever the installation has to be repeated, a moved checkout included."""
-    files = [ROOT / "pyproject.toml", LOCK]
-    parts = [*(file.read_text("utf-8") for file in files), venv_version(), str(ROOT)]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
-
-
-def make_venv(uv: str | None) -> None:
-    """Create .venv, in place of one whose interpreter no longer starts."""
-    say("Making .venv")
-    command = [uv, "venv", "--clear", "--python", sys.executable, str(VENV)] if uv else None
-    if command and not quietly(command):
-        return
-    problem = quietly([sys.executable, "-m", "venv", "--clear", str(VENV)])
-    if problem:
-        raise SetupError(f".venv could not be made. Python said:\n{problem}")
-
-
-def install_project(uv: str | None) -> None:
-    """Install what the lock file says, then the project, editable; nothing whose hash differs."""
-    say(f"Installing the Python packages ({VENV_GB:g} GB on the disk the first time)")
-    problem = install(["--require-hashes", "--requirement", str(LOCK)], uv)
-    if problem and NOT_LOCKED.search(problem) and not CONNECTION.search(problem):
-        say(
-            f"{LOCK.name} does not fit this system or this index; the newest versions that "
-            f"pyproject.toml allows are installed instead, unverified.\n{problem}"
-        )
-        problem = install(["--editable", f"{ROOT}[dev]"], uv)
-    elif not problem:  # what builds it is locked, too, and there now
-        problem = install(["--no-deps", "--no-build-isolation", "--editable", str(ROOT)], uv)
-    if problem:
-        raise SetupError(f"{why_not_installed(problem)}\npip's last lines:\n{problem}")
-
-
-def install(words: Sequence[str], uv: str | None) -> str:
-    """Install into .venv by uv where possible, else by pip. Empty, or why not in pip's words."""
-    python = str(PYTHON)
-    with_uv = ["pip", "install", "--compile-bytecode", "--python", python, *words]
-    if uv and not quietly([uv, *with_uv]):
-        return ""
-    pip = [python, "-m", "pip"]
-    if quietly([*pip, "--version"]):  # an environment that uv made has no pip
-        quietly([python, "-m", "ensurepip"])
-    # uv installs several times faster than pip, so that fetching it first pays off.
-    if not uv and not fetch_uv() and not quietly([python, "-m", "uv", *with_uv]):
-        return ""
-    # pip has the last word: it knows settings, such as a mirror in pip.conf, that uv does not.
-    return quietly([*pip, "install", "--retries", "2", *words])
-
-
-def fetch_uv() -> str:
-    """The uv of the lock file, into .venv. Empty if it is there, else why not."""
-    if not quietly([str(PYTHON), "-m", "uv", "--version"]):
-        return ""
-    return install_hashed(locked("uv"), "--retries", "1")
-
-
-def locked(name: str) -> str:
-    """What the lock file says of a package: its version, and its hashes on further lines."""
-    entries = re.split(r"\n(?=\S)", LOCK.read_text("utf-8"))
-    return "\n".join(entry for entry in entries if entry.startswith(f"{name}=="))
-
-
-def install_hashed(requirement: str, *options: str) -> str:
-    """Install by pip what is given with its hashes. Empty, or why not."""
-    with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder:
-        file = Path(folder) / "requirements.txt"
-        file.write_text(requirement, "utf-8")
-        words = ["install", "--require-hashes", "--no-deps", "--requirement", str(file), *options]
-        return quietly([str(PYTHON), "-m", "pip", *words])
-
-
-def why_not_installed(problem: str) -> str:
-    """What pip's last lines say is wrong, in words."""
-    if HASH_DIFFERS.search(problem):
-        return (
-            "The Python packages could not be installed: what the package index gave is not what "
-            f"{LOCK.name} expects. Somebody may have changed it on the way; it was not installed."
-        )
-    if CERTIFICATE.search(problem):
-        return (
-            "The Python packages could not be installed: pip does not trust the certificate of "
-            "the package index. Behind a proxy, name its certificate: PIP_CERT=FILE."
-        )
-    if "No space left" in problem:
-        return f"The Python packages could not be installed: no space is left on {ROOT.anchor}."
-    if CONNECTION.search(problem):
-        return "The Python packages could not be installed; is this machine offline?"
-    return "The Python packages could not be installed."
-
-
-def ensure_room() -> None:
-    """Refuse where the installation would fill the disk half-way."""
-    free = shutil.disk_usage(ROOT).free / 1e9
-    if free < SETUP_GB:
-        raise SetupError(
-            f"The Python packages take {VENV_GB:g} GB, and {SETUP_GB:g} GB while they are "
-            f"installed, but {free:.1f} GB are free for {ROOT}."
-        )
-
-
-def ensure_venv() -> None:
-    """Make .venv and install into it, unless the stamp says that this is done."""
-    if STAMP.exists() and STAMP.read_text("utf-8") == fingerprint():
-        return
-    uv = shutil.which("uv")
-    if not venv_version():
-        ensure_room()
-        make_venv(uv)
-    install_project(uv)
-    # Compiled now, as pip does with what it installs: else the first start takes twice as long,
-    # and every start where Python is told to keep nothing.
-    quietly([str(PYTHON), "-m", "compileall", "-q", *(str(ROOT / p) for p in PACKAGES)])
-    STAMP.write_text(fingerprint(), "utf-8")  # last: an interrupted set-up is repeated
-
-
-def ensure_axe() -> None:
-    """Fetch the script; where it cannot be had the pages are not looked at with it."""
-    if any(AXE_FOLDER.rglob("axe.min.js")):
-        return
-    options = ["--target", str(AXE_FOLDER), "--retries", "1"]
-    if problem := install_hashed(f"{AXE} --hash=sha256:{AXE_HASH}", *options):
-        say(f"{AXE} could not be fetched; tests that need it are left out.\n{problem}")
-
-
-# --- starting programs --------------------------------------------------------------------------
-
-
-def say(text: str) -> None:
-    """Tell the person; at once, also into a pipe."""
-    print(text, flush=True)
-
-
-def quietly(command: Sequence[str], env: dict[str, str] | None = None) -> str:
-    """Run a command unseen. Empty if it succeeded, else the last lines that say why not."""
-    try:
-        done = subprocess.run(
-            command, env=env, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
-        )
-    except OSError as error:
-        return f"  {error}"
-    if done.returncode == 0:
-        return ""
-    lines = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
-    reasons = [line for line in lines if line.lstrip().startswith(("ERROR:", "E:"))]  # pip, apt
-    # Why nothing could be fetched stands before them, once a trial; ERROR: says what is lacking.
-    causes = [line for line in lines if CERTIFICATE.search(line) or CONNECTION.search(line)]
-    told = [*(line for line in causes[-1:] if line not in reasons), *(reasons or lines)[-6:]]
-    return "\n".join(f"  {line.strip()}" for line in told) or f"  exit status {done.returncode}"
-
-
-RUNNING: set[subprocess.Popen[bytes] | Forked] = set()
-
-
-def start(
-    command: Sequence[str],
-    env: dict[str, str],
-    cwd: Path = ROOT,
-    output: IO[bytes] | None = None,
-    errors: int | None = None,
-) -> int:
-    """Run a command in the foreground, or into `output`, and return its exit status.
-
-    Ctrl+C reaches the command itself, so the first is left to it; the second ends it.
-    """
-    errors = errors if output is None else subprocess.STDOUT
-    return finish(subprocess.Popen(command, env=env, cwd=cwd, stdout=output, stderr=errors))
-
-
-def finish(child: subprocess.Popen[bytes] | Forked) -> int:
-    """Wait for what was started, and return its exit status."""
-    RUNNING.add(child)
-    interrupted = False
-    try:
-        while True:
-            try:
-                status = child.wait()
-            except KeyboardInterrupt:
-                if interrupted:
-                    child.terminate()
-                interrupted = True
-            except SystemExit:  # we were told to end: so is the command
-                child.terminate()
-                child.wait()
-                raise
-            else:
-                return status if status >= 0 else 128 - status
-    finally:
-        RUNNING.discard(child)
-
-
-@contextlib.contextmanager
-def without_driver_noise() -> Iterator[int]:
-    """Where a program's errors go: on to ours, but for what drivers say of a virtual screen."""
-    reader, writer = os.pipe()
-
-    def pass_on() -> None:
-        with os.fdopen(reader, "rb") as lines:
-            for line in lines:
-                if not DRIVER_NOISE.match(line):
-                    print(line.decode(errors="replace"), end="", file=sys.stderr, flush=True)
-
-    thread = threading.Thread(target=pass_on, daemon=True)
-    thread.start()
-    try:
-        yield writer
-    finally:
-        os.close(writer)
-        thread.join(5)  # no longer, where something that was left running holds the pipe
-
-
-@contextlib.contextmanager
-def screen() -> Iterator[dict[str, str]]:
-    """The environment for a program with windows; a virtual screen where there is no real one."""
-    if has_screen():
-        yield os.environ | QT_API
-        return
-    with virtual_screen() as env:
-        yield env
-
-
-@contextlib.contextmanager
-def virtual_screen(*options: str) -> Iterator[dict[str, str]]:
-    """The environment for a program on a virtual screen of its own; options: of Xvfb."""
-    env = os.environ | QT_API
-    reader, writer = os.pipe()
-    command = ["Xvfb", "-displayfd", str(writer), "-screen", "0", "1920x1080x24"]
-    command += ["+extension", "GLX", "+render", "-noreset", *options]
-    with tempfile.TemporaryDirectory(prefix="twist-inspector-") as scratch:
-        # A session of its own, so that Ctrl+C does not take the screen from under the program.
-        server = subprocess.Popen(
-            command,
-            pass_fds=[writer],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        try:
-            os.close(writer)
-            env |= {"DISPLAY": f":{read_line(reader, seconds=30)}", "QT_QPA_PLATFORM": "xcb"}
-            env.setdefault("XDG_RUNTIME_DIR", scratch)  # Qt complains without one
-            yield env
-        finally:
-            os.close(reader)
-            server.terminate()
-            server.wait()
-
-
-def read_line(descriptor: int, seconds: float) -> str:
-    """The number that Xvfb writes once it is ready."""
-    line = b""
-    while not line.endswith(b"\n"):
-        ready, _, _ = select.select([descriptor], [], [], seconds)
-        chunk = os.read(descriptor, 16) if ready else b""
-        if not chunk:
-            raise SetupError(
-                "The virtual screen (Xvfb) did not start; run Xvfb by hand to see why."
-            )
-        line += chunk
-    return line.decode().strip()
-
-
-# --- commands -----------------------------------------------------------------------------------
 
 
 def default_clip() -> Path:
     """The sample with injected errors: the one whose truth lies beside it."""
-    clips = sorted((ROOT / "assets").glob("*.truth.json"))
+    clips = sorted((places.ROOT / "assets").glob("*.truth.json"))
     names = [clip.with_name(clip.name.removesuffix(".truth.json") + ".bvh") for clip in clips]
-    preferred = ROOT / "assets/walk_injected.bvh"
+    preferred = places.ROOT / "assets/walk_injected.bvh"
     for clip in [preferred, *names]:
         if clip.exists():
             return clip
@@ -468,7 +50,7 @@ def command_run(args: list[str]) -> int:
     if has_screen() or {"--demo", "--screenshot", "--help", "-h", "--version"} & set(args):
         words = args or [str(default_clip())]
         with screen() as env:
-            return start([str(PYTHON), "-m", "inspector", *words], env, Path.cwd())
+            return start([str(places.PYTHON), "-m", "inspector", *words], env, Path.cwd())
     began = time.time() - 1  # some file systems keep whole seconds
     with screen() as env:
         status = show_clip(args, env) if args else demonstrate(env)
@@ -484,16 +66,16 @@ def demonstrate(env: dict[str, str]) -> int:
         f"No screen here: a demonstration with {clip.name} on a virtual one. It accepts whatever "
         "is found, though nobody has seen it."
     )
-    return start_unseen([str(clip), "--demo", str(OUT)], env)
+    return start_unseen([str(clip), "--demo", str(places.OUT)], env)
 
 
 def show_clip(args: list[str], env: dict[str, str]) -> int:
     """A picture of somebody's own clip and what is found in it; nobody is there to decide."""
     say("No screen here: a picture is taken on a virtual one, and nothing is decided.")
-    status = start_unseen([*args, "--screenshot", str(OUT / "inspector.png")], env)
+    status = start_unseen([*args, "--screenshot", str(places.OUT / "inspector.png")], env)
     if status == 0 and clip_suffix(args[0]):
         say(f"Found in {legible(args[0])}:")
-        status = start([str(PYTHON), "-m", "twistcore", "detect", args[0]], env, Path.cwd())
+        status = start([str(places.PYTHON), "-m", "twistcore", "detect", args[0]], env, Path.cwd())
         # 1: there is no chain, which it has said; the picture is there all the same.
         status = 0 if status == 1 else status
         say("Nothing was decided or corrected, and the file is as it was.")
@@ -503,7 +85,7 @@ def show_clip(args: list[str], env: dict[str, str]) -> int:
 def start_unseen(words: list[str], env: dict[str, str]) -> int:
     """The program on a virtual screen."""
     with without_driver_noise() as errors:
-        command = [str(PYTHON), "-m", "inspector", *words]
+        command = [str(places.PYTHON), "-m", "inspector", *words]
         return start(command, env, Path.cwd(), errors=errors)
 
 
@@ -520,9 +102,9 @@ def tell_results(began: float) -> None:
         ".webm": "film",
         ".mp4": "film",
     }
-    say(f"Left in {OUT}:")
-    files = [f for f in sorted(OUT.rglob("*")) if f.is_file() and f.stat().st_mtime >= began]
-    names = [legible(file.relative_to(OUT).as_posix()) for file in files]
+    say(f"Left in {places.OUT}:")
+    files = [f for f in sorted(places.OUT.rglob("*")) if f.is_file() and f.stat().st_mtime >= began]
+    names = [legible(file.relative_to(places.OUT).as_posix()) for file in files]
     width = max(map(len, names), default=0)
     for file, name in zip(files, names, strict=True):
         say(f"  {name:<{width}}  {kinds.get(file.suffix.lower(), '')}".rstrip())
@@ -530,124 +112,18 @@ def tell_results(began: float) -> None:
 
 
 def command_test(args: list[str]) -> int:
-    """Run pytest; without arguments all of it, every module of window tests by itself.
-
-    Three parts at a time where each has a virtual screen of its own: on a real one windows would
-    take each other's keys, and only what has no windows runs beside them.
-    """
-    if args:
-        with screen() as env:
-            return start([str(PYTHON), "-m", "pytest", *args], env)
-    say(f"All tests take {TEST_MINUTES}; dev.py test -k WORD runs some.")
-    counts: collections.Counter[str] = collections.Counter()
-    notes: list[str] = []
-
-    def run_twice(part: list[str], parent: Parent | None = None) -> int:
-        with tempfile.TemporaryFile() as output:
-            done = run_part(part, output, parent)
-            if done is None and not given_up:  # it crashed, or hung until pytest gave it up
-                notes.append(f"{part[0]}: its process did not come to its end and was run again.")
-                done = run_part(part, output, parent)
-            output.seek(0)
-            say(output.read().decode(errors="replace"))
-        counts.update(done or {"failed": 1})
-        return int(not done or done["failed"] > 0)
-
-    def test_windows() -> int:
-        status = 0
-        # A program has one window: hundreds in one process try Qt's bindings, not the program.
-        for module in waiting:  # one list for all lanes
-            status |= 0 if given_up else run_twice([module], parent)
-        return status
-
-    def test_the_rest() -> int:
-        status = run_twice(["tests", "--ignore=tests/gui"])
-        return status if has_screen() else status | test_windows()
-
-    waiting, given_up = iter(window_tests()), False
-    # Windows wait for half their time, on the screen and on each other: a core has room for more.
-    more = [test_windows] if not has_screen() else []
-    with parent_of_tests() as parent, ThreadPoolExecutor(3) as lanes:
-        running = [lanes.submit(lane) for lane in (test_the_rest, test_windows, *more)]
-        try:
-            status = max([lane.result() for lane in running])
-        except BaseException:  # Ctrl+C, or we were told to end
-            given_up = True
-            for child in tuple(RUNNING):
-                child.terminate()
-            raise
-    for note in notes:
-        say(note)
-    say(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
-    return status
-
-
-def window_tests() -> list[str]:
-    """The modules of window tests, the long ones first."""
-    files = sorted(ROOT.glob("tests/gui/test_*.py"))
-    files.sort(key=lambda file: not any(name in file.name for name in LONG))
-    return [file.relative_to(ROOT).as_posix() for file in files]
-
-
-@contextlib.contextmanager
-def parent_of_tests() -> Iterator[Parent | None]:
-    """What has imported all that window tests need; None where processes cannot be forked off."""
-    if not sys.platform.startswith("linux"):
-        yield None
-        return
-    from tests.gui.forked import Parent
-
-    parent = Parent(str(PYTHON), QT_API)
-    try:
-        yield parent
-    finally:
-        parent.end()
-
-
-def run_part(
-    part: list[str], output: IO[bytes] | None = None, parent: Parent | None = None
-) -> collections.Counter[str] | None:
-    """Run some of the tests on a screen of their own and count; None if pytest did not end.
-
-    What it says goes to `output`, or to where we say things. parent: it is forked off that.
-    """
-    with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder, screen() as env:
-        report = Path(folder) / "report.xml"
-        words = ["-m", "pytest", f"--junitxml={report}", *part]
-        forked = run_forked(parent, words, env, output) if parent and output else None
-        status = start([str(PYTHON), *words], env, ROOT, output) if forked is None else forked
-        if status > 2 or not report.exists():
-            return None
-        suite = ElementTree.parse(report).getroot()[0]
-    number = {key: int(value) for key, value in suite.attrib.items() if value.isdecimal()}
-    failed = number["failures"] + number["errors"]
-    if status == 2 and not failed:
-        raise KeyboardInterrupt
-    passed = number["tests"] - failed - number["skipped"]
-    failed = failed or status  # what went wrong outside of any test
-    return collections.Counter(passed=passed, failed=failed, skipped=number["skipped"])
-
-
-def run_forked(
-    parent: Parent, words: list[str], env: dict[str, str], output: IO[bytes]
-) -> int | None:
-    """The exit status of Python, forked off; None where it is not known, as its parent is gone."""
-    try:
-        with contextlib.closing(parent.start(words, env, output, ROOT)) as child:
-            try:
-                return finish(child)
-            except (OSError, ValueError):  # it may go on, on the screen that is needed
-                os.kill(child.pid, signal.SIGKILL)
-    except (OSError, AssertionError):
-        pass
-    return None
+    """Run pytest; without arguments all of it, every module of window tests by itself."""
+    if not args:
+        return run_all()
+    with screen() as env:
+        return start([str(places.PYTHON), "-m", "pytest", *args], env)
 
 
 def command_check(args: list[str]) -> int:
     """Run every check, also after one failed, so that one run shows all that is wrong."""
     if args:
         raise SetupError(f"check takes no arguments, but got: {legible(' '.join(args))}")
-    python = str(PYTHON)
+    python = str(places.PYTHON)
     # Not the script lint-imports: its first line names a path that goes stale in a moved checkout.
     lint_imports = "from importlinter.cli import lint_imports_command as lint; lint()"
     checks = {
@@ -667,7 +143,7 @@ def command_check(args: list[str]) -> int:
 
 def command_bench(args: list[str]) -> int:
     """Run every benchmark, or the one named, with the remaining arguments."""
-    names = sorted(file.stem for file in (ROOT / "benchmarks").glob("[!_]*.py"))
+    names = sorted(file.stem for file in (places.ROOT / "benchmarks").glob("[!_]*.py"))
     if args and not args[0].startswith("-"):
         if args[0] not in names:
             raise SetupError(f"No benchmark {args[0]!a}; there are: {', '.join(names) or 'none'}.")
@@ -676,14 +152,14 @@ def command_bench(args: list[str]) -> int:
     with screen() as env:
         for name in names:
             say(f"--- {name}")
-            status |= start([str(PYTHON), "-m", f"benchmarks.{name}", *args], env)
+            status |= start([str(places.PYTHON), "-m", f"benchmarks.{name}", *args], env)
     return status
 
 
 def command_shot(args: list[str]) -> int:
     """Take the pictures of the documentation from the real window."""
     with screen() as env:
-        return start([str(PYTHON), "-m", "inspector.shots", *args], env)
+        return start([str(places.PYTHON), "-m", "inspector.shots", *args], env)
 
 
 def command_docs(args: list[str]) -> int:
@@ -693,9 +169,9 @@ def command_docs(args: list[str]) -> int:
     way, where = ("linkcheck", "build/links") if args else ("html", "build/site")
     # Warnings of a page are said when it is read: all are.
     words = ["-m", "sphinx", "-q", "-E", "-W", "--keep-going", "-n", "-b", way, "docs", where]
-    status = start([str(PYTHON), *words], dict(os.environ))
+    status = start([str(places.PYTHON), *words], dict(os.environ))
     if status == 0:
-        say("Every link out of docs/ works." if args else f"{ROOT / where / 'index.html'}")
+        say("Every link out of docs/ works." if args else f"{places.ROOT / where / 'index.html'}")
     return status
 
 
@@ -703,18 +179,7 @@ def command_lock(args: list[str]) -> int:
     """Write the lock files anew; what they name stays as it is where it still fits."""
     if args not in ([], ["--upgrade"]):
         raise SetupError(f"lock takes --upgrade or nothing, but got: {' '.join(args)}")
-    oldest = ".".join(map(str, OLDEST_PYTHON))
-    words = ["pip", "compile", "--universal", "--python-version", oldest, "--generate-hashes"]
-    words += ["--no-emit-index-url", "--no-annotate", "--no-config", "--quiet", *args]
-    words += ["--custom-compile-command", "python3 dev.py lock"]
-    for file, extra in LOCKED_EXTRAS.items():
-        # One version of each package, wherever it is installed.
-        same = ["--constraint", LOCK.name] if file != LOCK else []
-        to = ["--extra", extra, *same, "pyproject.toml", "--output-file", str(file)]
-        status = start([str(PYTHON), "-m", "uv", *words, *to], dict(os.environ))
-        if status:
-            return status
-    return 0
+    return write_locks(args)
 
 
 COMMANDS = {
@@ -747,7 +212,7 @@ def main(argv: list[str]) -> int:
         if name == "test":
             ensure_axe()
         if name == "setup":
-            say(f"Ready. {PYTHON.parent} has everything; try: python3 dev.py run")
+            say(f"Ready. {places.PYTHON.parent} has everything; try: python3 dev.py run")
             return 0
         return COMMANDS[name](argv[1:])
     except SetupError as error:

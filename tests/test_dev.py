@@ -1,7 +1,9 @@
 """dev.py: what it does when something is missing, and that it leaves nothing running."""
 
 import contextlib
+import importlib.util
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -11,10 +13,11 @@ from pathlib import Path
 import pytest
 
 import dev
+from checkout import all_tests, environment, places, screens, starting, system_packages
 from inspector import system_libraries
 
 needs_xvfb = pytest.mark.skipif(
-    not sys.platform.startswith("linux") or not dev.shutil.which("Xvfb"), reason="needs Xvfb"
+    not sys.platform.startswith("linux") or not shutil.which("Xvfb"), reason="needs Xvfb"
 )
 
 
@@ -31,9 +34,9 @@ def bare_project(tmp_path, monkeypatch):
     """An empty checkout; the interpreter of its .venv is the one that runs the test."""
     (tmp_path / "pyproject.toml").write_text("[project]")
     (tmp_path / ".venv").mkdir()
-    monkeypatch.setattr(dev, "ROOT", tmp_path)
-    monkeypatch.setattr(dev, "STAMP", tmp_path / ".venv/stamp")
-    monkeypatch.setattr(dev, "PYTHON", Path(sys.executable))
+    monkeypatch.setattr(places, "ROOT", tmp_path)
+    monkeypatch.setattr(places, "STAMP", tmp_path / ".venv/stamp")
+    monkeypatch.setattr(places, "PYTHON", Path(sys.executable))
     return tmp_path
 
 
@@ -64,16 +67,16 @@ def test_an_unknown_command_names_the_known(capsys):
 
 def test_missing_libraries_name_their_packages(monkeypatch, no_screen):
     monkeypatch.setattr(system_libraries, "is_loadable", lambda soname: "xcb-cursor" not in soname)
-    monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
-    monkeypatch.setattr(dev, "has_font", lambda: False)
+    monkeypatch.setattr(shutil, "which", lambda _program: None)
+    monkeypatch.setattr(system_packages, "has_font", lambda: False)
     monkeypatch.delenv("CI", raising=False)
-    packages = set(dev.missing_system(windows=True).values())
+    packages = set(system_packages.missing_system(windows=True).values())
     assert packages == {"libxcb-cursor0", "xvfb", "libgl1-mesa-dri", "fonts-dejavu-core"}
-    assert not dev.missing_system(windows=False)
-    for_tests = set(dev.missing_system(windows=True, tests=True).values())
+    assert not system_packages.missing_system(windows=False)
+    for_tests = set(system_packages.missing_system(windows=True, tests=True).values())
     assert for_tests == packages | {"openbox", "xcompmgr", "xdotool"}
     monkeypatch.setenv("CI", "true")
-    in_ci = set(dev.missing_system(windows=True, tests=True).values())
+    in_ci = set(system_packages.missing_system(windows=True, tests=True).values())
     assert in_ci == for_tests | {"chromium"}
 
 
@@ -81,44 +84,44 @@ def test_programs_for_tests_are_looked_for_beside_a_real_screen(monkeypatch, no_
     monkeypatch.setenv("DISPLAY", ":77")
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.setattr(system_libraries, "is_loadable", lambda _soname: True)
-    monkeypatch.setattr(dev, "has_font", lambda: True)
-    monkeypatch.setattr(dev.shutil, "which", lambda program: program == "openbox")
-    packages = set(dev.missing_system(windows=True, tests=True).values())
+    monkeypatch.setattr(system_packages, "has_font", lambda: True)
+    monkeypatch.setattr(shutil, "which", lambda program: program == "openbox")
+    packages = set(system_packages.missing_system(windows=True, tests=True).values())
     assert packages == {"xvfb", "libgl1-mesa-dri", "xcompmgr", "xdotool"}
-    assert not dev.missing_system(windows=True)
+    assert not system_packages.missing_system(windows=True)
 
 
 def test_a_python_without_venv_is_completed(monkeypatch, no_screen, bare_project):
-    monkeypatch.setattr(dev, "PYTHON", bare_project / "no-python")
-    monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
-    monkeypatch.setattr(dev.importlib.util, "find_spec", lambda _module: None)
-    (package,) = dev.missing_system(windows=False).values()
+    monkeypatch.setattr(places, "PYTHON", bare_project / "no-python")
+    monkeypatch.setattr(shutil, "which", lambda _program: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda _module: None)
+    (package,) = system_packages.missing_system(windows=False).values()
     assert package.endswith("-venv")
-    assert package in dev.missing_system(windows=True).values()
+    assert package in system_packages.missing_system(windows=True).values()
 
 
 def test_without_root_the_one_command_is_printed(monkeypatch):
-    monkeypatch.setattr(dev.shutil, "which", lambda _program: "apt-get")
+    monkeypatch.setattr(shutil, "which", lambda _program: "apt-get")
     monkeypatch.setattr(os, "geteuid", lambda: 1000)
-    with pytest.raises(dev.SetupError, match=r"sudo apt-get install .* libgl1 xvfb"):
-        dev.install_packages(["libgl1", "xvfb"])
+    with pytest.raises(starting.SetupError, match=r"sudo apt-get install .* libgl1 xvfb"):
+        system_packages.install_packages(["libgl1", "xvfb"])
 
 
 def test_without_apt_the_packages_are_named(monkeypatch):
-    monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
-    with pytest.raises(dev.SetupError, match="libxcb-cursor0"):
-        dev.install_packages(["libxcb-cursor0"])
+    monkeypatch.setattr(shutil, "which", lambda _program: None)
+    with pytest.raises(starting.SetupError, match="libxcb-cursor0"):
+        system_packages.install_packages(["libxcb-cursor0"])
 
 
 def test_a_failed_installation_is_told_with_its_last_lines(bare_project, monkeypatch, capsys):
     monkeypatch.setattr(dev, "ensure_system", lambda **_: None)
-    monkeypatch.setattr(dev.shutil, "which", lambda _program: None)
-    monkeypatch.setattr(dev, "quietly", lambda *_: "  ERROR: no route to host")
+    monkeypatch.setattr(shutil, "which", lambda _program: None)
+    monkeypatch.setattr(environment, "quietly", lambda *_: "  ERROR: no route to host")
     assert dev.main(["setup"]) == 2
     told = capsys.readouterr().out
     assert "offline?" in told
     assert told.endswith("ERROR: no route to host\n")
-    assert not dev.STAMP.exists()
+    assert not places.STAMP.exists()
 
 
 @pytest.mark.parametrize(
@@ -134,11 +137,11 @@ def test_why_pip_failed_is_told_and_not_guessed(bare_project, monkeypatch, capsy
     """pip ends with ERROR: lines that name a package; the cause stands before, as a warning."""
     lines = [f"Could not fetch URL: {said}", "Looking elsewhere", "ERROR: No version of numpy"]
     code = f"import sys; print(*{lines!r}, sep='\\n'); sys.exit(1)"
-    wrong = dev.quietly([sys.executable, "-c", code])
+    wrong = starting.quietly([sys.executable, "-c", code])
     assert wrong.splitlines()[-1] == "  ERROR: No version of numpy"
-    monkeypatch.setattr(dev, "quietly", lambda *_: wrong if "ERROR" not in said else said)
-    with pytest.raises(dev.SetupError) as error:
-        dev.install_project(None)
+    monkeypatch.setattr(environment, "quietly", lambda *_: wrong if "ERROR" not in said else said)
+    with pytest.raises(starting.SetupError) as error:
+        environment.install_project(None)
     assert told in str(error.value)
     assert said in str(error.value)
     assert "offline?" in told or "offline?" not in str(error.value)
@@ -148,69 +151,69 @@ def test_a_disk_that_is_too_full_is_told_before_anything_is_installed(
     bare_project, monkeypatch, capsys
 ):
     monkeypatch.setattr(dev, "ensure_system", lambda **_: None)
-    monkeypatch.setattr(dev, "PYTHON", bare_project / "no-python")
-    monkeypatch.setattr(dev, "make_venv", lambda _uv: pytest.fail("begun"))
-    room = dev.shutil.disk_usage(bare_project)._replace(free=int(0.7e9))
-    monkeypatch.setattr(dev.shutil, "disk_usage", lambda _folder: room)
+    monkeypatch.setattr(places, "PYTHON", bare_project / "no-python")
+    monkeypatch.setattr(environment, "make_venv", lambda _uv: pytest.fail("begun"))
+    room = shutil.disk_usage(bare_project)._replace(free=int(0.7e9))
+    monkeypatch.setattr(shutil, "disk_usage", lambda _folder: room)
     assert dev.main(["setup"]) == 2
     (told,) = capsys.readouterr().out.splitlines()
-    assert f"{dev.SETUP_GB:g} GB" in told
+    assert f"{environment.SETUP_GB:g} GB" in told
     assert "0.7 GB are free" in told
 
 
 def test_setup_repeats_only_when_the_project_changed(bare_project, monkeypatch):
     installed = []
-    monkeypatch.setattr(dev, "install_project", installed.append)
-    dev.ensure_venv()
-    dev.ensure_venv()
+    monkeypatch.setattr(environment, "install_project", installed.append)
+    environment.ensure_venv()
+    environment.ensure_venv()
     assert len(installed) == 1
     (bare_project / "pyproject.toml").write_text("[project] # changed")
-    dev.ensure_venv()
+    environment.ensure_venv()
     assert len(installed) == 2
 
 
 def test_a_working_venv_is_adopted_and_a_broken_one_made_again(bare_project, monkeypatch):
     made = []
-    monkeypatch.setattr(dev, "make_venv", made.append)
-    monkeypatch.setattr(dev, "install_project", lambda _uv: None)
-    dev.ensure_venv()
+    monkeypatch.setattr(environment, "make_venv", made.append)
+    monkeypatch.setattr(environment, "install_project", lambda _uv: None)
+    environment.ensure_venv()
     assert not made
-    monkeypatch.setattr(dev, "PYTHON", bare_project / "no-python")
-    dev.ensure_venv()
+    monkeypatch.setattr(places, "PYTHON", bare_project / "no-python")
+    environment.ensure_venv()
     assert len(made) == 1
 
 
 def test_a_font_is_found_in_any_folder_of_the_system(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_DATA_DIRS", f"{tmp_path}/absent:{tmp_path}")
     monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
-    assert not dev.has_font()
+    assert not system_libraries.has_font()
     (tmp_path / "fonts/truetype").mkdir(parents=True)
     (tmp_path / "fonts/truetype/DejaVuSans.TTF").touch()
-    assert dev.has_font()
+    assert system_libraries.has_font()
 
 
 def test_quietly_returns_what_says_why():
     code = "import sys; [print('line', n) for n in range(9)]; sys.exit(3)"
-    assert dev.quietly([sys.executable, "-c", "print('fine')"]) == ""
-    assert dev.quietly([sys.executable, "-c", code]).splitlines()[-1] == "  line 8"
+    assert starting.quietly([sys.executable, "-c", "print('fine')"]) == ""
+    assert starting.quietly([sys.executable, "-c", code]).splitlines()[-1] == "  line 8"
     code = "import sys; print('ERROR: no such version'); print(' note: see above'); sys.exit(1)"
-    assert dev.quietly([sys.executable, "-c", code]) == "  ERROR: no such version"
-    assert "no-such-program" in dev.quietly(["no-such-program"])
+    assert starting.quietly([sys.executable, "-c", code]) == "  ERROR: no such version"
+    assert "no-such-program" in starting.quietly(["no-such-program"])
 
 
 def test_start_passes_the_exit_status_on():
     exits = [sys.executable, "-c", "import sys; sys.exit(5)"]
     killed = [sys.executable, "-c", "import os; os.kill(os.getpid(), 15)"]
-    assert dev.start(exits, dict(os.environ)) == 5
-    assert dev.start(killed, dict(os.environ)) == 128 + signal.SIGTERM
+    assert starting.start(exits, dict(os.environ)) == 5
+    assert starting.start(killed, dict(os.environ)) == 128 + signal.SIGTERM
 
 
 def test_what_drivers_say_of_a_virtual_screen_is_left_out(capfd):
     noise = ["libGL error: failed to load driver: swrast", "MESA: error: ZINK: no pdev"]
     kept = ["twist-inspector: a.bvh: there is no such file.", "Traceback: GL was not found"]
     code = f"import sys; print(*{noise + kept!r}, sep='\\n', file=sys.stderr); print('out')"
-    with dev.without_driver_noise() as errors:
-        assert dev.start([sys.executable, "-c", code], dict(os.environ), errors=errors) == 0
+    with starting.without_driver_noise() as errors:
+        assert starting.start([sys.executable, "-c", code], dict(os.environ), errors=errors) == 0
     out, said = capfd.readouterr()
     assert said.splitlines() == kept
     assert out == "out\n"
@@ -219,7 +222,7 @@ def test_what_drivers_say_of_a_virtual_screen_is_left_out(capfd):
 def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
     bare_project, monkeypatch, capsys
 ):
-    monkeypatch.setattr(dev, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
+    monkeypatch.setattr(all_tests, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
     gui = bare_project / "tests/gui"
     gui.mkdir(parents=True)
     (bare_project / "tests/test_core.py").write_text("def test_core(): pass\n")
@@ -233,7 +236,7 @@ def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
     assert told[-1] == "3 passed, 0 failed, 0 skipped"
     assert "tests/gui/test_falls.py" in told[-2]
 
-    monkeypatch.setattr(dev, "parent_of_tests", contextlib.nullcontext)  # as where none forks
+    monkeypatch.setattr(all_tests, "parent_of_tests", contextlib.nullcontext)  # as where none forks
     (gui / "test_falls.py").write_text("import os\ndef test_b(): os.abort()\n")
     (gui / "test_wrong.py").write_text("def test_c(): assert False\n")
     (gui / "test_broken.py").write_text("import no_such_module\n")
@@ -242,11 +245,11 @@ def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
 
     late = "def pytest_sessionfinish(session): session.exitstatus = 1\n"
     (bare_project / "tests/conftest.py").write_text(late)
-    assert dev.run_part(["tests/test_core.py"]) == {"passed": 1, "failed": 1, "skipped": 0}
+    assert all_tests.run_part(["tests/test_core.py"]) == {"passed": 1, "failed": 1, "skipped": 0}
     (bare_project / "tests/conftest.py").unlink()
     (bare_project / "tests/test_core.py").write_text("def test_d(): raise KeyboardInterrupt\n")
     with pytest.raises(KeyboardInterrupt):
-        dev.run_part(["tests/test_core.py"])
+        all_tests.run_part(["tests/test_core.py"])
 
 
 class Forked:
@@ -263,7 +266,7 @@ class Forked:
 
 
 def test_tests_run_although_what_they_are_forked_off_is_gone(bare_project, monkeypatch):
-    monkeypatch.setattr(dev, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
+    monkeypatch.setattr(all_tests, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
     (bare_project / "test_a.py").write_text("def test_a(): pass\n")
 
     class Parent:
@@ -273,26 +276,27 @@ def test_tests_run_although_what_they_are_forked_off_is_gone(bare_project, monke
     parent, passed = Parent(), {"passed": 1, "failed": 0, "skipped": 0}
     with (bare_project / "said").open("w+b") as output:
         for parent.gone in (BrokenPipeError(), AssertionError("nothing was forked")):
-            assert dev.run_part(["test_a.py"], output, parent) == passed
+            assert all_tests.run_part(["test_a.py"], output, parent) == passed
         with subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)"]) as lost:
             parent.start = lambda *_: Forked(lost.pid)
-            assert dev.run_part(["test_a.py"], output, parent) == passed
+            assert all_tests.run_part(["test_a.py"], output, parent) == passed
             assert lost.wait(20) == -signal.SIGKILL
-    assert not dev.RUNNING
+    assert not starting.RUNNING
 
 
 def test_modules_that_take_long_come_first():
-    modules = dev.window_tests()
-    assert len(modules) == len(set(modules)) == len([*dev.ROOT.glob("tests/gui/test_*.py")])
-    long = [any(name in module for name in dev.LONG) for module in modules]
+    modules = all_tests.window_tests()
+    assert len(modules) == len(set(modules)) == len([*places.ROOT.glob("tests/gui/test_*.py")])
+    long = [any(name in module for name in all_tests.LONG) for module in modules]
     assert long == sorted(long, reverse=True)
-    assert all(any(name in module for module in modules) for name in dev.LONG), "gone or renamed"
+    gone = [name for name in all_tests.LONG if not any(name in module for module in modules)]
+    assert gone == [], "or renamed"
 
 
 def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):
-    monkeypatch.setattr(dev, "ROOT", tmp_path)
+    monkeypatch.setattr(places, "ROOT", tmp_path)
     (tmp_path / "assets").mkdir()
-    with pytest.raises(dev.SetupError, match="name a BVH file"):
+    with pytest.raises(starting.SetupError, match="name a BVH file"):
         dev.default_clip()
     (tmp_path / "assets/dance.bvh").touch()
     (tmp_path / "assets/run_injected.bvh").touch()
@@ -310,11 +314,11 @@ def started(tmp_path, monkeypatch, no_screen):
     def start(command, env, cwd, **_):
         commands.append(command[1:])
         for name in ("inspector.png", "report/index.html", "report/film.xyz"):
-            (dev.OUT / name).parent.mkdir(parents=True, exist_ok=True)
-            (dev.OUT / name).touch()
+            (places.OUT / name).parent.mkdir(parents=True, exist_ok=True)
+            (places.OUT / name).touch()
         return 0
 
-    monkeypatch.setattr(dev, "OUT", tmp_path / "out")
+    monkeypatch.setattr(places, "OUT", tmp_path / "out")
     monkeypatch.setattr(dev, "start", start)
     monkeypatch.setattr(dev, "screen", lambda: contextlib.nullcontext({}))
     return commands
@@ -322,7 +326,7 @@ def started(tmp_path, monkeypatch, no_screen):
 
 def test_without_a_screen_the_sample_is_demonstrated_and_all_that_is_left_is_told(started, capsys):
     assert dev.command_run([]) == 0
-    assert started == [["-m", "inspector", str(dev.default_clip()), "--demo", str(dev.OUT)]]
+    assert started == [["-m", "inspector", str(dev.default_clip()), "--demo", str(places.OUT)]]
     told = capsys.readouterr().out
     assert "demonstration" in told
     assert "inspector.png" in told
@@ -333,7 +337,7 @@ def test_without_a_screen_the_sample_is_demonstrated_and_all_that_is_left_is_tol
 @pytest.mark.parametrize("name", ["mine.bvh", "mine.twist.json", "folder"])
 def test_without_a_screen_nothing_is_decided_of_a_clip_that_is_named(started, capsys, name):
     assert dev.command_run([name]) == 0
-    picture = ["-m", "inspector", name, "--screenshot", str(dev.OUT / "inspector.png")]
+    picture = ["-m", "inspector", name, "--screenshot", str(places.OUT / "inspector.png")]
     findings = ["-m", "twistcore", "detect", name]
     assert started == ([picture, findings] if name == "mine.bvh" else [picture])
     told = capsys.readouterr().out
@@ -343,13 +347,13 @@ def test_without_a_screen_nothing_is_decided_of_a_clip_that_is_named(started, ca
 
 def test_a_real_screen_is_used_as_it_is(monkeypatch):
     monkeypatch.setenv("DISPLAY", ":77")
-    with dev.screen() as env:
+    with screens.screen() as env:
         assert env["DISPLAY"] == ":77"
 
 
 @needs_xvfb
 def test_the_virtual_screen_is_put_away_also_after_ctrl_c(no_screen):
-    with contextlib.suppress(KeyboardInterrupt), dev.screen() as env:
+    with contextlib.suppress(KeyboardInterrupt), screens.screen() as env:
         assert env["QT_QPA_PLATFORM"] == "xcb"
         assert screen_answers(env["DISPLAY"])
         raise KeyboardInterrupt
@@ -362,22 +366,22 @@ def test_a_screen_that_does_not_start_is_told(no_screen, monkeypatch, tmp_path):
     fake.write_text("#!/bin/sh\nexit 1\n")
     fake.chmod(0o755)
     monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-    with pytest.raises(dev.SetupError, match="did not start"), dev.screen():
+    with pytest.raises(starting.SetupError, match="did not start"), screens.screen():
         pass
 
 
 @needs_xvfb
 def test_ending_dev_py_ends_program_and_screen(no_screen, tmp_path):
     code = (
-        "import dev, signal, sys\n"
+        "import signal, sys\nfrom checkout import screens, starting\n"
         "signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))\n"
         "tell = 'import os, time; print(os.getpid(), os.environ[\"DISPLAY\"], flush=True);'\n"
-        "with dev.screen() as env:\n"
-        "    dev.start([sys.executable, '-c', tell + 'time.sleep(60)'], env)\n"
+        "with screens.screen() as env:\n"
+        "    starting.start([sys.executable, '-c', tell + 'time.sleep(60)'], env)\n"
     )
     env = {name: value for name, value in os.environ.items() if "DISPLAY" not in name}
     with subprocess.Popen(
-        [sys.executable, "-c", code], env=env, cwd=dev.ROOT, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", code], env=env, cwd=places.ROOT, stdout=subprocess.PIPE, text=True
     ) as process:
         program, display = process.stdout.readline().split()
         answered = screen_answers(display)

@@ -16,7 +16,8 @@ from pathlib import Path
 
 import pytest
 
-import dev
+from checkout import screens
+from inspector.system_libraries import has_screen
 from tests.conftest import ASSETS
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -104,11 +105,9 @@ def test_commands_need_no_network(run, words):
     assert run("-m", "twistcore", *words) == ""
 
 
-@pytest.mark.skipif(
-    not dev.has_screen() and not shutil.which("Xvfb"), reason="needs a screen, or Xvfb"
-)
+@pytest.mark.skipif(not has_screen() and not shutil.which("Xvfb"), reason="needs a screen, or Xvfb")
 def test_the_window_its_session_and_report_need_no_network(run, tmp_path):
-    with dev.screen() as env:
+    with screens.screen() as env:
         home = {"HOME": str(tmp_path), "XDG_CONFIG_HOME": str(tmp_path)}
         assert run("-m", "inspector", "walk_injected.bvh", "--demo", "shown", env=env | home) == ""
     assert (tmp_path / "shown").is_dir()

@@ -3,6 +3,7 @@
 import os
 import pkgutil
 import re
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -14,10 +15,11 @@ from pathlib import Path
 
 import pytest
 
-import dev
 import twistcore
+from checkout import screens
 from inspector import __main__ as words
 from inspector import system_libraries
+from inspector.system_libraries import has_screen
 from tests.conftest import ASSETS
 
 pytest.importorskip("build")
@@ -25,7 +27,7 @@ ROOT = Path(__file__).resolve().parents[1]
 WINDOW = ("PySide6", "vtkmodules", "pyvista", "pyqtgraph", "matplotlib")
 CORE_MB = 300
 needs_screen = pytest.mark.skipif(
-    not dev.has_screen() and not dev.shutil.which("Xvfb"), reason="needs a screen, or Xvfb"
+    not has_screen() and not shutil.which("Xvfb"), reason="needs a screen, or Xvfb"
 )
 
 
@@ -106,7 +108,7 @@ def test_the_source_holds_what_its_tests_need_and_nothing_that_work_leaves(packa
         names = {name.partition("/")[2] for name in files.getnames()}
     for there in ("dev.py", ".ci/run", "LICENSE", "README.md", "CHANGELOG.md", "pyproject.toml"):
         assert there in names
-    for room in ("assets", "docs", "tests", "benchmarks", "inspector", "twistcore"):
+    for room in ("assets", "checkout", "docs", "tests", "benchmarks", "inspector", "twistcore"):
         kept = {p.relative_to(ROOT).as_posix() for p in (ROOT / room).rglob("*.[pm][yd]")}
         assert kept <= names, kept - names
     junk = re.compile(r"__pycache__|\.twist\.json|\.journal|(^|/)\.venv|_cache/|^(out|build|dist)/")
@@ -175,7 +177,7 @@ def test_the_installed_window_opens_outside_of_a_checkout(packages, tmp_path):
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     home = {"HOME": str(elsewhere), "XDG_CONFIG_HOME": str(elsewhere)}
-    with dev.screen() as env:
+    with screens.screen() as env:
         program = commands / "twist-inspector"
         words = (place / "inspector/assets/walk_injected.bvh", "--screenshot", "a.png")
         env = {k: v for k, v in env.items() if k != "PYTHONPATH"} | home

@@ -135,7 +135,7 @@ def test_commands_are_found_at_all():
 @pytest.mark.parametrize("name", NAMES)
 def test_options_in_the_text_exist(name):
     known = set().union(*(options(make()) for make in PARSERS.values())) | OTHERS
-    programs = ("benchmarks/*.py", "tests/fuzz/*.py")
+    programs = ("benchmarks/*.py", "checkout/*.py", "tests/fuzz/*.py")
     for script in (ROOT / "dev.py", *(file for some in programs for file in ROOT.glob(some))):
         known |= set(re.findall(r'"(--[a-z][a-z-]+)"', script.read_text("utf-8")))
     text = (ROOT / name).read_text("utf-8")

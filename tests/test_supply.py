@@ -14,7 +14,7 @@ import build_bundle
 import list_licences
 import pytest
 
-import dev
+from checkout import environment, places, starting
 
 pytest.importorskip("packaging.requirements")
 from packaging.requirements import Requirement
@@ -59,7 +59,7 @@ def asked_for(extra: str) -> list[Requirement]:
     return found
 
 
-@pytest.mark.parametrize(("file", "extra"), dev.LOCKED_EXTRAS.items())
+@pytest.mark.parametrize(("file", "extra"), environment.LOCKED_EXTRAS.items())
 def test_lock_files_hold_all_that_is_asked_for_within_its_bounds(file, extra):
     pins = [pin for pin, _ in locked(file)]
     assert len(pins) > 60
@@ -74,7 +74,7 @@ def test_lock_files_hold_all_that_is_asked_for_within_its_bounds(file, extra):
                 assert versions.get(name) in wanted.specifier, told
 
 
-@pytest.mark.parametrize("file", dev.LOCKED_EXTRAS)
+@pytest.mark.parametrize("file", environment.LOCKED_EXTRAS)
 def test_lock_files_name_versions_and_hashes_and_no_place(file):
     for pin, hashes in locked(file):
         assert [s.operator for s in pin.specifier] == ["=="]
@@ -86,8 +86,8 @@ def test_lock_files_name_versions_and_hashes_and_no_place(file):
 
 
 def test_a_bundle_is_made_of_the_versions_that_are_tested():
-    tested = {(p.name, str(p.specifier)): h for p, h in locked(dev.LOCK)}
-    bundled = {(p.name, str(p.specifier)): h for p, h in locked(dev.BUNDLE_LOCK)}
+    tested = {(p.name, str(p.specifier)): h for p, h in locked(places.LOCK)}
+    bundled = {(p.name, str(p.specifier)): h for p, h in locked(places.BUNDLE_LOCK)}
     assert {p: h for p, h in bundled.items() if p in tested} == {
         p: h for p, h in tested.items() if p in bundled
     }
@@ -125,12 +125,12 @@ def test_what_is_not_as_locked_is_not_installed_and_not_gone_round(index, tmp_pa
         where = ["--no-index", "--find-links", str(index), "--target", str(tmp_path / "site")]
         return quietly([sys.executable, "-m", "pip", *command[command.index("install") :], *where])
 
-    quietly = dev.quietly
-    monkeypatch.setattr(dev, "quietly", by_pip)
-    monkeypatch.setattr(dev, "fetch_uv", lambda: "none here")
-    monkeypatch.setattr(dev, "LOCK", tmp_path / "a.lock")
-    with pytest.raises(dev.SetupError, match=r"not what a\.lock expects") as error:
-        dev.install_project(None)
+    quietly = environment.quietly
+    monkeypatch.setattr(environment, "quietly", by_pip)
+    monkeypatch.setattr(environment, "fetch_uv", lambda: "none here")
+    monkeypatch.setattr(places, "LOCK", tmp_path / "a.lock")
+    with pytest.raises(starting.SetupError, match=r"not what a\.lock expects") as error:
+        environment.install_project(None)
     assert "DO NOT MATCH" in str(error.value)
     assert not any("--editable" in command for command in commands), "installed without hashes"
     assert not (tmp_path / "site").exists()
@@ -143,8 +143,8 @@ def test_a_system_that_is_not_locked_is_told_and_installed_unlocked(tmp_path, mo
         done.append(words)
         return "  ERROR: No matching distribution found for vtk==9.7.2" if len(done) == 1 else ""
 
-    monkeypatch.setattr(dev, "install", no_such_wheel)
-    dev.install_project(None)
+    monkeypatch.setattr(environment, "install", no_such_wheel)
+    environment.install_project(None)
     assert [("--require-hashes" in words) for words in done] == [True, False]
     told = capsys.readouterr().out
     assert "requirements.lock does not fit this system" in told
@@ -152,11 +152,11 @@ def test_a_system_that_is_not_locked_is_told_and_installed_unlocked(tmp_path, mo
 
 
 def test_uv_itself_comes_by_its_hash(monkeypatch):
-    (pin,) = [h for p, h in locked(dev.LOCK) if p.name == "uv"]
-    monkeypatch.setattr(dev, "quietly", lambda *_: "not there")
+    (pin,) = [h for p, h in locked(places.LOCK) if p.name == "uv"]
+    monkeypatch.setattr(environment, "quietly", lambda *_: "not there")
     given = []
-    monkeypatch.setattr(dev, "install_hashed", lambda text, *_: given.append(text) or "")
-    assert dev.fetch_uv() == ""
+    monkeypatch.setattr(environment, "install_hashed", lambda text, *_: given.append(text) or "")
+    assert environment.fetch_uv() == ""
     assert re.findall(r"sha256:[0-9a-f]{64}", given[0]) == pin
 
 
@@ -165,7 +165,7 @@ def test_uv_itself_comes_by_its_hash(monkeypatch):
 
 def test_every_package_that_is_shipped_is_listed_with_its_licence():
     page = list_licences.PAGE.read_text("utf-8")
-    shipped = list_licences.shipped(dev.BUNDLE_LOCK.read_text("utf-8"))
+    shipped = list_licences.shipped(places.BUNDLE_LOCK.read_text("utf-8"))
     wanted = {canonicalize_name(r.name) for r in asked_for("gui") + asked_for("video")}
     assert wanted <= shipped.keys()
     rows = {m[0]: m[1] for m in re.findall(r"^\| ([\w.-]+)[^|]* \| ([^|]+) \|", page, re.M)}
@@ -188,7 +188,7 @@ def test_what_only_builds_is_in_no_environment_that_runs():
                 needed.add(canonicalize_name(r.name))
                 todo.append((r.name, tuple(r.extras)))
     assert len(needed) > 40
-    assert needed - list_licences.shipped(dev.BUNDLE_LOCK.read_text("utf-8")).keys() == set()
+    assert needed - list_licences.shipped(places.BUNDLE_LOCK.read_text("utf-8")).keys() == set()
 
 
 def test_a_bundle_brings_every_licence_file(tmp_path):

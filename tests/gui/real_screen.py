@@ -20,14 +20,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import dev
+from checkout.screens import virtual_screen
+from checkout.system_packages import TEST_PROGRAMS
 from tests.gui import forked
 from tests.gui.forked import Forked
 from tests.gui.looks import Look
 
 needs_real_screen = pytest.mark.skipif(
-    not all(shutil.which(program) for program in dev.TEST_PROGRAMS),
-    reason=f"needs {', '.join(dev.TEST_PROGRAMS)}",
+    not all(shutil.which(program) for program in TEST_PROGRAMS),
+    reason=f"needs {', '.join(TEST_PROGRAMS)}",
 )
 # Another checkout's program can be tried by these tests: to see one fail on what it is to find.
 _OWN = Path(__file__).parents[2]
@@ -182,7 +183,7 @@ def real_screen(folder, *, size=FULL_HD, look=_PLAIN):
     """Xvfb and openbox as long as it lasts, with the look's desktop and compositor."""
     options = ("-screen", "0", f"{size[0]}x{size[1]}x24", "-fbdir", str(folder))
     with contextlib.ExitStack() as stack:
-        env = stack.enter_context(dev.virtual_screen(*options))
+        env = stack.enter_context(virtual_screen(*options))
         screen = RealScreen({**env, **look.desktop_env(folder)}, folder, size, look)
         stack.enter_context(_beside(["openbox"], env))
         wait_until(screen.managed)
