@@ -14,9 +14,11 @@ import numpy as np
 from twistcore.chain import Chain
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
+from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.errors import TwistError
+from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.progress import Tell, nobody
@@ -49,6 +51,7 @@ class ClipAnalysis:
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
         self._flips: LimbFlipAnalysis | None = None
+        self._helpers: HelperAnalysis | None = None
         self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
         self._making = Lock()
 
@@ -105,13 +108,29 @@ class ClipAnalysis:
             return kept
         with self._making:
             if method not in self._by_method:
-                made = DETECTORS[method].analyse(self.motion, self.chains, tell)
+                made = DETECTORS[method].analyse(self.motion, self._of_limbs, tell)
                 self._by_method[method] = made
             return self._by_method[method]
 
     def kept(self, method: str) -> Analysis | None:
         """What a detector knows if it was asked before; waits for nothing."""
         return self._by_method.get(method)
+
+    @property
+    def _of_limbs(self) -> tuple[Chain, ...]:
+        """The chains of limbs, without the helpers next to them."""
+        return tuple(c for c in self.chains if not isinstance(c, Helper))
+
+    @property
+    def helper_rolls(self) -> HelperAnalysis:
+        """What is known of the helpers among the chains; made when it is first asked for."""
+        if self._helpers is not None:  # also while a detector is being made
+            return self._helpers
+        with self._making:
+            if self._helpers is None:
+                helpers = [c for c in self.chains if isinstance(c, Helper)]
+                self._helpers = analyse_helpers(self.motion, helpers)
+            return self._helpers
 
     @property
     def flips(self) -> LimbFlipAnalysis:
@@ -128,7 +147,7 @@ class ClipAnalysis:
         if method not in self._jumps:
             known = self.detect(method, kinds=REPAIRED)
             refined = refine(self.motion, self.chains_and_limbs, applied_unasked(known))
-            self._jumps[method] = lone_jumps(refined, self.chains)
+            self._jumps[method] = lone_jumps(refined, self._of_limbs)
         return self._jumps[method]
 
     def detector(
@@ -197,11 +216,14 @@ class _ByName:
         named = self.clip.chain(chain)
         is_limb = isinstance(named, Limb)
         found: list[Interval] = []
-        if (Kind.LIMB_FLIP if is_limb else Kind.COUNTER_TWIST) in self.kinds:
+        kind = Kind.LIMB_FLIP if is_limb else Kind.COUNTER_TWIST
+        if isinstance(named, Helper):
+            kind = Kind.HELPER_ROLL
+        if kind in self.kinds:
             found += self._of(chain).intervals(chain, tau)
         if found and isinstance(named, Limb) and Kind.COUNTER_TWIST in self.kinds:
             found = self._unless_not_followed(named, found)
-        if not is_limb and Kind.LONE_JUMP in self.kinds:
+        if not isinstance(named, Limb | Helper) and Kind.LONE_JUMP in self.kinds:
             found += self.clip.jumps(self.method)[chain]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
@@ -223,8 +245,10 @@ class _ByName:
         return [f for f in flips if not any(_same_frames(f, i) for i in twists)]
 
     def _of(self, name: str) -> Analysis:
-        is_limb = isinstance(self.clip.chain(name), Limb)
-        return self.clip.flips if is_limb else self.clip.by(self.method)
+        chain = self.clip.chain(name)
+        if isinstance(chain, Helper):
+            return self.clip.helper_rolls
+        return self.clip.flips if isinstance(chain, Limb) else self.clip.by(self.method)
 
 
 def _same_frames(a: Interval, b: Interval) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 HANDS = ("wrist", "hand")
 FEET = ("ankle", "foot")
@@ -30,6 +30,9 @@ class JointName:
     side: str
     stem: str
     number: str
+    roles: tuple[str, ...] = ()
+    helper: bool = False
+    other: bool = False
 
     @property
     def no_limb(self) -> bool:
@@ -48,7 +51,45 @@ def understood(names: Sequence[str]) -> list[JointName]:
             break
         for joint, (w, k) in enumerate(zip(words, begin, strict=True)):
             begin[joint] += k + 1 < len(w) and w[k] == shared[0][0]
-    return [_joint_name(w[k:]) for w, k in zip(words, begin, strict=True)]
+    found = [_joint_name(w[k:]) for w, k in zip(words, begin, strict=True)]
+    return [
+        replace(n, roles=_ROLES.get(n.stem, ()), helper=is_helper(whole), other=n.no_limb)
+        for n, whole in zip(found, names, strict=True)
+    ]
+
+
+_ROLES = {
+    "clavicle": ("shoulder",),
+    "collar": ("shoulder",),
+    "clav": ("shoulder",),
+    "scapula": ("shoulder",),
+    "shoulder": ("shoulder", "arm"),
+    "shldr": ("arm",),
+    "upperarm": ("arm",),
+    "uparm": ("arm",),
+    "arm": ("arm", "forearm"),
+    "forearm": ("forearm",),
+    "lowerarm": ("forearm",),
+    "lowarm": ("forearm",),
+    "elbow": ("forearm",),
+    "hand": ("hand",),
+    "wrist": ("hand",),
+    "thigh": ("upleg",),
+    "upleg": ("upleg",),
+    "upperleg": ("upleg",),
+    "hip": ("upleg",),
+    "leg": ("leg", "upleg"),
+    "shin": ("leg",),
+    "calf": ("leg",),
+    "lowleg": ("leg",),
+    "lowerleg": ("leg",),
+    "knee": ("leg",),
+    "ankle": ("foot",),
+    "foot": ("foot", "toe"),
+    "toe": ("toe",),
+    "toebase": ("toe",),
+    "ball": ("toe",),
+}
 
 
 def is_helper(name: str) -> bool:

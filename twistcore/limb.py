@@ -5,8 +5,8 @@ The angle of the middle joint about that line is the *swivel angle* of inverse k
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -63,14 +63,14 @@ class Limb(Chain):
 
 
 def find_limbs(motion: Motion, chains: Sequence[Chain]) -> tuple[Limb, ...]:
-    """The limbs among the chains of a motion: arms and legs, or by topology.
+    """The limbs among the chains of a motion: arms and legs, or by the shape of the skeleton.
 
     Where names say nothing, of each line of chains the two bones that are longest together. A limb
-    ends in a joint, and neither bone is much shorter than the other.
+    ends in a joint, and neither bone is much shorter than the other. A bone in pieces is one bone.
     """
     found = []
     for line in limbs(motion.skeleton, chains):
-        own = [c for c in line if c.grandchild >= 0 and _has_two_bones(motion, c)]
+        own = [c for c in _of_two_bones(line) if _has_two_bones(motion, c)]
         if any(c.segment for c in line):
             own = [c for c in own if c.segment in _SEGMENTS]
         elif own:
@@ -79,6 +79,27 @@ def find_limbs(motion: Motion, chains: Sequence[Chain]) -> tuple[Limb, ...]:
     order = {c.name: k for k, c in enumerate(chains)}
     names = motion.skeleton.names
     return tuple(sorted(found, key=lambda limb: order[names[limb.parent]]))
+
+
+def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
+    """Chains over a whole bone and the whole bone below it, P to C to E; line: of one limb."""
+    by_parent = {c.parent: c for c in line}
+    inner = {c.child for c in line if not c.ends}
+    for chain in line:
+        if chain.parent in inner:  # a bone begins with its first piece
+            continue
+        last = _last_piece(chain, by_parent)
+        below = by_parent.get(last.child)
+        end = last.grandchild if below is None else _last_piece(below, by_parent).child
+        if last.ends and last.grandchild >= 0:
+            yield replace(last, parent=chain.parent, axis=chain.axis, grandchild=end)
+
+
+def _last_piece(chain: Chain, by_parent: Mapping[int, Chain]) -> Chain:
+    """The chain of the last piece of a bone; chain: of its first one."""
+    while not chain.ends and chain.child in by_parent:
+        chain = by_parent[chain.child]
+    return chain
 
 
 def path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:

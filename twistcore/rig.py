@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.atomic import write_atomically
+from twistcore.body import find_body
 from twistcore.chain import VARYING, Chain, find_chains, make_chain
 from twistcore.document_values import (
     bytes_of,
@@ -26,6 +27,7 @@ from twistcore.document_values import (
 )
 from twistcore.encoding import encoded, escaped, unescaped
 from twistcore.errors import FormatError, TwistError
+from twistcore.helper import find_helpers
 from twistcore.limb import Limb, along, as_limb, bones, find_limbs, path
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import normalise
@@ -204,8 +206,9 @@ def _toml(names: Iterable[str]) -> str:
 
 
 def _found(motion: Motion) -> tuple[Chain, ...]:
-    chains = find_chains(motion)
-    return *chains, *find_limbs(motion, chains)
+    body = find_body(motion)
+    chains = find_chains(motion, body)
+    return *chains, *find_helpers(motion, body), *find_limbs(motion, chains)
 
 
 def _same(one: Chain, other: Chain) -> bool:

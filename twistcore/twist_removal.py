@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.interval import Interval
+from twistcore.helper import Helper
 from twistcore.limb import Limb, path, places
 from twistcore.motion import Motion, check_motion
 from twistcore.rotation import (
@@ -37,15 +38,15 @@ def applied_unasked(
 ) -> tuple[Interval, ...]:
     """The intervals that may be corrected without a person's word: the one rule for that.
 
-    No lone jump, for there is nothing to take out; closed ones, or also those that are open; with
-    a confidence of `at_least`, 0…1, or of :data:`SURE_ENOUGH` where nobody names one. A detector
+    No lone jump, for there is nothing to take out, and no roll of a helper, for nothing measures
+    how sure that is; closed ones, or also those that are open; with a confidence of `at_least`, 0…1, or of :data:`SURE_ENOUGH` where nobody names one. A detector
     that knows no confidence, as the paper's, is then taken at its word; one that is named leaves
     its intervals out. confidence: another than the detector's own.
     """
     return tuple(
         i
         for i in intervals
-        if i.repairable and (include_open or not i.open) and _sure(confidence(i), at_least)
+        if i.automatic and (include_open or not i.open) and _sure(confidence(i), at_least)
     )
 
 
@@ -122,6 +123,9 @@ def remove_twist(
             kept = offset[at] if along is None else offset[at] - along[at]
             _turn_limb(motion, rotations, chain, at, offset[at], kept)
             continue
+        if isinstance(chain, Helper):
+            _turn_helper(motion, rotations, chain, at, offset[at])
+            continue
         axis = _bone(motion, chain, at)
         parent = rotations[at, chain.parent]
         back = quaternion_from_axis_angle(axis, -offset[at])
@@ -131,6 +135,19 @@ def remove_twist(
         for child in motion.skeleton.children[chain.parent]:
             rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
     return motion.with_rotations(rotations)
+
+
+def _turn_helper(
+    motion: Motion, rotations: Array, helper: Helper, at: NDArray[np.intp], offset: Array
+) -> None:
+    """Turn a helper back about the bone it lies in; what hangs on it keeps its orientation."""
+    axis = helper.axis if helper.axis.ndim == 1 else helper.axis[at]
+    before = rotations[at, helper.parent]
+    after = normalise(multiply(quaternion_from_axis_angle(axis, -offset), before))
+    rotations[at, helper.parent] = after
+    ahead = multiply(conjugate(after), before)
+    for child in motion.skeleton.children[helper.parent]:
+        rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
 
 
 def _turn_limb(

@@ -32,6 +32,7 @@ from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
+from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
@@ -256,6 +257,8 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
         return _lone_jump(interval, evidence, first_frame)
     if isinstance(chain, Limb):
         return _flip(judged, chain, first_frame)
+    if isinstance(chain, Helper):
+        return _helper_roll(judged, chain, evidence)
     edges = evidence.get("edges", ())
     said = tr("opens with x {x}° against y {y}°"), tr("closes with x {x}° against y {y}°")
     for words, edge in zip(said, edges, strict=False):
@@ -281,6 +284,20 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     if interval.open:
         why = tr("one joint alone turns") if len(edges) > 1 else _OTHER_SIDE
         parts.append(tr("open: {why}", why=why))
+    if not judged.supported:
+        parts.append(tr("no longer found at this τ"))
+    return "; ".join(parts)
+
+
+def _helper_roll(judged: Judged, helper: Helper, evidence: Mapping[str, Any]) -> str:
+    """Return by how much a twist bone next to the chain jumps alone."""
+    parts = [tr("{joint} turns about its bone alone", joint=helper.name)]
+    jumps = tr("jumps by {angle}° at the start"), tr("jumps by {angle}° at the end")
+    for words, key in zip(jumps, ("opens_deg", "closes_deg"), strict=True):
+        if evidence.get(key) is not None:
+            parts.append(words.format(angle=signed(evidence[key])))
+    if judged.interval.open:
+        parts.append(tr("open: {why}", why=_OTHER_SIDE))
     if not judged.supported:
         parts.append(tr("no longer found at this τ"))
     return "; ".join(parts)

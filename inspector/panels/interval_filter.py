@@ -20,12 +20,14 @@ from twistcore.review import Judged
 KINDS = {  # in the table, and as filters
     Kind.COUNTER_TWIST: (tr_as("kind of error", "twist"), tr("Counter-twists")),
     Kind.LIMB_FLIP: (tr_as("kind of error", "flip"), tr("Limb flips")),
+    Kind.HELPER_ROLL: (tr_as("kind of error", "helper"), tr("Helper rolls")),
     Kind.LONE_JUMP: (tr_as("kind of error", "jump"), tr("Lone jumps")),
 }
 ALL, OF_CHAIN = "All", "This chain"
 _OF_KIND = {
     "Counter-twists": Kind.COUNTER_TWIST,
     "Limb flips": Kind.LIMB_FLIP,
+    "Helper rolls": Kind.HELPER_ROLL,
     "Lone jumps": Kind.LONE_JUMP,
 }
 FILTERS = {  # what is asked for, and its words in the list of filters

@@ -133,7 +133,7 @@ def test_unknown_names_are_found_by_topology():
             body[f"{limb}{k}"] = above
             above = f"{limb}{k}"
     chains = find_chains(rig(body).motion)
-    assert {c.name for c in chains} == {f"{limb}{k}" for limb in "defg" for k in (0, 1)}
+    assert {c.name for c in chains} == {f"{limb}{k}" for limb in "defg" for k in (0, 1, 2)}
 
 
 def test_a_skeleton_with_no_chain_is_no_error():
@@ -149,8 +149,8 @@ def test_a_joint_without_three_rotation_channels_is_named():
     assert uncorrectable_joints(clip.motion, chains["RightArm"]) == ()
 
 
-def test_a_bone_in_pieces_is_one_bone():
-    """MakeHuman splits arms and legs: the first piece carries the rotation."""
+def makehuman():
+    """MakeHuman splits arms and legs into two pieces each."""
     body = {"root": None, "spine01": "root"}
     for side in "LR":
         above = "spine01"
@@ -163,11 +163,25 @@ def test_a_bone_in_pieces_is_one_bone():
                      "toe1-1"):  # fmt: skip
             body[f"{name}.{side}"] = above
             above = f"{name}.{side}"
-    chains = find_chains(rig(body).motion)
-    assert [c.name for c in chains if c.side == "Left"] == [
-        "shoulder01.L", "upperarm01.L", "lowerarm01.L", "upperleg01.L", "lowerleg01.L",
-    ]  # fmt: skip
-    assert len(chains) == 10
+    return body
+
+
+def test_every_piece_of_a_bone_has_a_chain_with_the_joint_that_hangs_on_it():
+    motion = rig(makehuman()).motion
+    names = (*motion.skeleton.names, "-")
+    left = [c for c in find_chains(motion) if c.side == "Left"]
+    assert [(c.label, names[c.child], names[c.grandchild], c.pieces, c.ends) for c in left] == [
+        ("Left Shoulder", "upperarm01.L", "upperarm02.L", 1, True),
+        ("Left Arm · upperarm01.L", "upperarm02.L", "-", 2, False),
+        ("Left Arm · upperarm02.L", "lowerarm01.L", "lowerarm02.L", 2, True),
+        ("Left ForeArm · lowerarm01.L", "lowerarm02.L", "-", 2, False),
+        ("Left ForeArm · lowerarm02.L", "wrist.L", "-", 2, True),
+        ("Left UpLeg · upperleg01.L", "upperleg02.L", "-", 2, False),
+        ("Left UpLeg · upperleg02.L", "lowerleg01.L", "lowerleg02.L", 2, True),
+        ("Left Leg · lowerleg01.L", "lowerleg02.L", "-", 2, False),
+        ("Left Leg · lowerleg02.L", "foot.L", "toe1-1.L", 2, True),
+    ]
+    assert all(motion.skeleton.parents[c.child] == c.parent for c in find_chains(motion))
 
 
 def test_a_quadruped_with_unknown_names_has_its_four_legs():
@@ -402,21 +416,22 @@ def test_the_hand_is_the_first_word_for_it_and_the_whole_word():
     assert told(wrist)[2] == "ForeArm: LeftLowerArm LeftWrist -"
     ankle = {"hip": None, **both("*Thigh *Shin *Ankle *Foot *Toe", "hip")}
     assert told(ankle)[1] == "Leg: LeftShin LeftAnkle LeftFoot"
-    twice = {"hip": None, **line("LeftArmA LeftHand", "hip"), **line("LeftArmB Left_Hand", "hip")}
-    assert told(twice)[-1] == "ForeArm: LeftArmA LeftHand -"
+    twice = {"hip": None, **line("LeftXa LeftHand", "hip"), **line("LeftXo Left_Hand", "hip")}
+    assert told(twice)[-1] == "ForeArm: LeftXa LeftHand -"
 
 
 def test_a_bone_in_pieces_may_begin_at_the_root():
-    """Only a number makes a piece of a joint called as the one above."""
+    """In a clip at rest a joint called as the one above, by another number, is a piece of it."""
     assert told(line("LeftArm01 LeftArm02 LeftLower LeftHand")) == [
-        "Arm: LeftArm01 LeftLower LeftHand", "ForeArm: LeftLower LeftHand -",
-    ]  # fmt: skip
+        "Arm: LeftArm01 LeftArm02 -",
+        "Arm: LeftArm02 LeftLower LeftHand",
+        "ForeArm: LeftLower LeftHand -",
+    ]
     assert told(line("LeftArm Left_Arm LeftLower LeftHand"))[0].startswith("Shoulder: LeftArm L")
     assert told(line("LeftArm RightArm2 LeftLower LeftHand"))[0].startswith("Shoulder: LeftArm R")
-    assert told(line("LeftArm1 LeftArm2 LeftArm3 LeftLower LeftHand"))[0].startswith(
-        "Arm: LeftArm1"
-    )
-    assert told(line("LeftArm LeftArmTwist LeftLower LeftHand"))[0].startswith("Arm: LeftArm Left")
+    three = told(line("LeftArm1 LeftArm2 LeftArm3 LeftLower LeftHand"))
+    assert [text.split()[:2] for text in three[:3]] == [["Arm:", f"LeftArm{k}"] for k in (1, 2, 3)]
+    assert told(line("LeftArm LeftArmTwist LeftLower LeftHand"))[1].startswith("Arm: LeftArmTwist")
 
 
 # -- topology --------------------------------------------------------------------------------------
@@ -425,47 +440,47 @@ def test_a_bone_in_pieces_may_begin_at_the_root():
 def found(parents, offsets=None):
     """'parent child grandchild' of each chain, of which the names say nothing."""
     clip = rig(parents, offsets)
-    names = clip.motion.skeleton.names
+    names = (*clip.motion.skeleton.names, "-")
     chains = find_chains(clip.motion)
     assert {(c.side, c.segment) for c in chains} <= {("", "")}
     return [" ".join(names[j] for j in (c.parent, c.child, c.grandchild)) for c in chains]
 
 
 def test_a_lone_line_is_a_limb_below_its_root():
-    assert found(line("r a b c")) == ["a b c"]
-    assert found(line("r a b c d")) == ["a b c", "b c d"]
+    assert found(line("r a b c")) == ["a b c", "b c -"]
+    assert found(line("r a b c d")) == ["a b c", "b c d", "c d -"]
     assert found(line("r a b")) == []
 
 
 def test_a_joint_that_two_lines_of_two_bones_leave_is_of_the_trunk_and_all_above_it():
     trunk = line("r s t")
     pairs = {**trunk, **line("a b c", "t"), **line("u v w", "t")}
-    assert found(pairs) == ["a b c", "u v w"]
+    assert found(pairs) == ["a b c", "b c -", "u v w", "v w -"]
     one_short = {**trunk, **line("a b c", "t"), **line("u v", "t")}
-    assert found(one_short) == ["s t a", "t a b", "a b c"]
+    assert found(one_short) == ["s t a", "t a b", "a b c", "b c -"]
     three = {**trunk, **line("a b c", "t"), **line("u v w", "t"), **line("k l m", "r")}
-    assert found(three) == ["a b c", "u v w", "k l m"]
+    assert found(three) == ["a b c", "b c -", "u v w", "v w -", "k l m", "l m -"]
 
 
 def test_a_chain_follows_the_longest_line_and_the_first_of_equals():
     stem = line("r a b")
-    assert found({**stem, **line("c", "b"), **line("d", "b")}) == ["a b c"]
-    assert found({**stem, **line("c", "b"), **line("d e", "b")}) == ["a b d", "b d e"]
-    assert found({**stem, **line("d e", "b"), **line("c", "b")}) == ["a b d", "b d e"]
+    assert found({**stem, **line("c", "b"), **line("d", "b")}) == ["a b c", "b c -"]
+    assert found({**stem, **line("c", "b"), **line("d e", "b")}) == ["a b d", "b d e", "d e -"]
+    assert found({**stem, **line("d e", "b"), **line("c", "b")}) == ["a b d", "b d e", "d e -"]
     assert found({**stem, **line("c d", "b"), **line("e f", "a")}, {"f": (0, 0, 0)}) == [
-        "a b c", "b c d"
+        "a b c", "b c d", "c d -"
     ]  # fmt: skip
 
 
 def test_what_hangs_beside_a_limb_is_none():
     """A twig whose last bone has no length makes no branching, and begins no chain."""
     twig = {**line("r a b c d"), **line("u v w", "a")}
-    assert found(twig) == ["b c d", "u v w"]
-    assert found(twig, {"w": (0, 0, 0)}) == ["a b c", "b c d"]
+    assert found(twig) == ["b c d", "c d -", "u v w", "v w -"]
+    assert found(twig, {"w": (0, 0, 0)}) == ["a b c", "b c d", "c d -"]
 
 
 def test_what_hangs_on_a_hand_or_on_something_carried_is_no_limb():
     body = {**line("r a b c"), **line("Weapon x y z", "r")}
-    assert found(body) == ["a b c"]
+    assert found(body) == ["a b c", "b c -"]
     assert found(line("Prop x y z")) == []
     assert found({**line("r a b Finger x y z")}) == []

@@ -25,6 +25,7 @@ from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
+from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
 from twistcore.review.soft_onset import soft_onset
@@ -187,7 +188,10 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
             _explain(i)
     if explain:
         _explain_peaks(found)
-    where = f"{len(found.chains)} chains"
+    helpers = sum(isinstance(c, Helper) for c in found.chains)
+    where = count_of(len(found.chains) - helpers, "chain")
+    if helpers:
+        where += f" and {count_of(helpers, 'helper')}"
     if found.limbs and not found.chains:
         where = count_of(len(found.limbs), "limb")
     say(f"{count_of(len(found), 'interval')} in {where}{by_kind(found)}")
@@ -201,7 +205,9 @@ def _kind(interval: Interval) -> str:
         evidence = interval.evidence or {}
         fast, most = evidence["speed_deg_s"], evidence["limit_deg_s"]
         return f"  {interval.kind}, {fast:,.0f}°/s where no body does {most:,.0f}"
-    return f"  {interval.kind}, end {'carried' if interval.carried else 'kept'}"
+    if interval.kind == Kind.LIMB_FLIP:
+        return f"  {interval.kind}, end {'carried' if interval.carried else 'kept'}"
+    return f"  {interval.kind}"
 
 
 def _explain(interval: Interval) -> None:

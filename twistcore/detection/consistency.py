@@ -63,7 +63,7 @@ class ConsistencyDetector:
     ) -> ConsistencyAnalysis:
         """Everything that does not depend on τ; tell: how far it is."""
         cut = find_cuts(motion)
-        segments = _segments(cut, motion.fps)
+        segments = segments_between(cut, motion.fps)
         cut[:1] = True
         out: dict[str, ChainAnalysis] = {}
         for lines in _alike(_lines(chains)):
@@ -83,14 +83,14 @@ def _line_analyses(
     """Lines of equal length: jumps, then straight limbs, then what sets in softly."""
     fps, limbs = motion.fps, _limbs(lines, motion)
     strung = [c for same in zip(*lines, strict=True) for c in same]
-    jumps = _jumps(limbs, fps, cut, segments, tell)
+    jumps = find_jumps(limbs, fps, cut, segments, tell)
     straight = {}
     for row, chain in enumerate(strung):
         by_itself = partial(_by_itself, limbs, jumps, row)
         if found := straight_limb(motion, chain, jumps[row], by_itself):
             straight[row] = found
     if straight:  # an error of one chain shows in those beside it
-        jumps = _jumps(
+        jumps = find_jumps(
             without_errors(limbs, {r: s.offset for r, s in straight.items()}),
             fps,
             cut,
@@ -175,10 +175,10 @@ def _standing(chain: str, error: SoftError) -> Standing:
     return Standing(soft_interval(chain, error), size, error.start + steepest)
 
 
-def _jumps(
+def find_jumps(
     limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
 ) -> list[Jumps]:
-    """The jumps of all chains of limbs, by row."""
+    """Return the jumps of all chains of limbs, by row; segments: of :func:`segments_between`."""
     counter = counter_rotation(limbs, fps, cut, tell)
     out = []
     for row in range(len(counter.x)):
@@ -223,8 +223,8 @@ def _limbs(lines: list[list[Chain]], motion: Motion) -> Limbs:
     return Limbs(joints, np.array(axes))
 
 
-def _segments(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
-    """Frames [low, high) between cuts; where too short to tell error from motion, left out."""
+def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
+    """Return frames [low, high) between cuts, without those too short to tell error from motion."""
     shortest = round(SHORTEST_SEGMENT * fps)
     borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
     return tuple(

@@ -1,4 +1,4 @@
-"""An interval in which a joint's rotation is wrong, of one of three kinds."""
+"""An interval in which a joint's rotation is wrong, and the kinds of error."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ class Kind(StrEnum):
 
     COUNTER_TWIST = "counter-twist"  # P turns about its bone, C turns back [Choi26]
     LIMB_FLIP = "limb flip"  # P turns about the line to the limb's end E, which keeps its place
+    HELPER_ROLL = "helper roll"  # a twist bone next to the chain turns about the bone alone
     LONE_JUMP = "lone jump"  # a joint turns about its own axis too fast, and nothing explains it
 
 
@@ -125,6 +126,11 @@ class Interval:
     def repairable(self) -> bool:
         """Whether there is anything to take out: of a lone jump there is not, it is only shown."""
         return self.kind != Kind.LONE_JUMP
+
+    @property
+    def automatic(self) -> bool:
+        """True for a kind of error that may be corrected without a person's decision."""
+        return self.repairable and self.kind != Kind.HELPER_ROLL
 
     def with_offset(self, start: int, offset: Array) -> Interval:
         """The same interval over other frames and offsets."""

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import Interval
+from twistcore.helper import Helper
 from twistcore.limb import Limb, places
 from twistcore.motion import forward_kinematics
 from twistcore.rotation import (
@@ -111,7 +112,9 @@ class Corrected:
     def angles(self, chain: Chain) -> Angles:
         """θp and θc of a chain: by the closed form where there is one, else anew."""
         if chain.name not in self._forms:
-            exact = _has_closed_form(self._analysis, chain, self._free)
+            exact = not isinstance(chain, Helper) and _has_closed_form(
+                self._analysis, chain, self._free
+            )
             form = _ClosedForm(self._analysis, chain, self._free) if exact else None
             self._forms[chain.name] = form
         if (form := self._forms[chain.name]) and not self._flipped(chain):

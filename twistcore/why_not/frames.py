@@ -10,6 +10,7 @@ from twistcore.analysis import REPAIRED, Detection
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
 from twistcore.detection.consistency import ConsistencyAnalysis
+from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 from twistcore.why_not.counter_twist import no_counter_twist
@@ -43,10 +44,22 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
     near = partial(_edges_near, found, chain, strength)
     if isinstance(chain, Limb):
         return no_limb_flip(place, clip.flips.limbs[name], near)
+    if isinstance(chain, Helper):
+        return _no_helper_roll(place, float(clip.helper_rolls.own[name][frame]))
     analysis = clip.by(found.method)
     if isinstance(analysis, ConsistencyAnalysis):
         return no_counter_twist(place, analysis, near, clip.chains)
     return no_event(place, clip.signals[name])
+
+
+def _no_helper_roll(place: Place, own: float) -> Reason:
+    """Why a helper has no edge at a frame; own: its turn that nothing explains, radians."""
+    helper, driver = place.joints
+    if place.strength < place.tau:
+        return place.reason(Why.BELOW, f"{helper} does not jump about its bone")
+    if own == 0.0:
+        return place.reason(Why.IMAGE, f"{driver}, or the joint that both hang on, turns there too")
+    return place.reason(Why.NO_PARTNER, f"no later jump of {helper} turns it back")
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
@@ -92,6 +105,7 @@ def _in_interval(place: Place, interval: Interval) -> Reason:
         what = {
             Kind.COUNTER_TWIST: f"counter-twist {frames} ({size})",
             Kind.LIMB_FLIP: f"limb flip {frames} ({size})",
+            Kind.HELPER_ROLL: f"helper roll {frames} of {interval.joint} ({size})",
             Kind.LONE_JUMP: f"lone jump {frames} of {interval.joint} ({size})",
         }[interval.kind]
         side = f"{here} is above τ" if past else f"{here} is below τ"

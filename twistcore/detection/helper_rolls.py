@@ -1,0 +1,115 @@
+"""Twist bones that turn about their bone alone: a pop, or a driver that flips at ±180°.
+
+A helper shares out the roll of the joint C at the end of its bone. Where it jumps about the bone,
+C does not, and its parent does not turn the other way, the helper alone is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+import numpy as np
+
+from twistcore.detection.chain_analysis import ChainAnalysis
+from twistcore.detection.consistency import find_jumps, segments_between
+from twistcore.detection.cuts import find_cuts
+from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.limbs import Limbs
+from twistcore.detection.twist_increments import twist_increments
+from twistcore.helper import Helper
+from twistcore.motion import Motion
+from twistcore.progress import nobody
+from twistcore.rotation import Array, quaternion_from_axis_angle
+
+SMALLEST_ROLL = math.radians(20.0)  # a helper that is off by less wrings no skin to be seen
+_EXPLAINED = 0.4  # of the helper's jump: C, or its parent the other way, turned by as much
+_AXIS = np.array([1.0, 0.0, 0.0])
+
+
+@dataclass(frozen=True, eq=False)
+class HelperAnalysis:
+    """Helpers before any τ: the jumps of each about its bone.
+
+    alone: how far each frame's turn of a helper is its own, radians, (frames,), by name.
+    """
+
+    helpers: Mapping[str, ChainAnalysis]
+    own: Mapping[str, Array]
+
+    def automatic_tau(self, helper: str) -> float:
+        """max(20°, the automatic τ of the helper's own roll), radians."""
+        return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
+
+    def strength(self, helper: str) -> Array:
+        """The helper's jumps about its bone, radians ≥ 0, (frames,)."""
+        return self.helpers[helper].strength()
+
+    def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:
+        """Intervals in which a helper alone is turned, at τ radians, by start."""
+        found = self.helpers[helper].intervals(max(tau, SMALLEST_ROLL))
+        return tuple(
+            replace(
+                i,
+                kind=Kind.HELPER_ROLL,
+                joint=helper,
+                confidence=None,  # none was measured for this kind
+                explain=partial(_explained, helper, self.own[helper], i),
+            )
+            for i in found
+            if abs(i.shown) >= SMALLEST_ROLL and self._alone(helper, i)
+        )
+
+    def _alone(self, helper: str, interval: Interval) -> bool:
+        """True if nothing but the helper turned where the interval begins and ends."""
+        own = self.own[helper]
+        edges = [t for t in (interval.start, interval.stop) if 0 < t < len(own)]
+        return any(abs(own[t]) > (1.0 - _EXPLAINED) * abs(interval.shown) for t in edges)
+
+
+def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis:
+    """Everything about helpers that does not depend on τ."""
+    if not helpers or motion.frames < 2:
+        return HelperAnalysis({}, {})
+    cut = find_cuts(motion)
+    segments = segments_between(cut, motion.fps)
+    cut[:1] = True
+    rolls, own = [], {}
+    for helper in helpers:
+        above = int(motion.skeleton.parents[helper.parent])
+        q, c = motion.rotations[:, helper.parent], motion.rotations[:, helper.child]
+        over, roll = twist_increments(motion.rotations[:, above], q, helper.axis)
+        _, driver = twist_increments(q, c, helper.axis)
+        own[helper.name] = _own_turn(roll, driver, over)
+        rolls.append(np.cumsum(roll))
+    # The helper against its own mirror image: its whole roll counts, as x and as −y.
+    turned = np.array([quaternion_from_axis_angle(_AXIS, r) for r in rolls])
+    limbs = Limbs(np.array([turned, turned * (1.0, -1.0, -1.0, -1.0)]), _axes(len(rolls)))
+    jumps = find_jumps(limbs, motion.fps, cut, segments, nobody)
+    known = {
+        h.name: ChainAnalysis(h.name, motion.fps, j.counter, row, j.edges, j.step, j.tables)
+        for row, (h, j) in enumerate(zip(helpers, jumps, strict=True))
+    }
+    return HelperAnalysis(known, own)
+
+
+def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
+    """Why the interval was found: by how much the helper jumps where it opens and closes."""
+    opens, closes = (
+        math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
+    )
+    return {"helper": helper, "opens_deg": opens, "closes_deg": closes}
+
+
+def _axes(count: int) -> Array:
+    return np.broadcast_to(_AXIS, (1, count, 3)).copy()
+
+
+def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
+    """The helper's increments without those that C, or its parent the other way, explains."""
+    size = _EXPLAINED * np.abs(roll)
+    driven = (np.abs(driver) > size) & (driver * roll > 0.0)
+    kept = np.abs(over + roll) < size
+    return np.where(driven | kept, 0.0, roll)
