@@ -1,121 +1,357 @@
-"""What the names of joints say: the side, and which part of the body."""
+"""What the names of joints say: the side, and which part of the body.
+
+Words and their meanings are in :mod:`twistcore.joint_vocabulary`.
+"""
 
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+from twistcore.joint_vocabulary import (
+    ROLES,
+    JointName,
+    Meaning,
+    Vocabulary,
+    default_vocabulary,
+    folded,
+    read_vocabulary,
+)
+
+__all__ = [
+    "FEET",
+    "HANDS",
+    "ROLES",
+    "TOES",
+    "JointName",
+    "Vocabulary",
+    "default_vocabulary",
+    "is_helper",
+    "read_vocabulary",
+    "understood",
+]
 
 HANDS = ("wrist", "hand")
 FEET = ("ankle", "foot")
 TOES = ("toe", "ball", "foot")
 
-_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+")
-_SIDES = {"l": "Left", "left": "Left", "r": "Right", "right": "Right"}
-# What rigs add to every joint or to some, and what says nothing about the body.
-_NOISE = re.compile(r"b|bip|bn|bone|bind|ctrl|def|fk|j|jnt|joint|jt|org|sk|skin|valvebiped")
-_SHARED = 0.6  # a first word that so many joints share is the rig's name, not the joint's
-_HELPER = re.compile(r"twist|roll|share", re.I)
-_NO_LIMB = re.compile(
-    r"head|face|jaw|eye|brow|lip|tongue|teeth|ear|nose|mouth|cheek|hair|breast|finger|thumb|index"
-    r"|middle|ring|pinky|little|metacarp|carpal|prop|weapon|skirt|cloth|orbicularis|levator|oris"
-)
+_SHARED = 0.6  # an unknown first or last word of so many joints is the rig's name, not the joint's
+_FEWEST = 3  # bones that a language must name beyond the others
+_SHORTEST = 3  # letters of a word that is found within a longer one
+_SHORTEST_SIDE = 4
 
 
-@dataclass(frozen=True)
-class JointName:
-    """side: 'Left', 'Right' or ''; stem: the rest in lower-case letters; number: its digits."""
-
-    side: str
-    stem: str
-    number: str
-    roles: tuple[str, ...] = ()
-    helper: bool = False
-    other: bool = False
-
-    @property
-    def no_limb(self) -> bool:
-        """Whether it names a part of the head or hand, or something carried."""
-        return _NO_LIMB.match(self.stem) is not None
-
-
-def understood(names: Sequence[str]) -> list[JointName]:
-    """Side and stem of every joint of a skeleton, namespaces and the rig's own prefix left out."""
-    words = [_words(name) for name in names]
-    begin = [0] * len(words)  # the words before are left out
-    while True:
-        first = [w[k] for w, k in zip(words, begin, strict=True) if k + 1 < len(w)]
-        shared = Counter(word for word in first if word.lower() not in _SIDES).most_common(1)
-        if not shared or shared[0][1] < max(2.0, _SHARED * len(words)):
-            break
-        for joint, (w, k) in enumerate(zip(words, begin, strict=True)):
-            begin[joint] += k + 1 < len(w) and w[k] == shared[0][0]
-    found = [_joint_name(w[k:]) for w, k in zip(words, begin, strict=True)]
-    return [
-        replace(n, roles=_ROLES.get(n.stem, ()), helper=is_helper(whole), other=n.no_limb)
-        for n, whole in zip(found, names, strict=True)
-    ]
-
-
-_ROLES = {
-    "clavicle": ("shoulder",),
-    "collar": ("shoulder",),
-    "clav": ("shoulder",),
-    "scapula": ("shoulder",),
-    "shoulder": ("shoulder", "arm"),
-    "shldr": ("arm",),
-    "upperarm": ("arm",),
-    "uparm": ("arm",),
-    "arm": ("arm", "forearm"),
-    "forearm": ("forearm",),
-    "lowerarm": ("forearm",),
-    "lowarm": ("forearm",),
-    "elbow": ("forearm",),
-    "hand": ("hand",),
-    "wrist": ("hand",),
-    "thigh": ("upleg",),
-    "upleg": ("upleg",),
-    "upperleg": ("upleg",),
-    "hip": ("upleg",),
-    "leg": ("leg", "upleg"),
-    "shin": ("leg",),
-    "calf": ("leg",),
-    "lowleg": ("leg",),
-    "lowerleg": ("leg",),
-    "knee": ("leg",),
-    "ankle": ("foot",),
-    "foot": ("foot", "toe"),
-    "toe": ("toe",),
-    "toebase": ("toe",),
-    "ball": ("toe",),
-}
+def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
+    """What every joint's name of a skeleton says, by default by the words of the program."""
+    return list(_understood(tuple(names), vocabulary or default_vocabulary()))
 
 
 def is_helper(name: str) -> bool:
     """Whether a joint only shares out the twist of the bone that it lies in."""
-    return _HELPER.search(name) is not None
+    return understood([name])[0].helper
+
+
+# -- words of a name -------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=16)
+def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
+    words = [_words(name) for name in _legible(names)]
+    found = _read(words, vocabulary)
+    for language in vocabulary.languages:
+        other = _read(words, language.over(vocabulary))
+        if _limb_words(other) >= _limb_words(found) + _FEWEST:
+            found = other
+    own = vocabulary.joints
+    return tuple(own.get(name, joint) for name, joint in zip(names, found, strict=True))
+
+
+def _limb_words(joints: Iterable[JointName]) -> int:
+    """How many different bones are named."""
+    return len({joint.word for joint in joints if joint.roles and not joint.helper})
+
+
+def _legible(names: tuple[str, ...]) -> list[str]:
+    """The names with bytes that are no UTF-8 taken as the letters of the likeliest encoding."""
+    return [_decoded(name) for name in names]
+
+
+def _decoded(name: str) -> str:
+    if name.isascii() or not any("\udc80" <= c <= "\udcff" for c in name):
+        return name
+    data = name.encode("utf-8", "surrogateescape")
+    for encoding in ("cp932", "latin-1"):
+        try:
+            return data.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+    return name
 
 
 def _words(name: str) -> list[str]:
-    bare = name.rpartition(":")[2].removeprefix("CC_Base_")
-    bare = re.sub(r"^mixamorig\d*_?", "", bare, flags=re.I)
-    return _WORD.findall(re.sub(r"(?<![A-Za-z])bip\d+", " ", bare, flags=re.I)) or [bare]
+    """Runs of letters or digits, as written; namespaces, paths and what is in brackets left out."""
+    plain = "".join(
+        c for c in unicodedata.normalize("NFKC", name) if unicodedata.category(c) != "Cf"
+    )
+    parts = [part for part in re.split(r"[:|/\\]", plain) if any(c.isalnum() for c in part)]
+    bare = parts[-1] if parts else plain
+    without = re.sub(r"\[[^\]]*\]|\([^)]*\)", " ", bare)
+    return _runs(without) or _runs(bare) or [bare]
 
 
-def _joint_name(words: list[str]) -> JointName:
-    side, rest = "", []
-    number = "".join(w for w in words if w.isdigit())
-    for word in (w.lower() for w in words if not w.isdigit()):
-        if not side and word in _SIDES:
-            side = _SIDES[word]
-        elif not _NOISE.fullmatch(word):
-            rest.append(word)
-    stem = "".join(rest)
-    if not side:
-        for long, its_side in (("left", "Left"), ("right", "Right")):
-            if long in stem:
-                return JointName(its_side, stem.replace(long, "", 1), number)
-        if stem[1:] in (*HANDS, *FEET) and stem[0] in _SIDES:  # lhand
-            return JointName(_SIDES[stem[0]], stem[1:], number)
-    return JointName(side, stem, number)
+def _runs(name: str) -> list[str]:
+    words: list[str] = []
+    kind = ""
+    for c in unicodedata.normalize("NFC", name):
+        now = _kind(c)
+        if now == "mark":
+            now = kind
+        if now == "":
+            pass
+        elif now == kind or (kind, now) == ("upper", "lower"):
+            if (kind, now) == ("upper", "lower") and len(words[-1]) > 1:  # LHip
+                words[-1], c = words[-1][:-1], words[-1][-1] + c
+                words.append(c)
+            else:
+                words[-1] += c
+        else:
+            words.append(c)
+        kind = now
+    return words
+
+
+def _kind(c: str) -> str:
+    if c.isdigit():
+        return "digit"
+    if c.isupper() or c.istitle():
+        return "upper"
+    if c.islower():
+        return "lower"
+    if c.isalpha():
+        return "letter"  # of a script without case
+    return "mark" if unicodedata.category(c) in ("Mn", "Mc") else ""
+
+
+# -- what they mean --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Piece:
+    word: str
+    meaning: Meaning | None  # None: unknown
+    upper: bool = False
+
+    def __bool__(self) -> bool:
+        return self.meaning is not None
+
+    def has(self, mark: str) -> bool:
+        return self.meaning is not None and mark in self.meaning.marks
+
+    @property
+    def side(self) -> str:
+        return self.meaning.side if self.meaning is not None else ""
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        return self.meaning.roles if self.meaning is not None else ()
+
+
+def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
+    """What each joint's words mean, by themselves and then in view of the others."""
+    numbers = [_number(w, vocabulary) for w in words]
+    letters = [[w for w in joint if not w.isdigit()] for joint in words]
+    pieces = [_pieces(joint, vocabulary) for joint in letters]
+    pieces = _without_shared(pieces, 0)
+    pieces = _without_shared(pieces, -1)
+    sides = _mirrored(pieces, numbers, vocabulary)
+    joints = [
+        _joint_name(p, number, side) for p, number, side in zip(pieces, numbers, sides, strict=True)
+    ]
+    return _best(joints, pieces)
+
+
+def _number(words: list[str], vocabulary: Vocabulary) -> str:
+    """All digits, without those behind the rig's own prefix: Bip01."""
+    out = ""
+    for k, word in enumerate(words):
+        if word.isdigit():
+            before = folded(words[k - 1]) if k else ""
+            two = folded(words[k - 2]) + before if k > 1 else ""
+            known = (vocabulary.words.get(w) for w in (before, two) if w)
+            if not any(m is not None and "prefixes" in m.marks for m in known):
+                out += word
+    return out
+
+
+def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
+    """A name's words, phrases of several put together and words written together taken apart."""
+    split: list[_Piece] = []
+    for word in words:
+        split += _sides_off(folded(word), word.isupper(), vocabulary)
+    rest = [p for p in split if not p.side]
+    out: list[_Piece] = []
+    k = 0
+    while k < len(rest):
+        for stop in range(len(rest), k, -1):
+            phrase = "".join(p.word for p in rest[k:stop])
+            meaning = vocabulary.words.get(phrase)
+            if meaning is not None and not meaning.side:
+                out.append(_Piece(phrase, meaning))
+                k = stop
+                break
+        else:
+            out += _taken_apart(rest[k].word, vocabulary) or [rest[k]]
+            k += 1
+    return [p for p in split if p.side] + out
+
+
+def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
+    """A word, or the side that it begins or ends with and the rest of it."""
+    meaning = vocabulary.words.get(word)
+    if meaning is not None:
+        return [_Piece(word, meaning, upper)] if meaning.side else [_Piece(word, None, upper)]
+    for length in range(min(len(word) - 1, vocabulary.longest), 0, -1):
+        for side, rest in ((word[:length], word[length:]), (word[-length:], word[:-length])):
+            known = vocabulary.words.get(side)
+            if known is not None and known.side and _may_join(side, _SHORTEST_SIDE):
+                return [_Piece(side, known), _Piece(rest, None)]
+    return [_Piece(word, None, upper)]
+
+
+def _may_join(word: str, shortest: int) -> bool:
+    """Whether a word may be found within another: not a short one of an alphabet."""
+    return len(word) >= shortest or not _has_case(word)
+
+
+def _has_case(word: str) -> bool:
+    return word.upper() != word
+
+
+def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
+    """The known words that a word is made of, as few as can be; [] where something is left."""
+    best: list[list[_Piece] | None] = [None] * (len(word) + 1)
+    best[0] = []
+    for stop in range(1, len(word) + 1):
+        for start in range(max(0, stop - vocabulary.longest), stop):
+            before, part = best[start], word[start:stop]
+            meaning = vocabulary.words.get(part)
+            if before is None or meaning is None or (start, stop) == (0, len(word)):
+                continue
+            if meaning.side:
+                at_end = start == 0 or stop == len(word)
+                if any(p.side for p in before) or not (at_end or len(part) >= _SHORTEST_SIDE):
+                    continue
+                if len(part) > 1 and not _may_join(part, _SHORTEST_SIDE):
+                    continue
+            elif not _may_join(part, _SHORTEST):
+                continue
+            so_far = best[stop]
+            if so_far is None or len(before) + 1 < len(so_far):
+                best[stop] = [*before, _Piece(part, meaning)]
+    return best[-1] or []
+
+
+def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]]:
+    """Without the unknown first (0) or last (−1) words, sides apart, that most joints have."""
+    while True:
+        rest = [[p for p in joint if not p.side] for joint in pieces]
+        ends = Counter(r[place].word for r in rest if len(r) > 1 and not r[place])
+        word, often = ends.most_common(1)[0] if ends else ("", 0)
+        if often < max(2.0, _SHARED * len(pieces)):
+            return pieces
+        pieces = [
+            [p for p in joint if p is not r[place]]
+            if len(r) > 1 and not r[place] and r[place].word == word
+            else joint
+            for joint, r in zip(pieces, rest, strict=True)
+        ]
+
+
+def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabulary) -> list[str]:
+    """Sides by words that mean one only where the mirrored name has the other; '' elsewhere."""
+    out = [""] * len(pieces)
+    for pair in vocabulary.pairs:
+        seen: tuple[dict[Any, int], dict[Any, int]] = ({}, {})
+        for joint, (joint_pieces, number) in enumerate(zip(pieces, numbers, strict=True)):
+            if any(p.side for p in joint_pieces if p.word not in pair):
+                continue
+            rest = tuple(p.word for p in joint_pieces if p.word not in pair)
+            known = any(p.roles or p.has("other") for p in joint_pieces if p.word not in pair)
+            for words, letter in zip(seen, pair, strict=True):
+                if known and any(p.word == letter for p in joint_pieces):
+                    words[rest, number] = joint
+        for key in seen[0].keys() & seen[1].keys():
+            out[seen[0][key]], out[seen[1][key]] = "Left", "Right"
+    return out
+
+
+def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
+    side = mirrored or _side(pieces)
+    rest = [p for p in pieces if not p.side]
+    if not any(p.roles for p in rest if not p.has("noise")):  # French "main", where nothing else is
+        stem = [p for p in rest if not p.has("noise") or (p.roles and side)]
+    else:
+        stem = [p for p in rest if not p.has("noise")]
+    stem = [p for p in stem if p or len(p.word) > 1 or not _has_case(p.word)]
+    if not stem:
+        return JointName("", "".join(p.word for p in pieces), number)
+    bones = [p for p in stem if p.roles and (side or not p.has("sided"))]
+    other = next((p for p in stem if p.has("other")), None)
+    trunk = next((p for p in stem if p.has("trunk")), None)
+    bone = bones[-1] if bones else None
+    if bone is not None and (other is None or "toe" in bone.roles):
+        other = trunk = None
+    roles = bone.roles if bone is not None and other is None else ()
+    said = other or (bone if roles else trunk)
+    return JointName(
+        side,
+        "".join(p.word for p in stem),
+        number,
+        roles,
+        any(p.has("helper") for p in stem),
+        other is not None,
+        trunk is not None and other is None,
+        said.word if said else "",
+    )
+
+
+def _side(pieces: list[_Piece]) -> str:
+    """The side: a word before a letter, a capital before a small letter."""
+    sides = [p for p in pieces if p.side]
+    if len(sides) == len(pieces):
+        return ""  # Xsens' L5 is a vertebra
+    sides.sort(key=lambda p: (len(p.word) == 1 and _has_case(p.word), not p.upper))
+    return sides[0].side if sides else ""
+
+
+def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
+    """Without the roles of words that count only where a side has no better one."""
+    plain = [_is_plain(p) for p in pieces]
+    sure = {
+        (joint.side, joint.roles[0])
+        for joint, is_plain in zip(joints, plain, strict=True)
+        if joint.roles and is_plain and not joint.helper
+    }
+    out = []
+    for joint, joint_pieces, is_plain in zip(joints, pieces, plain, strict=True):
+        if joint.roles and not is_plain and (joint.side, joint.roles[0]) in sure:
+            layer = any(p.has("layer") for p in joint_pieces)
+            trunk = any(p.has("trunk") for p in joint_pieces)
+            roles = joint.roles if joint.helper else ()
+            joint = replace(joint, roles=roles, other=layer, trunk=trunk and not layer)
+        out.append(joint)
+    return out
+
+
+def _is_plain(pieces: list[_Piece]) -> bool:
+    """Whether all of a name is known, and by words that need no other to be missing."""
+    return all(
+        p and not any(map(p.has, ("second", "layer", "tip")))
+        for p in pieces
+        if p or len(p.word) > 1
+    )
