@@ -14,6 +14,7 @@ import numpy as np
 from twistcore.chain import Chain
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
+from twistcore.detection.cuts import border_notes
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
@@ -21,6 +22,7 @@ from twistcore.errors import TwistError
 from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
+from twistcore.notes import Note
 from twistcore.progress import Tell, nobody
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
@@ -97,6 +99,11 @@ class ClipAnalysis:
     def poses(self) -> tuple[Array, Array]:
         """Global rotations (frames, joints, 4) and positions (frames, joints, 3)."""
         return forward_kinematics(self.motion)
+
+    @cached_property
+    def notes(self) -> tuple[Note, ...]:
+        """What people should know about the clip, found when first asked for."""
+        return tuple(Note("border", text) for text in border_notes(self.motion))
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell = nobody) -> Analysis:
         """What a detector knows of the chains; made when it is first asked for.

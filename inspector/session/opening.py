@@ -15,7 +15,6 @@ from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
-from twistcore.detection.cuts import border_notes
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.document_values import shown_words
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
@@ -53,8 +52,7 @@ class Analysed:
     session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
     another version of this clip; added: how many flips and lone jumps the session, which knew
     neither, did not have, None for one that did; stamp: of the clip's file before it was read, None
-    if it was in memory; borders: sentences on frames at its ends that are no capture; blind: an
-    exercise, in which what the detector knows is not told.
+    if it was in memory; blind: an exercise, in which what the detector knows is not told.
     """
 
     clip: Clip
@@ -66,7 +64,6 @@ class Analysed:
     notes: tuple[str, ...] = ()
     added: int | None = None
     stamp: Stamp | None = None
-    borders: tuple[str, ...] = ()
     blind: bool = False
 
     @property
@@ -204,8 +201,8 @@ def analysed(
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
-    _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability
-    return Analysed(clip, analysis, Review.of(found), borders=border_notes(clip.motion))
+    _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability, analysis.notes
+    return Analysed(clip, analysis, Review.of(found))
 
 
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
@@ -294,7 +291,7 @@ def opening_notes(
             folder=away,
         )
         notices.append(told)
-    warned = (*map(str, data.clip.warnings), *data.borders, *chain_notes)
+    warned = (*map(str, data.clip.warnings), *map(str, data.analysis.notes), *chain_notes)
     notices += [f"{name}: {of_core(w)}" for w in warned]
     if not data.chains:
         told = tr("{name}: no chain of parent, child and grandchild; nothing to detect.", name=name)

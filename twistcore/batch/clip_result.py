@@ -17,7 +17,6 @@ from twistcore.batch.parameters import Parameters
 from twistcore.bvh import parse_bvh
 from twistcore.clip import Clip, rewritten
 from twistcore.detection import Kind
-from twistcore.detection.cuts import border_notes
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
@@ -94,7 +93,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "unchecked": "" if len(found) else unchecked(motion, chains),
         "warnings": [
             *map(str, clip.warnings),
-            *border_notes(motion),
+            *map(str, found.analysis.notes),
             *(warning for chain in found.chains for warning in chain.warnings),
         ],
         "applied": None,

@@ -15,6 +15,7 @@ from twistcore.cli.interval_words import (
     jump_sentences,
     lone_jumps,
     no_chain,
+    note_sentences,
     told_of,
 )
 from twistcore.cli.output import (
@@ -60,13 +61,14 @@ def refine(arguments: argparse.Namespace) -> int:
     if arguments.report:
         check_report(arguments.report, own_name(clip.path), clip)
     found = detected(arguments, clip)
+    notes = note_sentences(clip_name(arguments.clip), found.analysis)
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(arguments.min_confidence, include_open=arguments.include_open)
     applied = review.accepted
     with step(f"  {clip.path}: corrected"):
         refined = accepted_motion(clip, chains, review.state)
     with step(f"  {arguments.output}: written"):
-        notes = jump_sentences(arguments.output, write_clip(clip, refined, arguments.output))
+        notes += jump_sentences(arguments.output, write_clip(clip, refined, arguments.output))
     if arguments.report:
         written = None if is_stream(arguments.output) else arguments.output
         report = Report(

@@ -19,11 +19,11 @@ from twistcore.cli.clip_inputs import (
     look_at,
     open_clip,
 )
-from twistcore.cli.interval_words import by_kind, tell_no_chain
-from twistcore.cli.output import count_of, print_json, say, shown, tell_problems
+from twistcore.cli.interval_words import by_kind, note_sentences, tell_no_chain
+from twistcore.cli.output import count_of, note, print_json, say, shown, tell_problems
 from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
-from twistcore.detection.cuts import border_notes, leading_frames, trailing_frames
+from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
 from twistcore.helper import Helper
 from twistcore.limb import Limb
@@ -79,7 +79,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> tuple[Document, set[s
         "trailing_frames": trailing_frames(motion),
         "warnings": [
             *map(str, clip.warnings),
-            *border_notes(motion),
+            *map(str, analysis.notes),
             *(w for chain in chains for w in chain.warnings),
         ],
     }
@@ -168,6 +168,8 @@ def _detect_in(
         if several:
             say(name, head=True)
         _say_intervals(found, explain=arguments.explain)
+        for sentence in note_sentences(name, found.analysis):
+            note(sentence)
         if several:
             say()
     return len(found), tell_no_chain(name, found.analysis.chains_and_limbs), document
@@ -280,5 +282,6 @@ def _detection_to_json(name: str, found: Detection, *, explain: bool) -> Documen
         "method": found.method,
         "tau_deg": tau_to_json(found),
         "intervals": intervals_to_json(found, explain=explain),
+        "notes": [note.to_json() for note in found.analysis.notes],
     }
     return document | {"peaks": _peaks_to_json(found)} if explain else document

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from twistcore.analysis import ClipAnalysis
 from twistcore.chain import Chain
 from twistcore.cli.output import note, problem
 from twistcore.clip import ChannelJump
@@ -24,6 +25,11 @@ def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
     """Say so."""
     for sentence in jump_sentences(output, jumps):
         note(sentence)
+
+
+def note_sentences(clip: object, analysis: ClipAnalysis) -> list[str]:
+    """The notes of an analysis, each with the clip's name."""
+    return [f"{clip}: note: {note}" for note in analysis.notes]
 
 
 def tell_no_chain(clip: object, chains: Sequence[Chain]) -> int:

@@ -49,9 +49,7 @@ def clip_page(
 
     Without `drawn` nothing is said of pictures.
     """
-    analysis = report.analysis or ClipAnalysis(
-        report.clip.motion, report.chains, report.clip.name, report.state.rig
-    )
+    analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
     corrected.take(report.applied)
     drawing = ClipCurves(analysis, state.method, state.tau, state.intervals, report.verdict)
@@ -67,6 +65,7 @@ def clip_page(
         curves_left_out=left_out,
         rows=_decisions(document, report),
         assumptions=list(map(str, report.clip.warnings)),
+        notes=list(map(str, analysis.notes)),
         not_corrected=report.not_corrected,
         parameters=dict(report.parameters),
         **moves_to_tell(document, report),

@@ -79,6 +79,13 @@ class Report:
     left: Sequence[Mapping[str, Any]] | None = None
 
     @cached_property
+    def analysed(self) -> ClipAnalysis:
+        """The clip's analysis: the given one, or a new one of these chains."""
+        return self.analysis or ClipAnalysis(
+            self.clip.motion, self.chains, self.clip.name, self.state.rig
+        )
+
+    @cached_property
     def stuck(self) -> Mapping[int, tuple[str, ...]]:
         """Joints without three rotation channels by the id of an interval that they keep in."""
         by_name, motion = {chain.name: chain for chain in self.chains}, self.clip.motion
@@ -160,7 +167,10 @@ def report_to_json(report: Report) -> dict[str, Any]:
             ],
             "rest_of_height": difference.rest_of_height,
         },
-        "warnings": [*map(str, report.clip.warnings), *report.not_corrected],
+        "warnings": [
+            *map(str, (*report.clip.warnings, *report.analysed.notes)),
+            *report.not_corrected,
+        ],
     }
 
 

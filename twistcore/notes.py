@@ -1,0 +1,20 @@
+"""What people should know about an analysed clip, in sentences that every command shows once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Note:
+    """A sentence about a clip; kind: a short word that notes on the same matter share."""
+
+    kind: str
+    text: str
+
+    def __str__(self) -> str:
+        return self.text
+
+    def to_json(self) -> dict[str, str]:
+        """The note by name."""
+        return {"kind": self.kind, "text": self.text}
