@@ -63,7 +63,10 @@ def test_info(capsys):
 def test_detect_json_is_the_contract(capsys):
     code, document = run_json(capsys, "detect", DIRTY, "--method", "paper", "--tau", "5")
     assert code == 0
-    assert set(document) == {"schema", "clip", "frames", "fps", "method", "tau_deg", "intervals"}
+    assert set(document) == {
+        "schema", "clip", "frames", "missing_frames", "fps", "method", "tau_deg", "intervals",
+        "warnings",
+    }  # fmt: skip
     assert document["schema"] == "twistcore.detection/1"
     assert document["tau_deg"]["LeftForeArm"] == pytest.approx(5.0)
     keys = {"chain", "parent", "child", "start", "stop", "delta_deg", "confidence", "open", "kind"}
