@@ -86,7 +86,8 @@ class Clip(ABC):
     """A file of motion, whatever its format; a class of its own knows how each is rewritten.
 
     path: as opened; data: the file's bytes, never changed; skeleton: its joints; frame_time:
-    seconds; warnings: everything that was read with an assumption.
+    seconds; warnings: everything that was read with an assumption; declared_frames: how many the
+    file's header says there are, None where its format has no such number.
     """
 
     format: ClassVar[str]  # in small letters, as files of it end
@@ -96,6 +97,7 @@ class Clip(ABC):
     skeleton: Skeleton
     frame_time: float
     warnings: tuple[ClipWarning, ...] = ()
+    declared_frames: int | None = None
 
     def __repr__(self) -> str:
         size = f"{self.frames} frames at {1.0 / self.frame_time:g} fps"
@@ -115,6 +117,11 @@ class Clip(ABC):
     @abstractmethod
     def frames(self) -> int:
         """Number of frames."""
+
+    @property
+    def missing_frames(self) -> int:
+        """How many of the frames that the header declares are not in the file."""
+        return max(0, (self.declared_frames or 0) - self.frames)
 
     @property
     @abstractmethod

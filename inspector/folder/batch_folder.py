@@ -100,6 +100,7 @@ class BatchFolder(QObject):
             intervals=glance.intervals,
             reason=glance.unchecked,
             unchecked=bool(glance.unchecked),
+            missing=glance.missing_frames,
         )
 
     # -- decisions ----------------------------------------------------------------------------

@@ -18,6 +18,7 @@ _COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {
     "decided": lambda c: c.counts[0],
     "exported_as": lambda c: c.exported,
     "to_restore": lambda c: c.waits,
+    "missing_frames": lambda c: c.missing if c.state == ClipState.READY else "",
     "reason": lambda c: c.reason,
 }
 

@@ -354,6 +354,7 @@ class FolderQueue(QObject):
                 intervals=answer.intervals,
                 reason=answer.unchecked,
                 unchecked=bool(answer.unchecked),
+                missing=answer.missing_frames,
             )
 
     def _end(self, worker: _Worker, reason: str) -> None:

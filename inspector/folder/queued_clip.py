@@ -41,7 +41,8 @@ class QueuedClip:
     severity: mean error a frame, degrees, −1 while unknown; reason: why it failed, or why nothing
     could be checked in it (`unchecked`); decided: of how many intervals, by its review if that is
     open, else by its session, None without either; exported: the name of its latest export, or '';
-    label: its name in a batch, or ''; waits: a review that ended without saving can be restored.
+    label: its name in a batch, or ''; waits: a review that ended without saving can be restored;
+    missing: frames that its header declares and it does not have.
     """
 
     path: Path
@@ -54,6 +55,7 @@ class QueuedClip:
     exported: str = ""
     waits: bool = False
     label: str = ""
+    missing: int = 0
 
     @property
     def title(self) -> str:
@@ -73,8 +75,8 @@ class QueuedClip:
 
     @property
     def clean(self) -> bool:
-        """It was checked and nothing was found."""
-        ready = self.state == ClipState.READY and not self.unchecked
+        """It was checked to its end and nothing was found."""
+        ready = self.state == ClipState.READY and not (self.unchecked or self.missing)
         return ready and not self.counts[1] and not self.waits
 
     @property

@@ -38,8 +38,9 @@ _HEADS = (tr("Clip"), tr("Severity"), tr_as("of a clip", "Review"), tr_as("of a 
 _NAME_WIDTH = 90  # pixels
 _WIDTHS = (72, 84, 66)  # pixels of the other columns, at least
 _PAD = 8  # pixels beside a word
-_CLEAN, _UNCHECKED, _FAILED = (
+_CLEAN, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "clean"),
+    tr_as("a clip or clips", "cut short"),
     tr_as("a clip or clips", "not checked"),
     tr_as("a clip or clips", "failed"),
 )
@@ -102,7 +103,7 @@ def _review(clip: QueuedClip) -> str:
     if clip.counts[1] and (clip.decided or clip.state == ClipState.READY):
         return f"{clip.counts[0]} / {clip.counts[1]}"
     if clip.state == ClipState.READY:
-        return _UNCHECKED if clip.unchecked else _CLEAN
+        return _UNCHECKED if clip.unchecked else _CUT if clip.missing else _CLEAN
     return "…" if clip.state == ClipState.ANALYSING else ""
 
 
@@ -116,6 +117,14 @@ def _tip(clip: QueuedClip) -> str:
         return f"{name}: {_WORKING[clip.state]}"
     found = tr("{n} intervals, {severity:.3f}° a frame", n=clip.intervals, severity=clip.severity)
     told = [f"{name}: {found}"]
+    if clip.missing:
+        told.append(
+            plural(
+                "{n} frame that its header declares is missing",
+                "{n} frames that its header declares are missing",
+                clip.missing,
+            )
+        )
     if clip.waits:
         told.append(tr("a review of it ended without saving: open it to restore its decisions"))
     if clip.exported:
@@ -220,7 +229,7 @@ class ClipsPanel(QWidget):
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         advance = self.fontMetrics().horizontalAdvance
-        words = (_HEADS[1],), (_HEADS[2], _CLEAN, _UNCHECKED, _FAILED), (_HEADS[3],)
+        words = (_HEADS[1],), (_HEADS[2], _CLEAN, _CUT, _UNCHECKED, _FAILED), (_HEADS[3],)
         for column, (least, said) in enumerate(zip(_WIDTHS, words, strict=True), start=1):
             header.resizeSection(column, max(least, *(advance(word) + _PAD for word in said)))
         self.table.keep_room(_NAME_WIDTH, (_EXPORT, _SEVERITY))
@@ -317,6 +326,7 @@ class ClipsPanel(QWidget):
             told.append(words)
         counts = (
             (sum(c.clean for c in clips), _CLEAN),
+            (sum(bool(c.missing) for c in clips), _CUT),
             (sum(c.unchecked for c in clips), _UNCHECKED),
             (sum(c.state == ClipState.FAILED for c in clips), _FAILED),
         )

@@ -304,13 +304,17 @@ def opening_notes(
             chains=", ".join(stuck),
         )
         notices.append(told)
+    lasting = [*data.notes, *notes]
     if notices:
         told = " ".join(notices[:3])
         if len(notices) > 3:
             told += " " + tr("(and {n} more: see the chains)", n=len(notices) - 3)
-        yield told, False
-    if notes := [*data.notes, *notes]:
-        yield " ".join(notes), True
+        if data.clip.missing_frames:  # part of the capture is not here: shown until it is closed
+            lasting.insert(0, told)
+        else:
+            yield told, False
+    if lasting:
+        yield " ".join(lasting), True
 
 
 def stamp_of(path: Path) -> Stamp | None:

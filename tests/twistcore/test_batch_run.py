@@ -329,7 +329,7 @@ def test_what_a_file_lets_nobody_correct_is_counted_and_told_as_by_refine(
     assert main(["refine", str(path), "-o", str(alone), "--kinds", "limb-flip"]) == 1
     said = capsys.readouterr()
     assert "2 of 3 intervals corrected" in said.out
-    sentence = said.err.strip().removeprefix(f"{path}: ")
+    sentence = said.err.splitlines()[0].removeprefix(f"{path}: ")
     assert "where its end was kept: rfoot" in sentence
     words = ["batch", str(path), "-o", str(out), "--kinds", "limb-flip", "--csv", str(table)]
     for _ in range(2):  # a run that does nothing says so, too

@@ -91,6 +91,7 @@ def test_frames_that_lie_in_two_intervals_are_counted_once():
         ("severity=>5", "a number"),
         ("severity[limb-flip]>5", "expected no filter of severity"),
         ("failed[limb-flip]>0", "expected no filter of failed"),
+        ("missing-frames[limb-flip]>0", "expected no filter of missing-frames"),
         ("unchecked[limb-flip]>0", "expected no filter of unchecked"),
         ("count[]>0", "found ''"),
         ("count[flip]>0", "found 'flip'"),
@@ -118,7 +119,7 @@ def test_any_text_is_a_rule_or_refused(text):
 
 def test_the_help_shows_rules_that_are_read():
     examples = [word for word in GRAMMAR.split("Examples")[1].split() if word]
-    assert len(examples) == 7
+    assert len(examples) == 8
     for text in [*examples, "affected>2%", "failed>0", "severity>5"]:
         parse_rule(text)
 

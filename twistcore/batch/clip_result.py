@@ -79,6 +79,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "sha256": clip.sha256,
         "format": clip.format,
         "frames": motion.frames,
+        "missing_frames": clip.missing_frames,
         "fps": motion.fps,
         "seconds": motion.frames * motion.frame_time,
         "joints": len(motion.skeleton),

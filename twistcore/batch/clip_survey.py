@@ -24,7 +24,7 @@ class ClipSurvey:
     """A clip at a glance: frames, frames a second, intervals found, and their severity.
 
     problem: why it could not be looked at, else ''; unchecked: why nothing could be found in it,
-    where that says nothing about it, else ''.
+    where that says nothing about it, else ''; missing_frames: see :class:`Clip`.
     """
 
     path: Path
@@ -34,6 +34,7 @@ class ClipSurvey:
     severity: float = 0.0
     problem: str = ""
     unchecked: str = ""
+    missing_frames: int = 0
 
 
 def survey(
@@ -49,7 +50,8 @@ def survey(
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
     why = "" if len(found) else unchecked(clip.motion, analysis.chains_and_limbs)
-    return ClipSurvey(path, frames, fps, len(found), severity(found, frames), unchecked=why)
+    bad, missing = severity(found, frames), clip.missing_frames
+    return ClipSurvey(path, frames, fps, len(found), bad, "", why, missing)
 
 
 def survey_folder(

@@ -18,13 +18,14 @@ A rule names what must not be: "severity>5" fails where a clip's severity is abo
 
   [total.]WHAT[FILTER,…] OP NUMBER      quoted, for > means something to a shell
 
-WHAT      severity   mean error a frame, degrees, summed over all chains
-          count      intervals
-          degrees    the largest delta_deg of an interval; of a lone jump, its turn in a frame
-          affected   frames with an error that can be taken out, in percent: affected>2%;
-                     of lone jumps only where [lone-jump] asks for them
-          failed     clips that could not be processed, of the whole run: failed>0
-          unchecked  clips in which nothing could be looked at: no chain, too few frames
+WHAT      severity        mean error a frame, degrees, summed over all chains
+          count           intervals
+          degrees         the largest delta_deg of an interval; of a lone jump, its turn in a frame
+          affected        frames with an error that can be taken out, in percent: affected>2%;
+                          of lone jumps only where [lone-jump] asks for them
+          missing-frames  frames that the file's header declares and the file does not have
+          failed          clips that could not be processed, of the whole run: failed>0
+          unchecked       clips in which nothing could be looked at: no chain, too few frames
 FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
           a kind (counter-twist, limb-flip, lone-jump; of several, any), confidence OP NUMBER
 OP        >  >=  <  <=  ==
@@ -35,6 +36,7 @@ could not be processed is listed as such, and breaks no rule but "failed".
 
 Examples  severity>5   count[limb-flip]>0   count[confidence>=0.8]>3   affected>2%
           degrees[counter-twist,confidence>=0.9]>10   total.count>100   failed>0
+          missing-frames>0
 """
 
 _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
@@ -46,11 +48,12 @@ _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
 }
 _OF_INTERVALS = ("count", "degrees", "affected")
 _OF_CLIPS = ("failed", "unchecked")  # counted over the run
-_WHAT = ("severity", *_OF_INTERVALS, *_OF_CLIPS)
+_MISSING = "missing-frames"
+_WHAT = ("severity", *_OF_INTERVALS, _MISSING, *_OF_CLIPS)
 _KINDS = {kind.value.replace(" ", "-"): kind for kind in Kind}
 _OP = "|".join(map(re.escape, _OPERATORS))
 _RULE = re.compile(
-    rf"(?P<total>total\.)?(?P<what>\w+)\s*(?:\[(?P<filters>[^\[\]]*)\])?"
+    rf"(?P<total>total\.)?(?P<what>\w[\w-]*)\s*(?:\[(?P<filters>[^\[\]]*)\])?"
     rf"\s*(?P<op>{_OP})\s*(?P<limit>[^\s%]+)\s*(?P<percent>%?)"
 )
 _CONFIDENCE = re.compile(rf"confidence\s*({_OP})\s*(\S+)")
@@ -173,6 +176,7 @@ class _Total:
     degrees: float = 0.0
     frames: int = 0
     affected: int = 0
+    missing: int = 0
     severity: float = 0.0  # degrees, summed over frames
 
     def add(self, rule: Rule, result: Mapping[str, Any]) -> None:
@@ -182,6 +186,7 @@ class _Total:
         self.degrees = max(self.degrees, *sizes, 0.0)
         self.frames += result["frames"]
         self.affected += _affected(rule, result)
+        self.missing += result.get("missing_frames") or 0
         self.severity += result["severity"] * result["frames"]
 
     def value(self, rule: Rule) -> float:
@@ -192,6 +197,7 @@ class _Total:
             "count": self.count,
             "degrees": self.degrees,
             "affected": 100.0 * self.affected / frames,
+            _MISSING: self.missing,
             "severity": self.severity / frames,
         }
         return values[rule.what]

@@ -76,6 +76,7 @@ class ClipGlance:
     severity: float
     intervals: int
     unchecked: str
+    missing_frames: int
 
 
 @dataclass(frozen=True)
@@ -126,7 +127,8 @@ _GLANCES = (
     "SELECT c.source, c.name, c.state, c.reason, c.mark, c.sha256, c.signature, "
     "coalesce(json_extract(r.document, '$.severity'), 0.0), "
     "coalesce(json_array_length(r.document, '$.intervals'), 0), "
-    "coalesce(json_extract(r.document, '$.unchecked'), '') FROM clips c "
+    "coalesce(json_extract(r.document, '$.unchecked'), ''), "
+    "coalesce(json_extract(r.document, '$.missing_frames'), 0) FROM clips c "
     "LEFT JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
     "ORDER BY c.name"
 )

@@ -24,6 +24,7 @@ CLIP_COLUMNS: Mapping[str, type] = {
     "clip": str,  # its name in the batch
     "state": str,  # done, failed or waiting
     "frames": int,
+    "missing_frames": int,  # that the header declares beyond those
     "fps": float,
     "seconds": float,
     "severity": float,  # mean error a frame, degrees
@@ -74,6 +75,7 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
     if (result := record.result) is not None:
         same = ("frames", "fps", "seconds", "severity", "affected_frames", "applied")
         row |= {name: result[name] for name in (*same, "format", "method")}
+        row["missing_frames"] = result.get("missing_frames")
         row |= {name: result["counts"].get(kind.value, 0) for name, kind in _KINDS.items()}
         row["affected_percent"] = percent_affected(result["affected_frames"], result["frames"])
         row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}

@@ -61,13 +61,17 @@ def _amount(value: Any, what: str) -> float:
     return number(value, what, 0.0)
 
 
+def _long(value: Any, what: str) -> int:
+    return whole(value, what, 0, 2**63)
+
+
 # What stands in the columns of a clip, as SQLite has it.
 COLUMNS: Mapping[str, _Check] = {
     "source": _source,
     "name": _name,
     "state": _state,
     "corrected": _place,
-    **dict.fromkeys(("bytes", "peak_bytes"), lambda v, what: whole(v, what, 0, 2**63)),
+    **dict.fromkeys(("bytes", "peak_bytes", "missing_frames"), _long),
     "again": lambda value, what: whole(value, what, 0, 1),
     "seconds": _amount,
     "severity": _amount,
@@ -144,6 +148,7 @@ _MORE: Mapping[str, _Check] = {
     "warnings": texts,
     "chains": texts,
     "joints": whole,
+    "missing_frames": _long,  # a header may claim any number
     "sha256": text,
     "quality": _quality,
 }

@@ -68,7 +68,8 @@ def parse_bvh(
     header = data[: found.start()] if found else data
     text = header.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="surrogateescape")
     warnings: list[ClipWarning] = []
-    skeleton, channels = parse_header(name, text, warnings)
+    of_header: list[ClipWarning] = []
+    skeleton, channels = parse_header(name, text, of_header)
     if found is None:
         raise BvhError(name, "expected MOTION after the hierarchy", line=_line_of(data, len(data)))
     frames, seconds = _timing(name, data, found.end())
@@ -90,12 +91,8 @@ def parse_bvh(
     if too_few := too_few_numbers(len(skeleton), rows, columns):
         raise BvhError(name, too_few)
     if rows != declared:
-        warnings.append(
-            ClipWarning(
-                f"The header declares {declared} frames, {rows} whole rows were read.",
-                _line_of(data, frames.start(1)),
-            )
-        )
+        text = _other_count(declared, rows)
+        warnings.append(ClipWarning(text, _line_of(data, frames.start(1))))
     if left := len(numbers.values) - rows * columns:
         warnings.append(
             ClipWarning(
@@ -111,7 +108,8 @@ def parse_bvh(
         channels=channels,
         values=numbers.values[: rows * columns].reshape(rows, columns),
         frame_time=frame_time,
-        warnings=tuple(warnings),
+        warnings=(*warnings, *of_header),  # the whole clip's first: a few of many are shown
+        declared_frames=declared,
     )
 
 
@@ -152,6 +150,14 @@ def _declared_frames(name: str, data: bytes, frames: re.Match[bytes]) -> int:
         line, column = _place(data, frames.start(1))
         raise BvhError(name, "expected a whole number after 'Frames:'", line=line, column=column)
     return int(written)
+
+
+def _other_count(declared: int, rows: int) -> str:
+    """A sentence for a header whose number of frames is not the number of rows."""
+    if rows > declared:
+        return f"The header declares {declared} frames, {rows} whole rows were read."
+    missing = declared - rows
+    return f"The header declares {declared} frames, {rows} whole rows were read: {missing} missing."
 
 
 def _frame_time(

@@ -19,7 +19,7 @@ from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.remote_folder import working_folder
 from twistcore.cli.batch_progress import begin
-from twistcore.cli.output import counter, note, problem, refuse_overwrite, remark
+from twistcore.cli.output import count_of, counter, note, problem, refuse_overwrite, remark
 from twistcore.errors import TwistError
 from twistcore.processes import each
 from twistcore.worker_memory import SPARE
@@ -57,7 +57,7 @@ def batch(arguments: argparse.Namespace) -> int:
         skipped = arguments.refine and _tell_uncorrected(
             folder, {source.path for source in inputs.sources}
         )
-        _tell_unchecked(folder, {source.path for source in inputs.sources})
+        _tell_doubts(folder, {source.path for source in inputs.sources})
         broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
     if summary.stopped:
         left = f"{summary.left} clips to go; the same command goes on"
@@ -84,14 +84,18 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
     return told
 
 
-def _tell_unchecked(folder: Path, sources: Collection[str]) -> None:
-    """Say in how many clips nothing could be looked at, and why in the first."""
+def _tell_doubts(folder: Path, sources: Collection[str]) -> None:
+    """List in how many clips nothing could be looked at, or frames are missing, with the first."""
     with Manifest.open(folder) as manifest:
-        found = [one for one in manifest.glances() if one.unchecked and one.source in sources]
-    if found:
-        count = f"{len(found)} clip{'' if len(found) == 1 else 's'}"
-        first = f"{found[0].name}: {found[0].unchecked}"
-        note(f"nothing could be looked at in {count}: {first}")
+        found = [one for one in manifest.glances() if one.source in sources]
+    if unchecked := [one for one in found if one.unchecked]:
+        first = f"{unchecked[0].name}: {unchecked[0].unchecked}"
+        note(f"nothing could be looked at in {count_of(len(unchecked), 'clip')}: {first}")
+    if cut := [one for one in found if one.missing_frames]:
+        first = f"{cut[0].name}: {count_of(cut[0].missing_frames, 'frame')}"
+        note(
+            f"frames that the header declares are missing in {count_of(len(cut), 'clip')}: {first}"
+        )
 
 
 def _exports(count: int) -> str:

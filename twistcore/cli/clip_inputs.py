@@ -21,6 +21,8 @@ from twistcore.tuning import read_profile
 
 Found = TypeVar("Found")
 
+_NOTES = 5  # on one clip; `info` lists all
+
 
 def clip_name(path: Path) -> str:
     """As it was given."""
@@ -35,6 +37,21 @@ def open_clip(path: Path, *, fps: float | None = None) -> Clip:
         if sys.stdin is None:
             raise TwistError("-: expected a BVH on standard input, which is closed")
         return parse_bvh(sys.stdin.buffer.read(), "standard input", fps=fps)
+
+
+def clip_notes(name: object, clip: Clip) -> list[str]:
+    """What was read with an assumption, a sentence each; of many the first, and how many more."""
+    shown = clip.warnings if len(clip.warnings) <= _NOTES else clip.warnings[: _NOTES - 1]
+    sentences = [f"{name}: note: {warning}" for warning in shown]
+    if left := len(clip.warnings) - len(shown):
+        sentences.append(f"{name}: note: {left} more such notes; `twistcore info` lists them")
+    return sentences
+
+
+def tell_clip(name: object, clip: Clip) -> None:
+    """Print the notes of a clip on standard error, once a command."""
+    for sentence in clip_notes(name, clip):
+        note(sentence)
 
 
 def look_at(

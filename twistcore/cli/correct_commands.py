@@ -9,7 +9,7 @@ from typing import Any
 
 from twistcore.analysis import Detection
 from twistcore.atomic import is_stream
-from twistcore.cli.clip_inputs import clip_name, detected, open_clip
+from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip, tell_clip
 from twistcore.cli.folder_commands import apply_folder, diff_folders
 from twistcore.cli.interval_words import (
     jump_sentences,
@@ -28,7 +28,7 @@ from twistcore.cli.output import (
     shown,
     step,
 )
-from twistcore.clip import check_ending, write_clip
+from twistcore.clip import Clip, check_ending, write_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
@@ -68,7 +68,12 @@ def refine(arguments: argparse.Namespace) -> int:
     with step(f"  {clip.path}: corrected"):
         refined = accepted_motion(clip, chains, review.state)
     with step(f"  {arguments.output}: written"):
+<<<<<<< HEAD
         notes += jump_sentences(arguments.output, write_clip(clip, refined, arguments.output))
+=======
+        jumps = write_clip(clip, refined, arguments.output)
+    notes = clip_notes(clip_name(arguments.clip), clip) + jump_sentences(arguments.output, jumps)
+>>>>>>> files
     if arguments.report:
         written = None if is_stream(arguments.output) else arguments.output
         report = Report(
@@ -93,7 +98,7 @@ def refine(arguments: argparse.Namespace) -> int:
         problems = (*problems, no_chain(clip_name(arguments.clip)))
     notes += beside
     if arguments.json:
-        print_json(_refined_to_json(arguments, found, done, notes, problems))
+        print_json(_refined_to_json(arguments, clip, found, done, notes, problems))
     return _tell(notes, problems)
 
 
@@ -104,7 +109,8 @@ def apply(arguments: argparse.Namespace) -> int:
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
     replay = replayed(arguments.session, arguments.clip)
     clip, chains, session = replay.clip, replay.chains, replay.session
-    notes = jump_sentences(arguments.output, write_clip(clip, replay.motion, arguments.output))
+    jumps = write_clip(clip, replay.motion, arguments.output)
+    notes = clip_notes(arguments.clip, clip) + jump_sentences(arguments.output, jumps)
     chosen, judged = session.state.chosen(), session.state.intervals
     done = correctable(clip.motion, chains, chosen)
     count = told_of(done, [j.interval for j in judged], "applied")
@@ -140,6 +146,7 @@ def _tell(notes: Iterable[str], problems: Collection[str]) -> int:
 
 def _refined_to_json(
     arguments: argparse.Namespace,
+    clip: Clip,
     found: Detection,
     done: Collection[Interval],
     notes: Sequence[str],
@@ -153,6 +160,7 @@ def _refined_to_json(
         "output": str(arguments.output),
         "report": str(arguments.report) if arguments.report else None,
         "frames": motion.frames,
+        "missing_frames": clip.missing_frames,
         "fps": motion.fps,
         "method": found.method,
         "tau_deg": tau_to_json(found),
@@ -214,6 +222,8 @@ def diff(arguments: argparse.Namespace) -> int:
     if names == ("-", "-"):
         raise TwistError("-: expected standard input once")
     a, b = open_clip(arguments.a), open_clip(arguments.b)
+    for name, clip in zip(names, (a, b), strict=True):
+        tell_clip(name, clip)
     try:
         difference = compare(a.motion, b.motion)
     except ClipMismatchError as error:

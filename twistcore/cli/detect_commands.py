@@ -18,6 +18,7 @@ from twistcore.cli.clip_inputs import (
     failed_to_json,
     look_at,
     open_clip,
+    tell_clip,
 )
 from twistcore.cli.interval_words import by_kind, note_sentences, tell_no_chain
 from twistcore.cli.output import count_of, note, print_json, say, shown, tell_problems
@@ -68,6 +69,8 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> tuple[Document, set[s
         "format": clip.format,
         "sha256": clip.sha256,
         "frames": motion.frames,
+        "declared_frames": clip.declared_frames,
+        "missing_frames": clip.missing_frames,
         "fps": motion.fps,
         "seconds": motion.frames * motion.frame_time,
         "joints": list(motion.skeleton.names),
@@ -162,8 +165,9 @@ def _detect_in(
     clip = open_clip(path, fps=arguments.fps)
     found = detected(arguments, clip)
     name, document = clip_name(path), Document()
+    tell_clip(name, clip)
     if arguments.json:
-        document = _detection_to_json(name, found, explain=arguments.explain)
+        document = _detection_to_json(name, clip, found, explain=arguments.explain)
     else:
         if several:
             say(name, head=True)
@@ -272,16 +276,21 @@ def _shown(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else "–" if value is None else str(value)
 
 
-def _detection_to_json(name: str, found: Detection, *, explain: bool) -> Document:
+def _detection_to_json(name: str, clip: Clip, found: Detection, *, explain: bool) -> Document:
     motion = found.analysis.motion
     document = {
         "schema": "twistcore.detection/1",
         "clip": name,
         "frames": motion.frames,
+        "missing_frames": clip.missing_frames,
         "fps": motion.fps,
         "method": found.method,
         "tau_deg": tau_to_json(found),
         "intervals": intervals_to_json(found, explain=explain),
+<<<<<<< HEAD
         "notes": [note.to_json() for note in found.analysis.notes],
+=======
+        "warnings": list(map(str, clip.warnings)),
+>>>>>>> files
     }
     return document | {"peaks": _peaks_to_json(found)} if explain else document

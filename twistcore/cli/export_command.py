@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from twistcore.atomic import write_atomically
+from twistcore.cli.clip_inputs import tell_clip
 from twistcore.cli.output import count_of, note, refuse_overwrite, remark
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
@@ -18,6 +19,7 @@ def export(arguments: argparse.Namespace) -> int:
     session = read_session(arguments.session)
     clip = read_clip(arguments.clip, fps=session.fps)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
+    tell_clip(arguments.clip, clip)
     state = session.state
     corrected = accepted_motion(clip, chains_of(session, clip), state)
     accepted = [

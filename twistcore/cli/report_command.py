@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
+from twistcore.cli.clip_inputs import tell_clip
 from twistcore.cli.output import count_of, counter, remark, tell_problems
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
@@ -43,6 +44,7 @@ def _of_folder(arguments: argparse.Namespace) -> int:
 def _of_session(arguments: argparse.Namespace) -> int:
     session = read_session(arguments.what)
     clip = read_clip(arguments.clip or Path(session.clip), fps=session.fps)
+    tell_clip(clip.path, clip)
     chains = chains_of(session, clip)
     name = own_name(clip.path)
     check_report(arguments.output, name, clip)

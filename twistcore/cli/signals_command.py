@@ -13,7 +13,14 @@ import numpy as np
 
 from twistcore.analysis import ClipAnalysis
 from twistcore.atomic import write_atomically
-from twistcore.cli.clip_inputs import analysed, clip_name, failed_to_json, look_at, open_clip
+from twistcore.cli.clip_inputs import (
+    analysed,
+    clip_name,
+    failed_to_json,
+    look_at,
+    open_clip,
+    tell_clip,
+)
 from twistcore.cli.interval_words import tell_no_chain
 from twistcore.cli.output import print_json, refuse_overwrite, step, tell_problems
 from twistcore.encoding import csv_lines, encoded
@@ -49,7 +56,9 @@ def signals(arguments: argparse.Namespace) -> int:
 
 
 def _analysis(arguments: argparse.Namespace, path: Path) -> tuple[str, ClipAnalysis]:
-    analysis = analysed(arguments, open_clip(path, fps=arguments.fps))
+    clip = open_clip(path, fps=arguments.fps)
+    tell_clip(clip_name(path), clip)
+    analysis = analysed(arguments, clip)
     if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
         raise TwistError(f"{clip_name(path)}: expected a chain, found the limb {named[0].name}")
     return clip_name(path), analysis

@@ -20,7 +20,8 @@ _BINS = 180 // BIN
 class ClipRow:
     """A line of the table of clips; of one that was not processed only name, state and reason.
 
-    counts: intervals by kind; severity, max_deg, rms_deg: degrees; affected: frames; left:
+    counts: intervals by kind; severity, max_deg, rms_deg: degrees; affected: frames; missing:
+    frames that the file's header declares and the file does not have; left:
     intervals found after the correction, None where nothing was corrected; decided, of: how many
     of the repairable and lone intervals a person decided, None where nobody reviewed it.
     """
@@ -41,6 +42,7 @@ class ClipRow:
     of: int = 0
     reviewers: Sequence[str] = ()
     unchecked: str = ""
+    missing: int = 0
     page: str = ""
 
     @property
@@ -59,7 +61,8 @@ class FolderNumbers:
     """Sums over all clips, added one at a time.
 
     joints: intervals by the name of a chain, limb or joint and by kind; sizes: repairable intervals
-    by kind in bins of BIN degrees; how: versions and parameters that clips were processed with.
+    by kind in bins of BIN degrees; missing: frames that headers declare and files do not have; cut:
+    clips with such; how: versions and parameters that clips were processed with.
     """
 
     states: Counter[str] = field(default_factory=Counter)
@@ -71,6 +74,8 @@ class FolderNumbers:
     seconds: float = 0.0
     with_finds: int = 0
     unchecked: int = 0
+    missing: int = 0
+    cut: int = 0
     applied: int | None = None
     left: int | None = None
     decided: int = 0
@@ -90,6 +95,8 @@ class FolderNumbers:
         self.seconds += row.seconds
         self.with_finds += row.found > 0
         self.unchecked += bool(row.unchecked)
+        self.missing += row.missing
+        self.cut += bool(row.missing)
         if row.applied is not None:
             self.applied = (self.applied or 0) + row.applied
         if row.left is not None:
@@ -159,6 +166,7 @@ def _row(record: ClipRecord, result: Mapping[str, Any]) -> ClipRow:
         of=decided + decisions.get("undecided", 0),
         reviewers=tuple(decisions.get("reviewers", ())),
         unchecked=result["unchecked"],
+        missing=result.get("missing_frames") or 0,
     )
 
 

@@ -134,6 +134,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
         "clip": report.clip.name,
         "sha256": report.clip.sha256,
         "frames": motion.frames,
+        "missing_frames": report.clip.missing_frames,
         "fps": motion.fps,
         "seconds": motion.frames * motion.frame_time,
         "method": state.method,
