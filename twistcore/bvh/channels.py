@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array
 
 _ELEMENTS = 1 << 14  # numbers of one kind in a block
+_NOTHING = 1e-3  # of the length that the channels give: an OFFSET so short says nothing
+_STRETCH = 0.5  # of that length: a bone usually stretches by less
+_STILL = 0.02  # the same for a joint that may place the whole figure: what moves more is no bone
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,53 @@ def motion_of(
     for k, joint in enumerate(positioned):
         for axis, column in channels[joint].position:
             positions[:, k, axis] = values[:, column]
-    return Motion(skeleton, _rotations(channels, values), positioned, positions, frame_time)
+    placed = with_bones_of_channels(skeleton, positioned, positions)
+    return Motion(placed, _rotations(channels, values), positioned, positions, frame_time)
+
+
+def with_bones_of_channels(
+    skeleton: Skeleton, positioned: tuple[int, ...], positions: Array
+) -> Skeleton:
+    """Return the skeleton with bones from position channels where the header has OFFSET 0.
+
+    Such a joint gets the median of its positions, (frames, len(positioned), 3), as its offset.
+    Roots keep their OFFSET, and so does a joint that carries the figure about, such as hips below
+    a reference.
+    """
+    offsets = skeleton.offsets.copy()
+    carrying = _carrying(skeleton)
+    for k, joint in enumerate(positioned):
+        length = np.linalg.norm(offsets[joint])
+        if skeleton.parents[joint] < 0 or length > _NOTHING * np.abs(positions[:, k]).max():
+            continue
+        bone = np.median(positions[:, k], axis=0)
+        usual = np.linalg.norm(bone)
+        away = np.linalg.norm(positions[:, k] - bone, axis=1)
+        steady = (
+            away.max() <= _STILL * usual
+            if joint in carrying
+            else np.median(away) <= _STRETCH * usual
+        )
+        if length <= _NOTHING * usual and steady:
+            offsets[joint] = bone
+    if np.array_equal(offsets, skeleton.offsets):
+        return skeleton
+    return replace(skeleton, offsets=offsets)
+
+
+def _carrying(skeleton: Skeleton) -> set[int]:
+    """Joints that may carry a figure: only children from the root on, and what branches there.
+
+    Such as 'Reference' → 'Hips', or two pairs of hips below one reference.
+    """
+    found = set()
+    for here in np.flatnonzero(skeleton.parents < 0).tolist():
+        below = skeleton.children[here]
+        while len(below) == 1:
+            found.add(below[0])
+            below = skeleton.children[below[0]]
+        found.update(joint for joint in below if len(skeleton.children[joint]) > 2)
+    return found
 
 
 def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
