@@ -69,6 +69,11 @@ def json_bytes(document: Any, *, indent: int | None = 1) -> bytes:
     return json_text(document, indent=indent).encode() + b"\n"
 
 
+def toml_string(text: str) -> str:
+    """A text as a string of TOML, which differs from JSON's in DEL: that is escaped."""
+    return json.dumps(escaped(text), ensure_ascii=False).replace("\x7f", "\\u007f")
+
+
 def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
     """A line of column names, then one a row; None is empty.
 

@@ -25,7 +25,7 @@ from twistcore.document_values import (
     shown,
     texts,
 )
-from twistcore.encoding import encoded, escaped, unescaped
+from twistcore.encoding import encoded, legible, toml_string, unescaped
 from twistcore.errors import FormatError, TwistError
 from twistcore.helper import find_helpers
 from twistcore.limb import Limb, along, as_limb, bones, find_limbs, path
@@ -166,7 +166,7 @@ def rig_from_json(entry: Any) -> Rig:
 def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
     """A TOML file readable by :func:`read_rig`, the old one or the new one; raises OSError."""
     lines = [
-        f"# Chains of a rig, for twistcore --rig, made on {source}.",
+        f"# Chains of a rig, for twistcore --rig, made on {legible(source)}.",
         f'skeleton = "{skeleton_mark(skeleton)}"',
         f"remove = {_toml(rig.remove)}",
     ]
@@ -202,7 +202,7 @@ def _own_from_json(entry: Any) -> OwnChain:
 
 
 def _toml(names: Iterable[str]) -> str:
-    return json.dumps([escaped(name) for name in names], ensure_ascii=False)
+    return f"[{', '.join(map(toml_string, names))}]"
 
 
 def _found(motion: Motion) -> tuple[Chain, ...]:

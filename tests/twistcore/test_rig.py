@@ -4,6 +4,8 @@ import json
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from twistcore.analysis import analyse
@@ -293,6 +295,20 @@ def test_a_file_holds_a_rig(tmp_path, walk):
         write_rig(path, rig, walk.motion.skeleton, "walk.bvh")
         assert read_rig(path) == rig
         assert rig_from_json(json.loads(json.dumps(rig_to_json(rig)))) == rig
+
+
+def test_a_file_holds_any_name(tmp_path_factory, walk):
+    """A joint may have every letter in its name that a clip can hold, and so may its file."""
+    path = tmp_path_factory.mktemp("rigs") / "rig.toml"
+
+    @given(st.text(st.characters(exclude_categories=["Cs"])), st.text())
+    @example("\x7f", "walk\n[[chain]].bvh")
+    def check(name, source):
+        rig = Rig((OwnChain((name, "B")),), (name,))
+        write_rig(path, rig, walk.motion.skeleton, source)
+        assert read_rig(path) == rig
+
+    check()
 
 
 def test_the_mark_of_a_skeleton_is_that_of_its_joints(walk, dirty_walk):

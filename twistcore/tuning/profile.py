@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -24,7 +23,7 @@ from twistcore.document_values import (
     unexpected,
     whole,
 )
-from twistcore.encoding import encoded, escaped, legible, unescaped
+from twistcore.encoding import encoded, legible, toml_string, unescaped
 from twistcore.errors import FormatError
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
@@ -84,7 +83,7 @@ def write_profile(
     """
     clip, by = legible(source), legible(method)  # nothing in them ends the line
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
-    common = [f"detector = {_text(method)}", *_whose_lines(whose)]
+    common = [f"detector = {toml_string(method)}", *_whose_lines(whose)]
     for name, t in profile.items():
         reasons = {
             "noise_deg": (t.noise, 4),
@@ -97,7 +96,7 @@ def write_profile(
             reasons |= {"tau_low_deg": (v.low, 4), "tau_high_deg": (v.high, 4)}
         lines += [
             "",
-            f"[{_text(name)}]",
+            f"[{toml_string(name)}]",
             f"tau_deg = {t.tau:.4f}",
             *common,
             *(f"{k} = {v:.{n}f}" for k, (v, n) in reasons.items() if not math.isnan(v)),
@@ -109,17 +108,12 @@ def _whose_lines(whose: Profile | None) -> list[str]:
     if whose is None:
         return []
     texts = {"rig": whose.rig, "performer": whose.performer}
-    lines = [f"{key} = {_text(text)}" for key, text in texts.items() if text]
+    lines = [f"{key} = {toml_string(text)}" for key, text in texts.items() if text]
     if (c := whose.confidence) is not None:
         numbers = f"shift = {c.shift:.6f}, scale = {c.scale:.6f}"
         counts = f"accepted = {c.accepted}, rejected = {c.rejected}"
         lines.append(f"confidence = {{ {numbers}, {counts} }}")
     return lines
-
-
-def _text(text: str) -> str:
-    """A string of TOML, which differs from JSON's in DEL: that is escaped."""
-    return json.dumps(escaped(text), ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def read_profile(path: Path) -> Profile:
