@@ -64,21 +64,9 @@ def test_detect_json_is_the_contract(capsys):
     code, document = run_json(capsys, "detect", DIRTY, "--method", "paper", "--tau", "5")
     assert code == 0
     assert set(document) == {
-<<<<<<< HEAD
-        "schema",
-        "clip",
-        "frames",
-        "fps",
-        "method",
-        "tau_deg",
-        "intervals",
-        "notes",
-    }
-=======
         "schema", "clip", "frames", "missing_frames", "fps", "method", "tau_deg", "intervals",
-        "warnings",
+        "warnings", "notes",
     }  # fmt: skip
->>>>>>> files
     assert document["schema"] == "twistcore.detection/1"
     assert document["tau_deg"]["LeftForeArm"] == pytest.approx(5.0)
     keys = {"chain", "parent", "child", "start", "stop", "delta_deg", "confidence", "open", "kind"}

@@ -68,12 +68,8 @@ def refine(arguments: argparse.Namespace) -> int:
     with step(f"  {clip.path}: corrected"):
         refined = accepted_motion(clip, chains, review.state)
     with step(f"  {arguments.output}: written"):
-<<<<<<< HEAD
-        notes += jump_sentences(arguments.output, write_clip(clip, refined, arguments.output))
-=======
         jumps = write_clip(clip, refined, arguments.output)
     notes = clip_notes(clip_name(arguments.clip), clip) + jump_sentences(arguments.output, jumps)
->>>>>>> files
     if arguments.report:
         written = None if is_stream(arguments.output) else arguments.output
         report = Report(

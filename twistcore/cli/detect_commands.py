@@ -287,10 +287,7 @@ def _detection_to_json(name: str, clip: Clip, found: Detection, *, explain: bool
         "method": found.method,
         "tau_deg": tau_to_json(found),
         "intervals": intervals_to_json(found, explain=explain),
-<<<<<<< HEAD
-        "notes": [note.to_json() for note in found.analysis.notes],
-=======
         "warnings": list(map(str, clip.warnings)),
->>>>>>> files
+        "notes": [note.to_json() for note in found.analysis.notes],
     }
     return document | {"peaks": _peaks_to_json(found)} if explain else document
