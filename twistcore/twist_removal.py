@@ -40,7 +40,8 @@ def applied_unasked(
 
     No lone jump, for there is nothing to take out, and no roll of a helper, for nothing measures
     how sure that is. Closed ones, or also open ones, with a confidence of `at_least`, 0…1, or of
-    :data:`SURE_ENOUGH` where nobody names one. A detector that knows no confidence, as the paper's, is then taken at its word; one that is named leaves
+    :data:`SURE_ENOUGH` where nobody names one. A detector that knows no confidence, as the
+    paper's, is then taken at its word; one that is named leaves
     its intervals out. confidence: another than the detector's own.
     """
     return tuple(

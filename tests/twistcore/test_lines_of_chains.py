@@ -16,12 +16,12 @@ from twistcore.detection.consistency import (
     ConsistencyDetector,
     _alike,
     _by_itself,
-    _jumps,
     _limbs,
     _lines,
-    _segments,
     _standing,
     _standing_straight,
+    find_jumps,
+    segments_between,
 )
 from twistcore.detection.edges import find_edges
 from twistcore.detection.limbs import Limbs
@@ -126,12 +126,12 @@ def test_increments_are_twists_of_relative_rotations():
 def test_segments_lie_between_cuts_and_are_not_too_short_to_tell(fps, cuts, wanted):
     cut = np.zeros(200, dtype=bool)
     cut[cuts] = True
-    assert list(_segments(cut, fps)) == wanted
+    assert list(segments_between(cut, fps)) == wanted
 
 
 @pytest.mark.parametrize(("frames", "wanted"), [(0, []), (1, []), (2, [(0, 2)]), (5, [(0, 5)])])
 def test_a_clip_shorter_than_a_segment_is_one(frames, wanted):
-    assert list(_segments(np.zeros(frames, dtype=bool), 120.0)) == wanted
+    assert list(segments_between(np.zeros(frames, dtype=bool), 120.0)) == wanted
 
 
 # Turned joints, images
@@ -260,7 +260,7 @@ def test_jumps_are_sought_row_by_row_each_at_its_own_threshold():
     cut = np.zeros(40, dtype=bool)
     cut[[0, 18]] = True
     told: list[float] = []
-    found = _jumps(limbs, 50.0, cut, [(0, 18), (18, 40)], told.append)
+    found = find_jumps(limbs, 50.0, cut, [(0, 18), (18, 40)], told.append)
     assert told[-1] == 1.0
     assert [j.row for j in found] == [0, 1, 2, 3]
     assert len({j.tau for j in found}) == 4

@@ -15,7 +15,7 @@ from tests.twistcore.test_soft_errors import (
 from twistcore.analysis import ClipAnalysis
 from twistcore.chain import find_chains
 from twistcore.detection.confidence import confidence
-from twistcore.detection.consistency import _by_itself, _jumps, _limbs
+from twistcore.detection.consistency import _by_itself, _limbs, find_jumps
 from twistcore.detection.soft_errors import Known, soft_errors
 from twistcore.detection.soft_errors.silent_joints import _of_two_chains
 from twistcore.detection.soft_errors.soft_error import SoftError, judged
@@ -126,7 +126,7 @@ def test_a_straight_limb_is_judged_without_the_images_of_jumps_beside_it():
     seen = []
     for m in (motion, dirty):
         limbs, cut = _limbs([chains], m), np.arange(m.frames) == 0
-        jumps = _jumps(limbs, m.fps, cut, [(0, m.frames)], lambda _: None)
+        jumps = find_jumps(limbs, m.fps, cut, [(0, m.frames)], lambda _: None)
         own = [j.counter.y[j.row] for j in jumps]
         seen.append((own[0], np.array(_by_itself(limbs, jumps, 0))))
     (y, _), (y_with_image, by_itself) = seen

@@ -61,7 +61,6 @@ def refine(arguments: argparse.Namespace) -> int:
     if arguments.report:
         check_report(arguments.report, own_name(clip.path), clip)
     found = detected(arguments, clip)
-    notes = note_sentences(clip_name(arguments.clip), found.analysis)
     chains, review = found.chains_and_limbs, Review.of(found)
     review.accept(arguments.min_confidence, include_open=arguments.include_open)
     applied = review.accepted
@@ -69,7 +68,9 @@ def refine(arguments: argparse.Namespace) -> int:
         refined = accepted_motion(clip, chains, review.state)
     with step(f"  {arguments.output}: written"):
         jumps = write_clip(clip, refined, arguments.output)
-    notes = clip_notes(clip_name(arguments.clip), clip) + jump_sentences(arguments.output, jumps)
+    name = clip_name(arguments.clip)
+    notes = [*clip_notes(name, clip), *note_sentences(name, found.analysis)]
+    notes += jump_sentences(arguments.output, jumps)
     if arguments.report:
         written = None if is_stream(arguments.output) else arguments.output
         report = Report(
