@@ -11,6 +11,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from twistcore.body import Body, Unexamined
 from twistcore.chain import Chain
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
@@ -19,6 +20,7 @@ from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.errors import TwistError
+from twistcore.examination import unexamined_limbs, why_not_examined
 from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
@@ -38,7 +40,7 @@ class ClipAnalysis:
     """What is known of a motion before any decision: it does not change, and is safe in threads.
 
     motion: what was analysed; chains, limbs: those looked at; name: of the clip, for people; rig:
-    in what they are otherwise than found.
+    what a person changed in what was found; chosen: these are not all chains, but those asked for.
     """
 
     def __init__(
@@ -47,8 +49,10 @@ class ClipAnalysis:
         chains: Sequence[Chain],
         name: str = "motion",
         rig: Rig = AS_FOUND,
+        *,
+        chosen: bool = False,
     ) -> None:
-        self.motion, self.name, self.rig = motion, name, rig
+        self.motion, self.name, self.rig, self.chosen = motion, name, rig, chosen
         self.chains = tuple(c for c in chains if not isinstance(c, Limb))
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
@@ -101,9 +105,27 @@ class ClipAnalysis:
         return forward_kinematics(self.motion)
 
     @cached_property
+    def body(self) -> Body:
+        """What the joints were taken for, and the limbs that were found."""
+        return self.rig.body(self.motion)
+
+    @cached_property
+    def not_examined(self) -> str:
+        """Why nothing could be examined in the clip: a clause, or '' where something could."""
+        return why_not_examined(self.motion, self.chains_and_limbs)
+
+    @cached_property
+    def unexamined(self) -> tuple[Unexamined, ...]:
+        """The arms and legs that no chain examines; none where a person chose the chains."""
+        return () if self.chosen else unexamined_limbs(self.body, self.chains)
+
+    @cached_property
     def notes(self) -> tuple[Note, ...]:
         """What people should know about the clip, found when first asked for."""
-        return tuple(Note("border", text) for text in border_notes(self.motion))
+        notes = [Note("unexamined", str(limb)) for limb in self.unexamined]
+        if self.not_examined:
+            notes = [Note("unexamined", f"The clip could not be examined: {self.not_examined}.")]
+        return (*notes, *(Note("border", text) for text in border_notes(self.motion)))
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell = nobody) -> Analysis:
         """What a detector knows of the chains; made when it is first asked for.
@@ -320,16 +342,15 @@ def analyse(
         raise TypeError(f"expected a clip or a motion, found {type(clip).__name__} {clip!r:.80}")
     given = [c for c in chains or () if isinstance(c, Chain)]
     if chains is not None and len(given) == len(chains):
-        return ClipAnalysis(motion, given, name, rig)
+        return ClipAnalysis(motion, given, name, rig, chosen=True)
     every = rig.chains(motion)
     if chains is None:
         return ClipAnalysis(motion, every, name, rig)
     names = (c.name if isinstance(c, Chain) else c for c in chains)
     wanted = {_named(every, name, where).name for name in names}
     first = {c.name: {c.name, motion.skeleton.names[c.parent]} for c in every}
-    return ClipAnalysis(
-        motion, [c for c in every if not wanted.isdisjoint(first[c.name])], name, rig
-    )
+    some = [c for c in every if not wanted.isdisjoint(first[c.name])]
+    return ClipAnalysis(motion, some, name, rig, chosen=True)
 
 
 def detect(

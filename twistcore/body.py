@@ -15,10 +15,11 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 
-from twistcore.joint_names import FEET, HANDS, TOES, JointName, understood
+from twistcore.joint_names import FEET, HANDS, TOES, JointName, joint_as_said, understood
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array, normalise, rotate
 
@@ -26,6 +27,13 @@ from twistcore.rotation import Array, normalise, rotate
 BONES = {"arm": ("Shoulder", "Arm", "ForeArm"), "leg": ("UpLeg", "Leg")}
 SIDES = ("Left", "Right")
 LIMBS = tuple((side, kind) for side in SIDES for kind in BONES)
+_SEGMENT_OF: Mapping[tuple[str, ...], str] = {
+    ("shoulder",): "Shoulder",
+    ("arm",): "Arm",
+    ("forearm",): "ForeArm",
+    ("upleg",): "UpLeg",
+    ("leg",): "Leg",
+}
 _ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
 _WORDS = {"hand": HANDS, "foot": FEET}  # the first word first
 
@@ -75,13 +83,19 @@ class LimbLine:
 
 @dataclass(frozen=True)
 class Unexamined:
-    """A limb of which no chain could be made; limb: 'left arm'; why: a clause that says why."""
+    """A limb, or the end of one, of which no chain could be made.
+
+    limb: 'left arm', 'left forearm'; why: a clause that says why; side, kind: of the limb, as
+    :class:`LimbLine` has them.
+    """
 
     limb: str
     why: str
+    side: str = ""
+    kind: str = ""
 
     def __str__(self) -> str:
-        return f"{self.limb}: not examined, {self.why}"
+        return f"The {self.limb} was not examined: {self.why}."
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,15 +134,18 @@ def find_body(
     motion: Motion,
     *,
     joints: Iterable[int] | None = None,
-    names: Sequence[JointName] | None = None,
+    said: Mapping[str, str] = MappingProxyType({}),
 ) -> Body:
-    """The limbs of a motion's skeleton.
+    """Return the limbs of a motion's skeleton.
 
-    joints: of one person where there are several, all by default; names: what the joints' names
-    say, by default :func:`twistcore.joint_names.understood`.
+    joints: of one person where there are several, all by default; said: what a person takes
+    single joints for, by name: 'left hand', 'helper', as :func:`joint_as_said` has it.
     """
-    names = tuple(understood(motion.skeleton.names) if names is None else names)
-    search = _Search(motion, names, frozenset(range(len(names)) if joints is None else joints))
+    every = motion.skeleton.names
+    own = {k: joint_as_said(name, said[name]) for k, name in enumerate(every) if name in said}
+    names = tuple(own.get(k, name) for k, name in enumerate(understood(every)))
+    members = frozenset(range(len(names)) if joints is None else joints)
+    search = _Search(motion, names, members, frozenset(own))
     lines = search.named_lines()
     shapes = search.shapes({j for line in lines.values() for j in line.joints})
     if not lines:
@@ -172,9 +189,15 @@ def ancestors(skeleton: Skeleton, joint: int) -> list[int]:
 class _Search:
     """What the search of one body needs at every step."""
 
-    def __init__(self, motion: Motion, names: Sequence[JointName], joints: frozenset[int]) -> None:
+    def __init__(
+        self,
+        motion: Motion,
+        names: Sequence[JointName],
+        joints: frozenset[int],
+        said: frozenset[int],
+    ) -> None:
         self.motion, self.skeleton, self.names = motion, motion.skeleton, names
-        self.joints = joints
+        self.joints, self.said = joints, said  # said: the joints that a person named
         self.parents = motion.skeleton.parents.tolist()
         self.children = [[c for c in below if c in joints] for below in self.skeleton.children]
         self.offsets = [bone_offset(motion, j) for j in range(len(names))]
@@ -332,6 +355,9 @@ class _Search:
                 break
             if not self.solid[child]:  # in the place of its parent: no bone
                 continue
+            segment = _SEGMENT_OF.get(self.names[parent].roles) if parent in self.said else None
+            if segment in segments:
+                left = [*segments[: segments.index(segment) + 1]]
             bones[-1].append(Bone(parent, child, left[-1]))
             if parent not in pieces:
                 bones.append([])
@@ -580,13 +606,15 @@ class _Search:
         for side, kind in LIMBS:
             limb = f"{side.lower()} {kind}"
             if (side, kind) not in lines:
-                yield Unexamined(limb, self._why_missing(side, kind))
+                yield Unexamined(limb, self._why_missing(side, kind), side, kind)
                 continue
             have = {bone.segment for bone in lines[side, kind].bones}
             if kind == "arm" and "ForeArm" not in have:
-                yield Unexamined(f"{side.lower()} forearm", "no hand joint hangs on it")
+                why = "no hand joint hangs on it"
+                yield Unexamined(f"{side.lower()} forearm", why, side, kind)
             if kind == "leg" and "Leg" not in have:
-                yield Unexamined(f"{side.lower()} shin", "no foot joint hangs on it")
+                why = "no foot joint hangs on it"
+                yield Unexamined(f"{side.lower()} shin", why, side, kind)
 
     def _why_missing(self, side: str, kind: str) -> str:
         end = _ROLES[kind][-1]

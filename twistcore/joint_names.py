@@ -20,6 +20,7 @@ from twistcore.joint_vocabulary import (
     Vocabulary,
     default_vocabulary,
     folded,
+    joint_as_said,
     read_vocabulary,
 )
 
@@ -32,6 +33,7 @@ __all__ = [
     "Vocabulary",
     "default_vocabulary",
     "is_helper",
+    "joint_as_said",
     "read_vocabulary",
     "understood",
 ]

@@ -174,17 +174,25 @@ def _phrase(words: str) -> str:
 
 
 def _own_joints(table: Any) -> dict[str, JointName]:
-    """What a person says of single joints: 'left hand', 'helper', 'other', 'unknown'."""
-    out = {}
-    for name, said in has(table, what="joints").items():
-        words = text(said, name).casefold().split()
-        side = _SIDES[words.pop(0)] if words and words[0] in _SIDES else ""
-        what = " ".join(words)
-        if what not in (*ROLES, "helper", "other", "unknown"):
-            raise FormatError(
-                f"expected left or right and {', '.join(ROLES)}, or helper, other, unknown for "
-                f"{name}, found {said!r}"
-            )
-        joint = JointName(side, folded(name), "", (what,) if what in ROLES else (), word=name)
-        out[name] = replace(joint, helper=what == "helper", other=what == "other")
-    return out
+    """What a person says of single joints, by name."""
+    return {
+        name: joint_as_said(name, text(said, name))
+        for name, said in has(table, what="joints").items()
+    }
+
+
+def joint_as_said(name: str, said: str) -> JointName:
+    """What a person says of one joint: 'left hand', 'helper', 'other' or 'unknown'.
+
+    Raises FormatError for other words.
+    """
+    words = said.casefold().split()
+    side = _SIDES[words.pop(0)] if words and words[0] in _SIDES else ""
+    what = " ".join(words)
+    if what not in (*ROLES, "helper", "other", "unknown") or (what in ROLES) != bool(side):
+        raise FormatError(
+            f"expected left or right and {', '.join(ROLES)}, or helper, other, unknown for "
+            f"{name}, found {said!r}"
+        )
+    joint = JointName(side, folded(name), "", (what,) if what in ROLES else (), word=name)
+    return replace(joint, helper=what == "helper", other=what == "other")

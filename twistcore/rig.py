@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.atomic import write_atomically
-from twistcore.body import find_body
+from twistcore.body import Body, find_body
 from twistcore.chain import VARYING, Chain, find_chains, make_chain
 from twistcore.document_values import (
     bytes_of,
@@ -23,11 +23,13 @@ from twistcore.document_values import (
     parsed_toml,
     saying,
     shown,
+    text,
     texts,
 )
 from twistcore.encoding import encoded, legible, toml_string, unescaped
 from twistcore.errors import FormatError, TwistError
 from twistcore.helper import find_helpers
+from twistcore.joint_names import joint_as_said
 from twistcore.limb import Limb, along, as_limb, bones, find_limbs, path
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import normalise
@@ -81,24 +83,37 @@ class OwnChain:
 
 @dataclass(frozen=True)
 class Rig:
-    """What is otherwise than found: chains added, in their order, and names of those removed.
+    """What a person changed in what was found, for one skeleton.
 
-    A limb and the chain that begins it are added and removed each by itself.
+    add: chains, in their order; remove: names of chains found; names: what joints were taken for,
+    by name, as :func:`twistcore.joint_names.joint_as_said` has it. A limb and the chain that
+    begins it are added and removed each by itself.
     """
 
     add: tuple[OwnChain, ...] = ()
     remove: tuple[str, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
-        """Whether there is anything in it."""
-        return bool(self.add or self.remove)
+        """True if anything was changed."""
+        return bool(self.add or self.remove or self.names)
+
+    def body(self, motion: Motion) -> Body:
+        """Return the limbs of a motion by these names of joints."""
+        return find_body(motion, said=self.names)
+
+    def with_names(self, names: Mapping[str, str]) -> Rig:
+        """Return the rig with joints taken for what `names` says; FormatError for unknown words."""
+        for joint, said in names.items():
+            joint_as_said(joint, said)
+        return replace(self, names=dict(names))
 
     def chains(self, motion: Motion) -> tuple[Chain, ...]:
         """The chains of a motion, then its limbs, those found first.
 
         TwistError where this skeleton has no such joints or chains, or two would have one name.
         """
-        found = _found(motion)
+        found = self._found(motion)
         names = {chain.name for chain in found}
         for name in self.remove:
             if name not in names:
@@ -117,7 +132,7 @@ class Rig:
         TwistError where it is no chain, or its name is taken.
         """
         made = own.made(motion)
-        for chain in _found(motion):
+        for chain in self._found(motion):
             if chain.name in self.remove and _same(chain, made):
                 return replace(self, remove=tuple(n for n in self.remove if n != chain.name))
         rig = replace(self, add=(*self.add, own))
@@ -135,9 +150,18 @@ class Rig:
         """What was added under a name; None for a chain that is as found."""
         return next((own for own in self.add if own.name == name), None)
 
+    def _found(self, motion: Motion) -> tuple[Chain, ...]:
+        body = self.body(motion)
+        chains = find_chains(motion, body)
+        return *chains, *find_helpers(motion, body), *find_limbs(motion, chains)
+
     def summary(self) -> str:
         """'2 added, 1 removed'."""
-        counts = ((len(self.add), "added"), (len(self.remove), "removed"))
+        counts = (
+            (len(self.add), "added"),
+            (len(self.remove), "removed"),
+            (len(self.names), "named"),
+        )
         return ", ".join(f"{n} {word}" for n, word in counts if n) or "as found"
 
 
@@ -153,14 +177,16 @@ def skeleton_mark(skeleton: Skeleton) -> str:
 def rig_to_json(rig: Rig) -> dict[str, Any]:
     """What is added and removed, as a session keeps it."""
     entries = [{"joints": list(o.joints)} | ({"kind": "limb"} if o.limb else {}) for o in rig.add]
-    return {"add": entries, "remove": list(rig.remove)}
+    document: dict[str, Any] = {"add": entries, "remove": list(rig.remove)}
+    return document | ({"names": dict(rig.names)} if rig.names else {})
 
 
 def rig_from_json(entry: Any) -> Rig:
     """The reverse; FormatError where it is damaged."""
     rig = has(entry, what="rig")
     add, remove = each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
-    return Rig(add, tuple(dict.fromkeys(texts(remove, "remove"))))
+    names = {k: text(v, k) for k, v in has(rig.get("names", {}), what="names").items()}
+    return Rig(add, tuple(dict.fromkeys(texts(remove, "remove")))).with_names(names)
 
 
 def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
@@ -170,6 +196,9 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
         f'skeleton = "{skeleton_mark(skeleton)}"',
         f"remove = {_toml(rig.remove)}",
     ]
+    if rig.names:
+        entries = (f"{toml_string(j)} = {toml_string(said)}" for j, said in rig.names.items())
+        lines.append(f"names = {{ {', '.join(entries)} }}")
     for own in rig.add:
         lines += ["", "[[chain]]", f"joints = {_toml(own.joints)}"]
         lines += ['kind = "limb"'] if own.limb else []
@@ -180,16 +209,21 @@ def read_rig(path: Path) -> Rig:
     """A rig from a TOML file; raises TwistError, FormatError for a damaged file."""
     with saying(path):
         document = parsed_toml(bytes_of(path))
-        if unknown := sorted(document.keys() - {"skeleton", "remove", "chain"}):
+        if unknown := sorted(document.keys() - {"skeleton", "remove", "chain", "names"}):
             raise FormatError(f"{_EXPECTED}; found {shown(unknown[0])}")
         try:
             rig = rig_from_json(
-                {"add": document.get("chain", []), "remove": document.get("remove", [])}
+                {
+                    "add": document.get("chain", []),
+                    "remove": document.get("remove", []),
+                    "names": document.get("names", {}),
+                }
             )
         except FormatError as error:
             raise FormatError(f"{_EXPECTED}; {error}") from None
     add = tuple(OwnChain(tuple(map(unescaped, own.joints)), own.limb) for own in rig.add)
-    return Rig(add, tuple(map(unescaped, rig.remove)))
+    names = {unescaped(joint): said for joint, said in rig.names.items()}
+    return Rig(add, tuple(map(unescaped, rig.remove))).with_names(names)
 
 
 def _own_from_json(entry: Any) -> OwnChain:
@@ -203,12 +237,6 @@ def _own_from_json(entry: Any) -> OwnChain:
 
 def _toml(names: Iterable[str]) -> str:
     return f"[{', '.join(map(toml_string, names))}]"
-
-
-def _found(motion: Motion) -> tuple[Chain, ...]:
-    body = find_body(motion)
-    chains = find_chains(motion, body)
-    return *chains, *find_helpers(motion, body), *find_limbs(motion, chains)
 
 
 def _same(one: Chain, other: Chain) -> bool:

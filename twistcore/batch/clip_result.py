@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.analysis import ALL_KINDS, Detection, analyse
-from twistcore.batch.how_bad import severity, unchecked
+from twistcore.batch.how_bad import severity
 from twistcore.batch.parameters import Parameters
 from twistcore.bvh import parse_bvh
 from twistcore.clip import Clip, rewritten
@@ -91,7 +91,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "severity": severity(found, motion.frames),
         "degrees": {"max": largest, "rms": rms},
         "chains": [chain.name for chain in chains],
-        "unchecked": "" if len(found) else unchecked(motion, chains),
+        "unchecked": "" if len(found) else found.analysis.not_examined,
         "warnings": [
             *map(str, clip.warnings),
             *map(str, found.analysis.notes),

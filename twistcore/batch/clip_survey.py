@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 
 from twistcore.analysis import analyse
-from twistcore.batch.how_bad import severity, unchecked
+from twistcore.batch.how_bad import severity
 from twistcore.clip_files import clips_in
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.export.exports_beside import without_exports
@@ -49,7 +49,7 @@ def survey(
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
-    why = "" if len(found) else unchecked(clip.motion, analysis.chains_and_limbs)
+    why = "" if len(found) else analysis.not_examined
     bad, missing = severity(found, frames), clip.missing_frames
     return ClipSurvey(path, frames, fps, len(found), bad, "", why, missing)
 

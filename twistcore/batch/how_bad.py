@@ -1,15 +1,12 @@
-"""How bad a clip is, and whether nothing found in it means anything."""
+"""How bad a clip is."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
-from twistcore.chain import Chain
 from twistcore.detection import Interval
-from twistcore.detection.consistency import SHORTEST_SEGMENT
-from twistcore.motion import Motion
 from twistcore.rotation import wrap
 from twistcore.twist_removal import applied_unasked
 
@@ -30,13 +27,3 @@ def severity(intervals: Iterable[Interval], frames: int) -> float:
 def percent_affected(affected: int, frames: int) -> float:
     """The share of a clip's or a batch's frames in which anything is wrong, percent; 0 of none."""
     return 100.0 * affected / frames if frames else 0.0
-
-
-def unchecked(motion: Motion, chains: Sequence[Chain]) -> str:
-    """Why nothing found in a motion says nothing about it, else ''."""
-    if not chains:
-        return "no chain of parent, child and grandchild"
-    if motion.frames < max(3, round(SHORTEST_SEGMENT * motion.fps)):
-        one = motion.frames == 1
-        return f"{motion.frames} frame{' is' if one else 's are'} too few to tell error from motion"
-    return ""
