@@ -43,7 +43,9 @@ _NUMBERED = np.radians(5.0)  # a joint told from a piece by its number alone ben
 _UNKNOWN = np.radians(1.0)  # and one whose name says nothing
 _BENT = np.radians(10.0)  # a limb in which nothing bends by so much tells no piece from a joint
 _SHORT_LINE = 0.15  # of the skeleton's longest line: a finger, a foot, what hangs on the trunk
-_STUMP = 0.3  # of the other bone: next to a longer one a stump has no knee
+_FINGERS = 3  # lines of bones from one joint of a limb: there it ends
+_SMALL_LIMB = 0.35  # of the longest limb: a neck, an ear
+_NEARLY = 0.8  # of the longest two bones together: then the two farther from the trunk count
 
 
 @dataclass(frozen=True)
@@ -149,11 +151,20 @@ def find_body(
     lines = search.named_lines()
     shapes = search.shapes({j for line in lines.values() for j in line.joints})
     if not lines:
-        found = tuple(line for shape in shapes if (line := search.unnamed_line(shape)))
+        found = search.unnamed_lines(shapes)
         return Body(motion.skeleton, names, found, _few_limbs(len(found)))
     lines |= search.lines_by_shape(shapes, lines)
     found = tuple(lines[limb] for limb in LIMBS if limb in lines)
     return Body(motion.skeleton, names, found, tuple(search.missing(lines)))
+
+
+def lower_pair(sums: Sequence[float]) -> int:
+    """Index of the thigh and shin, or arm and forearm, among pairs of bones of a limb.
+
+    sums: the length of both bones of each pair, the pair at the trunk first. The longest; of pairs
+    of nearly that length the farthest from the trunk: a collar may be as long as a forearm.
+    """
+    return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))
 
 
 def has_length(skeleton: Skeleton, offset: Array) -> bool:
@@ -469,11 +480,23 @@ class _Search:
             if self.parents[joint] not in trunk or self._out_of_it[joint]:
                 continue
             line = [joint]
-            while line[-1] in main:
+            while line[-1] in main and not self._branches(line[-1]):
                 line.append(main[line[-1]])
             if len(line) >= 2 and taken.isdisjoint(line):
                 lines.append(line)
         return lines
+
+    def _branches(self, joint: int) -> bool:
+        """True for a joint that ends a limb, as a hand with fingers or a paw does."""
+        lines = (c for c in self.children[joint] if not self._out_of_it[c] and self.reach[c])
+        return len(list(lines)) >= _FINGERS
+
+    def unnamed_lines(self, shapes: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
+        """The limbs along lines of joints whose names say nothing; next to legs a neck is none."""
+        found = [line for shape in shapes if (line := self.unnamed_line(shape))]
+        sizes = [sum(self.lengths[b.child] for b in line.bones) for line in found]
+        least = _SMALL_LIMB * max(sizes, default=0.0)
+        return tuple(line for line, size in zip(found, sizes, strict=True) if size > least)
 
     def unnamed_line(self, joints: Sequence[int]) -> LimbLine | None:
         """The limb along a line of joints whose names say nothing; None without two bones."""
@@ -510,8 +533,7 @@ class _Search:
             else:
                 whole.append([pair])
         size = [sum(self.lengths[c] for _, c in bone) for bone in whole]
-        sums = [a + b for a, b in pairwise(size)]
-        end = int(np.argmax(sums)) + 1 if sums else len(whole) - 1
+        end = lower_pair([a + b for a, b in pairwise(size)]) + 1 if len(size) > 1 else 0
         far = self._below[1]
         longest = max(far[j] for j in self.joints)
         while end + 1 < len(whole):  # a long foot, as a horse has one

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from twistcore.body import lower_pair
 from twistcore.chain import Chain, limbs
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array, rotate
@@ -74,7 +75,7 @@ def find_limbs(motion: Motion, chains: Sequence[Chain]) -> tuple[Limb, ...]:
         if any(c.segment for c in line):
             own = [c for c in own if c.segment in _SEGMENTS]
         elif own:
-            own = [max(own, key=lambda c: sum(bones(motion, c)))]
+            own = [own[lower_pair([sum(bones(motion, c)) for c in own])]]
         found += [as_limb(motion, c) for c in own]
     order = {c.name: k for k, c in enumerate(chains)}
     names = motion.skeleton.names
