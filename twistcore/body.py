@@ -457,13 +457,18 @@ class _Search:
                 far[joint] = max(far[joint], self.lengths[child] + far[child])
         return bones, far, main
 
+    @cached_property
+    def _longest(self) -> float:
+        """Length of the skeleton's longest line."""
+        return max((self._below[1][j] for j in self.joints), default=0.0)
+
     def shapes(self, taken: set[int]) -> list[list[int]]:
         """Lines of joints that hang from the trunk and have none of the joints taken.
 
         A joint is of the trunk if two long lines leave it, and so is every joint above it.
         """
         bones, far, main = self._below
-        longest = max((far[j] for j in self.joints), default=0.0)
+        longest = self._longest
         trunk = {j for j in self.joints if self.parents[j] not in self.joints}
         for joint in self.joints:
             long = [
@@ -535,7 +540,7 @@ class _Search:
         size = [sum(self.lengths[c] for _, c in bone) for bone in whole]
         end = lower_pair([a + b for a, b in pairwise(size)]) + 1 if len(size) > 1 else 0
         far = self._below[1]
-        longest = max(far[j] for j in self.joints)
+        longest = self._longest
         while end + 1 < len(whole):  # a long foot, as a horse has one
             above = whole[end + 1][0][0]
             if far[above] <= _SHORT_LINE * longest:

@@ -46,6 +46,7 @@ _SHARED = 0.6  # an unknown first or last word of so many joints is the rig's na
 _FEWEST = 3  # bones that a language must name beyond the others
 _SHORTEST = 3  # letters of a word that is found within a longer one
 _SHORTEST_SIDE = 4
+_WORDS = 12  # read from either end of a name; no rig's names have more
 
 
 def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
@@ -103,7 +104,8 @@ def _words(name: str) -> list[str]:
     parts = [part for part in re.split(r"[:|/\\]", plain) if any(c.isalnum() for c in part)]
     bare = parts[-1] if parts else plain
     without = re.sub(r"\[[^\]]*\]|\([^)]*\)", " ", bare)
-    return _runs(without) or _runs(bare) or [bare]
+    runs = _runs(without) or _runs(bare) or [bare]
+    return runs if len(runs) <= 2 * _WORDS else runs[:_WORDS] + runs[-_WORDS:]
 
 
 def _runs(name: str) -> list[str]:
