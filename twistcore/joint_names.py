@@ -103,7 +103,7 @@ def _words(name: str) -> list[str]:
     )
     parts = [part for part in re.split(r"[:|/\\]", plain) if any(c.isalnum() for c in part)]
     bare = parts[-1] if parts else plain
-    without = re.sub(r"\[[^\]]*\]|\([^)]*\)", " ", bare)
+    without = re.sub(r"\[[^\]]*\]", " ", bare)
     runs = _runs(without) or _runs(bare) or [bare]
     return runs if len(runs) <= 2 * _WORDS else runs[:_WORDS] + runs[-_WORDS:]
 
@@ -119,14 +119,21 @@ def _runs(name: str) -> list[str]:
             pass
         elif now == kind or (kind, now) == ("upper", "lower"):
             if (kind, now) == ("upper", "lower") and len(words[-1]) > 1:  # LHip
-                words[-1], c = words[-1][:-1], words[-1][-1] + c
-                words.append(c)
+                capitals = words.pop()
+                before = capitals[:-1]
+                words += before if _is_side_and_letter(before) else [before]
+                words.append(capitals[-1] + c)
             else:
                 words[-1] += c
         else:
             words.append(c)
         kind = now
     return words
+
+
+def _is_side_and_letter(capitals: str) -> bool:
+    """Whether two capitals before a word are a side and the begin of it: LUArm, RFArm."""
+    return len(capitals) == 2 and capitals[0] in "LR"
 
 
 def _kind(c: str) -> str:
@@ -198,20 +205,24 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
     for word in words:
         split += _sides_off(folded(word), word.isupper(), vocabulary)
     rest = [p for p in split if not p.side]
-    out: list[_Piece] = []
+    out = [p for p in split if p.side]
     k = 0
     while k < len(rest):
         for stop in range(len(rest), k, -1):
             phrase = "".join(p.word for p in rest[k:stop])
             meaning = vocabulary.words.get(phrase)
             if meaning is not None and not meaning.side:
-                out.append(_Piece(phrase, meaning))
+                piece = _Piece(phrase, meaning)
+                apart = _taken_apart(phrase, vocabulary) if piece.has("sided") else []
+                if any(p.side for p in out) or not any(p.side for p in apart):  # larm, L_larm
+                    apart = [piece]
+                out += apart
                 k = stop
                 break
         else:
             out += _taken_apart(rest[k].word, vocabulary) or [rest[k]]
             k += 1
-    return [p for p in split if p.side] + out
+    return out
 
 
 def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
@@ -282,6 +293,8 @@ def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabu
     for pair in vocabulary.pairs:
         seen: tuple[dict[Any, int], dict[Any, int]] = ({}, {})
         for joint, (joint_pieces, number) in enumerate(zip(pieces, numbers, strict=True)):
+            if not any(p.word in pair for p in joint_pieces):
+                continue
             if any(p.side for p in joint_pieces if p.word not in pair):
                 continue
             rest = tuple(p.word for p in joint_pieces if p.word not in pair)
@@ -308,6 +321,8 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
     other = next((p for p in stem if p.has("other")), None)
     trunk = next((p for p in stem if p.has("trunk")), None)
     bone = bones[-1] if bones else None
+    if bone is not None and trunk is not None and not side:
+        bone = None  # Kinect's SpineShoulder
     if bone is not None and (other is None or "toe" in bone.roles):
         other = trunk = None
     roles = bone.roles if bone is not None and other is None else ()
@@ -335,27 +350,34 @@ def _side(pieces: list[_Piece]) -> str:
 
 def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
     """Without the roles of words that count only where a side has no better one."""
-    plain = [_is_plain(p) for p in pieces]
-    sure = {
-        (joint.side, joint.roles[0])
-        for joint, is_plain in zip(joints, plain, strict=True)
-        if joint.roles and is_plain and not joint.helper
-    }
+    ranks = [_rank(p) for p in pieces]
+    best: dict[tuple[str, str], int] = {}
+    for joint, rank in zip(joints, ranks, strict=True):
+        if joint.roles and not joint.helper:
+            for side in {joint.side, ""}:  # a joint without a side is compared with all
+                key = side, joint.roles[0]
+                best[key] = min(rank, best.get(key, rank))
     out = []
-    for joint, joint_pieces, is_plain in zip(joints, pieces, plain, strict=True):
-        if joint.roles and not is_plain and (joint.side, joint.roles[0]) in sure:
+    for joint, joint_pieces, rank in zip(joints, pieces, ranks, strict=True):
+        if joint.roles and not joint.helper and rank > best[joint.side, joint.roles[0]]:
             layer = any(p.has("layer") for p in joint_pieces)
-            trunk = any(p.has("trunk") for p in joint_pieces)
-            roles = joint.roles if joint.helper else ()
-            joint = replace(joint, roles=roles, other=layer, trunk=trunk and not layer)
-        out.append(joint)
+            trunk = any(p.has("trunk") for p in joint_pieces) and not layer
+            out.append(replace(joint, roles=(), other=layer, trunk=trunk))
+        else:
+            out.append(joint)
     return out
 
 
-def _is_plain(pieces: list[_Piece]) -> bool:
-    """Whether all of a name is known, and by words that need no other to be missing."""
-    return all(
-        p and not any(map(p.has, ("second", "layer", "tip")))
-        for p in pieces
-        if p or len(p.word) > 1
-    )
+def _rank(pieces: list[_Piece]) -> int:
+    """How far a name is from one that says only what it is, in known words; 0 for such a one."""
+    if any(p.has("third") for p in pieces):
+        return 3
+    bare = [p for p in pieces if p or len(p.word) > 1]
+    two = sum(len(p.roles) == 1 for p in bare) > 1  # Unreal's calf_knee
+    if two or not all(bare) or any(_is_beside_the_bone(p) for p in bare):
+        return 2
+    return int(any(p.has("second") for p in bare))
+
+
+def _is_beside_the_bone(piece: _Piece) -> bool:
+    return piece.has("layer") or piece.has("tip") or (piece.has("trunk") and not piece.roles)

@@ -17,7 +17,18 @@ ROLES = ("shoulder", "arm", "forearm", "hand", "upleg", "leg", "foot", "toe")
 _DEFAULT = Path(__file__).with_name("joint_names.toml")
 _KANA_MARKS = "\u3099\u309a"  # か with one is が, another letter
 _PLAIN = str.maketrans({"ł": "l", "ø": "o", "đ": "d", "ı": "i", "æ": "ae", "œ": "oe"})
-_MARKS = ("sided", "second", "trunk", "other", "helper", "layer", "tip", "noise", "prefixes")
+_MARKS = (
+    "sided",
+    "second",
+    "third",
+    "trunk",
+    "other",
+    "helper",
+    "layer",
+    "tip",
+    "noise",
+    "prefixes",
+)
 _SIDES = {"left": "Left", "right": "Right"}
 _KEYS = (*_SIDES, *ROLES, *_MARKS, "pairs", "either", "whole")
 
