@@ -66,7 +66,10 @@ def is_helper(name: str) -> bool:
 def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
     words = [_words(name) for name in _legible(names)]
     found = _read(words, vocabulary)
+    text = "\n".join({folded(word) for joint in words for word in joint if not word.isdigit()})
     for language in vocabulary.languages:
+        if sum(word in text for word in language.words) < _FEWEST:
+            continue
         other = _read(words, language.over(vocabulary))
         if _limb_words(other) >= _limb_words(found) + _FEWEST:
             found = other
