@@ -1,0 +1,317 @@
+"""Errors on rigs as people have them: python -m benchmarks.rigs FOLDER [--clips N] [--json FILE].
+
+FOLDER has CMU clips with MotionBuilder's names. Each is put onto every rig of
+`benchmarks._rig_families`; 58 errors of 15-150° a rig, 1-30 frames long, are spread over the clips
+and put in at the joint above C: P turns about its bone, and its children turn back. The program
+corrects what it corrects by itself. The same errors, at the same joints of the body and the same
+frames, are put into every rig.
+
+A frame is repaired if at most a fifth of its error is left, in P and in each of its children. Made
+wrong: a joint in a frame without error that is changed by more than 1°; `sound`: likewise in the
+clips without errors. Chains: how many of the ten pairs P, C are looked at. Of rigs in pieces there
+is a line for each share of a bone's roll that its first piece has: none, half, all. What the others
+have of it comes with what they take from the joint below: pronation lies in the forearm. Between
+pieces: errors of a piece against the next one of its bone, in a run of their own.
+
+Clips in which the program corrects something without any error put in are left out.
+--missed lists every error that is not repaired, and why.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from benchmarks._rig_families import RIGS
+from benchmarks._rigs import Rig, bone_pairs, piece_pairs, rigged
+from twistcore.analysis import REPAIRED, Detection, analyse
+from twistcore.bvh import read_bvh
+from twistcore.chain import make_chain
+from twistcore.clip_files import BVH, clips_in
+from twistcore.detection.cuts import leading_frames
+from twistcore.motion import Motion
+from twistcore.refinement import applied_unasked, refine
+from twistcore.rotation import Array, geodesic_angle
+from twistcore.synthesis import SUCCESS, InjectedError, generator, inject
+
+ERRORS = 58
+SMALLEST, LARGEST = 15.0, 150.0  # degrees
+LONGEST = 30  # frames
+APART = 10  # frames between errors of a limb
+EDGE = 2  # frames of the clip before the first error and after the last one
+CLIP = 600  # frames: of a longer clip its first
+CHANGED = float(np.radians(1.0))
+EXACT = float(np.radians(0.5))
+SHARES = (0.0, 0.5, 1.0)
+_TRIES = 500
+_JOINTS = ("Hips", "LeftUpLeg", "RightArm", "LeftHand")  # which a clip of CMU's has
+
+
+class Pair(NamedTuple):
+    """P and C by index; limb: what the pair is a part of."""
+
+    parent: int
+    child: int
+    limb: tuple[int, bool]
+
+
+class Place(NamedTuple):
+    """Where an error is: number of the pair, frames [start, stop), radians."""
+
+    pair: int
+    start: int
+    stop: int
+    offset: float
+
+
+@dataclass(frozen=True)
+class Missed:
+    """An error that was not repaired, with what the program made of it."""
+
+    rig: str
+    share: float
+    clip: str
+    joints: str
+    start: int
+    stop: int
+    degrees: float
+    why: str
+
+
+@dataclass(frozen=True)
+class Count:
+    """What became of the errors of a rig; made_wrong and sound count joints in frames."""
+
+    errors: int = 0
+    repaired: int = 0
+    frames: int = 0
+    repaired_frames: int = 0
+    exact_frames: int = 0
+    made_wrong: int = 0
+    sound: int = 0
+    pairs: int = 0
+    chains: int = 0
+    missed: tuple[Missed, ...] = ()
+
+    def __add__(self, other: Count) -> Count:
+        return Count(**{name: value + getattr(other, name) for name, value in vars(self).items()})
+
+    @property
+    def percent(self) -> float:
+        """Share of the error frames that are repaired."""
+        return 100.0 * self.repaired_frames / self.frames if self.frames else 100.0
+
+
+def drawn(
+    limbs: Sequence[tuple[int, bool]], frames: int, number: int, rng: np.random.Generator
+) -> list[Place]:
+    """Places of errors; limbs: of each pair. None is nearer than APART to another of its limb."""
+    places: list[Place] = []
+    for _ in range(number if limbs else 0):
+        for _ in range(_TRIES):
+            pair, length = int(rng.random() * len(limbs)), int(rng.integers(1, LONGEST + 1))
+            degrees = rng.uniform(SMALLEST, LARGEST) * rng.choice([-1.0, 1.0])
+            room = frames - 2 * EDGE - length
+            start = EDGE + int(rng.random() * room)
+            near = (p for p in places if limbs[p.pair] == limbs[pair])
+            if room > 0 and all(
+                start >= p.stop + APART or start + length + APART <= p.start for p in near
+            ):
+                places.append(Place(pair, start, start + length, float(np.radians(degrees))))
+                break
+    return places
+
+
+def with_errors(motion: Motion, pairs: Sequence[Pair], places: Sequence[Place]) -> Motion:
+    """The motion with P of each place turned by its offset about its bone, the children back."""
+    chains, errors = {}, []
+    for place in places:
+        pair = pairs[place.pair]
+        chain = make_chain(motion, pair.parent, pair.child)
+        assert chain is not None, "a bone without length"
+        chains[chain.name] = chain
+        offset = np.full(place.stop - place.start, place.offset)
+        errors.append(InjectedError(chain.name, place.start, place.stop, offset))
+    return inject(motion, tuple(chains.values()), errors)
+
+
+def corrected(motion: Motion) -> tuple[Motion, Detection]:
+    """The motion as the program corrects it by itself, and what it found."""
+    found = analyse(motion).detect(kinds=REPAIRED)
+    return refine(motion, found.chains_and_limbs, applied_unasked(found)), found
+
+
+def counted(
+    motion: Motion, pairs: Sequence[Pair], places: Sequence[Place], rig: Rig, clip: str
+) -> Count:
+    """Put errors into a motion on a rig, let the program correct it, and count."""
+    refined, found = corrected(with_errors(motion, pairs, places))
+    left = geodesic_angle(motion.rotations, refined.rotations)
+    turned = np.zeros(left.shape, dtype=bool)
+    total = Count()
+    for place in places:
+        pair, at = pairs[place.pair], slice(place.start, place.stop)
+        joints = [pair.parent, *motion.skeleton.children[pair.parent]]
+        turned[at, joints] = True
+        error: Array = left[at, joints].max(axis=1)
+        good = error <= SUCCESS * abs(place.offset)
+        missed = ()
+        if not good.all():
+            why = reason(found, pair, place)
+            names = " → ".join(motion.skeleton.names[j] for j in pair[:2])
+            degrees = float(np.degrees(place.offset))
+            missed = (
+                Missed(rig.name, rig.share, clip, names, place.start, place.stop, degrees, why),
+            )
+        total += Count(
+            errors=1,
+            repaired=int(good.all()),
+            frames=len(good),
+            repaired_frames=int(good.sum()),
+            exact_frames=int((error <= EXACT).sum()),
+            missed=missed,
+        )
+    looked_at = {(chain.parent, chain.child) for chain in found.chains}
+    return total + Count(
+        made_wrong=int((left[~turned] > CHANGED).sum()),
+        pairs=len(pairs),
+        chains=sum(pair[:2] in looked_at for pair in pairs),
+    )
+
+
+def reason(found: Detection, pair: Pair, place: Place) -> str:
+    """What the program made of an error that it did not repair."""
+    chains = {c.name: c for c in found.chains_and_limbs}
+    own = [c.name for c in found.chains if (c.parent, c.child) == pair[:2]]
+    near = [i for i in found if i.start < place.stop + 2 and place.start - 2 < i.stop]
+    applied = set(map(id, applied_unasked(near)))
+
+    def told(intervals: list) -> str:
+        return ", ".join(
+            f"{i.chain} {i.start}-{i.stop} {np.degrees(i.shown):+.0f}°"
+            + ("" if id(i) in applied else f" not applied, confidence {i.confidence or 0.0:.2f}")
+            for i in intervals
+        )
+
+    on_pair = [i for i in near if i.chain in own]
+    joints = set(pair[:2])
+    others = [i for i in near if joints & {chains[i.chain].parent, chains[i.chain].child}]
+    if not own:
+        return "no chain of the pair" + (f"; taken for {told(others)}" if others else "")
+    if on_pair:
+        return f"found as {told(on_pair)}"
+    return f"not found; taken for {told(others)}" if others else "not found"
+
+
+def sound_changes(motion: Motion) -> int:
+    """How many joints in frames the program changes by more than 1° in a clip without errors."""
+    refined, _ = corrected(motion)
+    return int((geodesic_angle(motion.rotations, refined.rotations) > CHANGED).sum())
+
+
+def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
+    """What becomes of errors at the joints of the limbs, and of errors between pieces."""
+    at_joints, between = Count(), Count()
+    for k, (name, motion) in enumerate(clips.items()):
+        made = rigged(motion, rig)
+        number = (ERRORS * (k + 1)) // len(clips) - (ERRORS * k) // len(clips)
+        joints = [
+            Pair(parent, child, (side, "Leg" in role))
+            for (side, role), (parent, child) in bone_pairs(made, rig).items()
+        ]
+        places = drawn([p.limb for p in joints], made.frames, number, generator(seed, name))
+        sound = Count(sound=sound_changes(made))
+        at_joints += counted(made, joints, places, rig, name) + sound
+        if not rig.in_pieces:
+            continue
+        pieces = [Pair(*pair, limb) for pair, limb in piece_pairs(made, rig)]
+        places = drawn([p.limb for p in pieces], made.frames, number, generator(seed, name, 1))
+        between += counted(made, pieces, places, rig, name)
+    return at_joints, between
+
+
+def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
+    """Clips of CMU's in which the program corrects nothing by itself, evenly chosen, by name."""
+    found: dict[str, Motion] = {}
+    for path in clips_in(folder, suffixes=BVH):
+        motion = read_bvh(path).motion
+        if not set(_JOINTS) <= set(motion.skeleton.names):
+            continue
+        first = leading_frames(motion)
+        motion = motion.sliced(first, min(motion.frames, first + CLIP))
+        if not sound_changes(motion):
+            found[path.stem] = motion
+    names = list(found)
+    chosen = [names[(k * len(names)) // number] for k in range(min(number, len(names)))]
+    return {name: found[name] for name in chosen}
+
+
+def variants(rig: Rig) -> list[Rig]:
+    """A rig in pieces with each share of the roll; another one as it is."""
+    return [replace(rig, share=share) for share in SHARES] if rig.in_pieces else [rig]
+
+
+def line(rig: Rig, at_joints: Count, between: Count) -> str:
+    """A row of the table."""
+    share = f"{100 * rig.share:.0f} %" if rig.in_pieces else ""
+    cells = [
+        rig.name,
+        share,
+        f"{at_joints.chains / max(at_joints.pairs, 1) * 10:.0f}",
+        f"{at_joints.repaired} of {at_joints.errors}",
+        f"{at_joints.percent:.1f}",
+        f"{100 * at_joints.exact_frames / max(at_joints.frames, 1):.1f}",
+        f"{at_joints.made_wrong}",
+        f"{at_joints.sound}",
+        f"{between.percent:.1f}" if between.errors else "",
+        f"{between.made_wrong}" if between.errors else "",
+    ]
+    return "| " + " | ".join(cells) + " |"
+
+
+HEAD = (
+    "| rig | first piece's roll | chains | errors repaired | frames % | within 0.5° % | made wrong "
+    "| sound | between pieces % | made wrong |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|"
+)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--clips", type=int, default=6)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rig", default="", help="only rigs with this in their name")
+    parser.add_argument("--missed", action="store_true", help="list what is not repaired")
+    parser.add_argument("--json", type=Path)
+    given = parser.parse_args()
+    clips = sound_clips(given.folder, given.clips)
+    print(f"{len(clips)} clips: {', '.join(clips)}; seed {given.seed}")
+    rows, group = [], ""
+    for rig in RIGS:
+        if given.rig.lower() not in rig.name.lower():
+            continue
+        if rig.group != group:
+            group = rig.group
+            print(f"\n{group[0].upper()}{group[1:]}:\n\n{HEAD}")
+        for variant in variants(rig):
+            at_joints, between = run(clips, variant, given.seed)
+            print(line(variant, at_joints, between), flush=True)
+            own = {"rig": rig.name, "group": group, "share": variant.share, "source": rig.source}
+            rows.append(own | {"joints": asdict(at_joints), "between": asdict(between)})
+            if given.missed:
+                for m in (*at_joints.missed, *between.missed):
+                    print(f"    {m.clip} {m.joints} {m.start}-{m.stop} {m.degrees:+.0f}°: {m.why}")
+    if given.json:
+        document = {"clips": list(clips), "seed": given.seed, "rows": rows}
+        given.json.write_text(json.dumps(document, ensure_ascii=False, indent=1), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
