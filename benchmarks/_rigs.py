@@ -35,6 +35,7 @@ BELOW = {
     "Leg": "Foot",
     "Foot": "ToeBase",
 }
+CHAINED = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")  # bones that have a chain
 # Bones whose last piece takes over roll of the joint below: pronation lies in the forearm.
 ROLLED = ("ForeArm", "Leg")
 _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
@@ -263,7 +264,7 @@ def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int
     skeleton = motion.skeleton
     pairs = {}
     for side in (0, 1):
-        for role in ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg"):
+        for role in CHAINED:
             child = skeleton.index(rig.pieces(BELOW[role], side)[0])
             pairs[side, role] = int(skeleton.parents[child]), child
     return pairs
@@ -274,7 +275,7 @@ def piece_pairs(motion: Motion, rig: Rig) -> list[tuple[tuple[int, int], tuple[i
     index = motion.skeleton.index
     found = []
     for side in (0, 1):
-        for role in LIMBS:
+        for role in CHAINED:
             pieces = rig.pieces(role, side)
             limb = side, role in LIMBS[4:]
             found += [((index(a), index(b)), limb) for a, b in pairwise(pieces)]

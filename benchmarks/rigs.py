@@ -34,6 +34,7 @@ from twistcore.analysis import REPAIRED, Detection, analyse
 from twistcore.bvh import read_bvh
 from twistcore.chain import make_chain
 from twistcore.clip_files import BVH, clips_in
+from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.motion import Motion
 from twistcore.refinement import applied_unasked, refine
@@ -192,10 +193,10 @@ def reason(found: Detection, pair: Pair, place: Place) -> str:
     near = [i for i in found if i.start < place.stop + 2 and place.start - 2 < i.stop]
     applied = set(map(id, applied_unasked(near)))
 
-    def told(intervals: list) -> str:
+    def told(intervals: list[Interval]) -> str:
         return ", ".join(
             f"{i.chain} {i.start}-{i.stop} {np.degrees(i.shown):+.0f}°"
-            + ("" if id(i) in applied else f" not applied, confidence {i.confidence or 0.0:.2f}")
+            + ("" if id(i) in applied else _why_left(i))
             for i in intervals
         )
 
@@ -207,6 +208,12 @@ def reason(found: Detection, pair: Pair, place: Place) -> str:
     if on_pair:
         return f"found as {told(on_pair)}"
     return f"not found; taken for {told(others)}" if others else "not found"
+
+
+def _why_left(interval: Interval) -> str:
+    """Why an interval is not corrected without a person's word."""
+    why = "open" if interval.open else f"confidence {interval.confidence or 0.0:.2f}"
+    return f" not applied ({why})"
 
 
 def sound_changes(motion: Motion) -> int:
@@ -248,7 +255,8 @@ def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
         if not sound_changes(motion):
             found[path.stem] = motion
     names = list(found)
-    chosen = [names[(k * len(names)) // number] for k in range(min(number, len(names)))]
+    number = min(number, len(names))
+    chosen = [names[(k * len(names)) // number] for k in range(number)]
     return {name: found[name] for name in chosen}
 
 
