@@ -5,8 +5,6 @@ Words and their meanings are in :mod:`twistcore.joint_vocabulary`.
 
 from __future__ import annotations
 
-import re
-import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -23,6 +21,7 @@ from twistcore.joint_vocabulary import (
     joint_as_said,
     read_vocabulary,
 )
+from twistcore.joint_words import decodings, words_of
 
 __all__ = [
     "FEET",
@@ -44,9 +43,11 @@ TOES = ("toe", "ball", "foot")
 
 _SHARED = 0.6  # an unknown first or last word of so many joints is the rig's name, not the joint's
 _FEWEST = 3  # bones that a language must name beyond the others
+_ENOUGH = 6  # bones that are named: no other language is looked for
 _SHORTEST = 3  # letters of a word that is found within a longer one
 _SHORTEST_SIDE = 4
-_WORDS = 12  # read from either end of a name; no rig's names have more
+_LONGEST = 60  # letters of a word that is taken apart
+_LAST = 3  # the rank of a word that counts only where nothing else is
 
 
 def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
@@ -59,96 +60,37 @@ def is_helper(name: str) -> bool:
     return understood([name])[0].helper
 
 
-# -- words of a name -------------------------------------------------------------------------------
-
-
 @lru_cache(maxsize=16)
 def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
-    words = [_words(name) for name in _legible(names)]
-    found = _read(words, vocabulary)
-    text = "\n".join({folded(word) for joint in words for word in joint if not word.isdigit()})
-    for language in vocabulary.languages:
-        if sum(word in text for word in language.words) < _FEWEST:
-            continue
-        other = _read(words, language.over(vocabulary))
-        if _limb_words(other) >= _limb_words(found) + _FEWEST:
-            found = other
+    readings = [_in_languages([*map(words_of, text)], vocabulary) for text in decodings(names)]
+    found = max(readings, key=_known)  # the first of equal ones
     own = vocabulary.joints
     return tuple(own.get(name, joint) for name, joint in zip(names, found, strict=True))
+
+
+def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
+    """What the names say in the language that most bones are named in."""
+    found = _read(words, vocabulary)
+    if _limb_words(found) >= _ENOUGH:
+        return found
+    text = "\n".join({folded(word) for joint in words for word in joint if not word.isdigit()})
+    for language, both in zip(vocabulary.languages, vocabulary.with_languages, strict=True):
+        if sum(word in text for word in language.words) < _FEWEST:
+            continue
+        other = _read(words, both)
+        if _limb_words(other) >= _limb_words(found) + _FEWEST:
+            found = other
+    return found
+
+
+def _known(joints: Iterable[JointName]) -> int:
+    """How many joints have a name that is known."""
+    return sum(bool(joint.roles or joint.other or joint.trunk) for joint in joints)
 
 
 def _limb_words(joints: Iterable[JointName]) -> int:
     """How many different bones are named."""
     return len({joint.word for joint in joints if joint.roles and not joint.helper})
-
-
-def _legible(names: tuple[str, ...]) -> list[str]:
-    """The names with bytes that are no UTF-8 taken as the letters of the likeliest encoding."""
-    return [_decoded(name) for name in names]
-
-
-def _decoded(name: str) -> str:
-    if name.isascii() or not any("\udc80" <= c <= "\udcff" for c in name):
-        return name
-    data = name.encode("utf-8", "surrogateescape")
-    for encoding in ("cp932", "latin-1"):
-        try:
-            return data.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-    return name
-
-
-def _words(name: str) -> list[str]:
-    """Runs of letters or digits, as written; namespaces, paths and what is in brackets left out."""
-    plain = "".join(
-        c for c in unicodedata.normalize("NFKC", name) if unicodedata.category(c) != "Cf"
-    )
-    parts = [part for part in re.split(r"[:|/\\]", plain) if any(c.isalnum() for c in part)]
-    bare = parts[-1] if parts else plain
-    without = re.sub(r"\[[^\]]*\]", " ", bare)
-    runs = _runs(without) or _runs(bare) or [bare]
-    return runs if len(runs) <= 2 * _WORDS else runs[:_WORDS] + runs[-_WORDS:]
-
-
-def _runs(name: str) -> list[str]:
-    words: list[str] = []
-    kind = ""
-    for c in unicodedata.normalize("NFC", name):
-        now = _kind(c)
-        if now == "mark":
-            now = kind
-        if now == "":
-            pass
-        elif now == kind or (kind, now) == ("upper", "lower"):
-            if (kind, now) == ("upper", "lower") and len(words[-1]) > 1:  # LHip
-                capitals = words.pop()
-                before = capitals[:-1]
-                words += before if _is_side_and_letter(before) else [before]
-                words.append(capitals[-1] + c)
-            else:
-                words[-1] += c
-        else:
-            words.append(c)
-        kind = now
-    return words
-
-
-def _is_side_and_letter(capitals: str) -> bool:
-    """Whether two capitals before a word are a side and the begin of it: LUArm, RFArm."""
-    return len(capitals) == 2 and capitals[0] in "LR"
-
-
-def _kind(c: str) -> str:
-    if c.isdigit():
-        return "digit"
-    if c.isupper() or c.istitle():
-        return "upper"
-    if c.islower():
-        return "lower"
-    if c.isalpha():
-        return "letter"  # of a script without case
-    return "mark" if unicodedata.category(c) in ("Mn", "Mc") else ""
 
 
 # -- what they mean --------------------------------------------------------------------------------
@@ -252,6 +194,8 @@ def _has_case(word: str) -> bool:
 
 def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
     """The known words that a word is made of, as few as can be; [] where something is left."""
+    if len(word) > _LONGEST:
+        return []
     best: list[list[_Piece] | None] = [None] * (len(word) + 1)
     best[0] = []
     for stop in range(1, len(word) + 1):
@@ -352,7 +296,10 @@ def _side(pieces: list[_Piece]) -> str:
 
 
 def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
-    """Without the roles of words that count only where a side has no better one."""
+    """The roles in view of the others: without those of words that a side has a better one for.
+
+    Of a word with several meanings the one comes first that no other word of its side has.
+    """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}
     for joint, rank in zip(joints, ranks, strict=True):
@@ -360,21 +307,54 @@ def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName
             for side in {joint.side, ""}:  # a joint without a side is compared with all
                 key = side, joint.roles[0]
                 best[key] = min(rank, best.get(key, rank))
-    out = []
-    for joint, joint_pieces, rank in zip(joints, pieces, ranks, strict=True):
-        if joint.roles and not joint.helper and rank > best[joint.side, joint.roles[0]]:
-            layer = any(p.has("layer") for p in joint_pieces)
-            trunk = any(p.has("trunk") for p in joint_pieces) and not layer
-            out.append(replace(joint, roles=(), other=layer, trunk=trunk))
-        else:
-            out.append(joint)
+    out = list(joints)
+    last = []
+    for k, (joint, rank) in enumerate(zip(joints, ranks, strict=True)):
+        if joint.roles and not joint.helper and rank == _LAST:
+            last.append(k)
+            out[k] = _without_roles(joint, pieces[k])
+        elif joint.roles and not joint.helper and rank > best[joint.side, joint.roles[0]]:
+            out[k] = _without_roles(joint, pieces[k])
+    out, taken = _told_apart(out)
+    if last := [k for k in last if (joints[k].side, joints[k].roles[0]) not in taken]:
+        for k in last:
+            out[k] = joints[k]
+        out, taken = _told_apart(out)
     return out
+
+
+def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
+    layer = any(p.has("layer") for p in pieces)
+    trunk = any(p.has("trunk") for p in pieces) and not layer
+    return replace(joint, roles=(), other=layer, trunk=trunk)
+
+
+def _told_apart(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
+    """Joints with the roles in front that no other has for certain; and those certain ones."""
+    out = list(joints)
+    open_ = {k: list(joint.roles) for k, joint in enumerate(joints) if joint.roles}
+    taken: set[tuple[str, str]] = set()
+    while True:
+        certain = {
+            (out[k].side, roles[0])
+            for k, roles in open_.items()
+            if len(roles) == 1 and not out[k].helper
+        }
+        if certain == taken:
+            return out, taken
+        taken = certain
+        for k, roles in open_.items():
+            free = [role for role in roles if (out[k].side, role) not in taken]
+            if free and len(roles) > 1:
+                open_[k] = free
+                rest = [role for role in out[k].roles if role not in free]
+                out[k] = replace(out[k], roles=(*free, *rest))
 
 
 def _rank(pieces: list[_Piece]) -> int:
     """How far a name is from one that says only what it is, in known words; 0 for such a one."""
     if any(p.has("third") for p in pieces):
-        return 3
+        return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]
     two = sum(len(p.roles) == 1 for p in bare) > 1  # Unreal's calf_knee
     if two or not all(bare) or any(_is_beside_the_bone(p) for p in bare):

@@ -97,6 +97,11 @@ class Vocabulary:
         )
 
     @cached_property
+    def with_languages(self) -> tuple[Vocabulary, ...]:
+        """This one with each of its languages."""
+        return tuple(language.over(self) for language in self.languages)
+
+    @cached_property
     def longest(self) -> int:
         """Letters of the longest word."""
         return max(map(len, self.words), default=0)

@@ -3,7 +3,8 @@
 import pytest
 
 from tests.twistcore.name_families import FAMILIES
-from twistcore.joint_names import ROLES, understood
+from twistcore.chain import find_chains
+from twistcore.joint_names import understood
 
 SIDES = ("Left", "Right")
 
@@ -40,3 +41,10 @@ def test_the_roles_of_a_name_family(family):
                     in ("hand", "toe")  # SMPL's hand below the wrist, toes beside toes
                 )
             ), joint
+
+
+@pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
+def test_the_chains_of_a_name_family(family):
+    chains = find_chains(family.motion())
+    assert [(c.side, c.segment, c.name) for c in chains if c.ends] == family.chains()
+    assert len(family.chains()) == 10 - 2 * len(family.entry.get("lacks", {}))
