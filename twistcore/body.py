@@ -44,7 +44,8 @@ _UNKNOWN = np.radians(1.0)  # and one whose name says nothing
 _BENT = np.radians(10.0)  # a limb in which nothing bends by so much tells no piece from a joint
 _SHORT_LINE = 0.15  # of the skeleton's longest line: a finger, a foot, what hangs on the trunk
 _FINGERS = 3  # lines of bones from one joint of a limb: there it ends
-_SMALL_LIMB = 0.35  # of the longest limb: a neck, an ear
+_SMALL_LIMB = 0.35  # of the longest bone: a line of shorter ones is a neck, an ear
+_FOOT = 0.35  # of a limb's longest bone: below the shin or forearm what is shorter ends it
 _NEARLY = 0.8  # of the longest two bones together: then the two farther from the trunk count
 
 
@@ -332,11 +333,10 @@ class _Search:
     def _main_child(self, joint: int) -> int | None:
         """The child of the same side along which the longest line goes on; None for an end."""
         sides = ("", self.names[joint].side)
-        below = [
-            c
-            for c in self.children[joint]
-            if self.names[c].side in sides and not self.names[c].other
-        ]
+        own = [c for c in self.children[joint] if self.names[c].side in sides]
+        below = [c for c in own if not self.names[c].other]
+        if not below:  # LeftHeel, on which the toes hang
+            below = [c for c in own if any(self.names[j].roles for j in self.children[c])]
         return max(below, key=lambda c: (self.reach[c], self.lengths[c], -c), default=None)
 
     def _toe(self, side: str, kind: str, last: int, tip: int) -> int:
@@ -499,7 +499,7 @@ class _Search:
     def unnamed_lines(self, shapes: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
         """The limbs along lines of joints whose names say nothing; next to legs a neck is none."""
         found = [line for shape in shapes if (line := self.unnamed_line(shape))]
-        sizes = [sum(self.lengths[b.child] for b in line.bones) for line in found]
+        sizes = [max(self.lengths[b.child] for b in line.bones) for line in found]
         least = _SMALL_LIMB * max(sizes, default=0.0)
         return tuple(line for line, size in zip(found, sizes, strict=True) if size > least)
 
@@ -539,12 +539,7 @@ class _Search:
                 whole.append([pair])
         size = [sum(self.lengths[c] for _, c in bone) for bone in whole]
         end = lower_pair([a + b for a, b in pairwise(size)]) + 1 if len(size) > 1 else 0
-        far = self._below[1]
-        longest = self._longest
-        while end + 1 < len(whole):  # a long foot, as a horse has one
-            above = whole[end + 1][0][0]
-            if far[above] <= _SHORT_LINE * longest:
-                break
+        while end + 1 < len(whole) and size[end + 1] > _FOOT * max(size):  # a horse's long foot
             end += 1
         out = []
         for bone in whole[: end + 1]:

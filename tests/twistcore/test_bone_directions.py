@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from twistcore.body import has_length
 from twistcore.chain import Chain, find_chains, limbs, make_chain, uncorrectable_joints
 from twistcore.limb import Limb
 from twistcore.motion import Motion, Skeleton
@@ -167,7 +168,7 @@ def test_a_joint_next_to_the_one_below_it_is_no_part_of_an_arm(height):
         return [(c.segment, c.name) for c in chains if c.side == "Left"]
 
     lower = [("Arm", "LeftArm"), ("ForeArm", "LeftForeArm")]
-    assert left(0.9e-6) == lower
+    assert left(0.9e-6) == [("Shoulder", "LeftClavicle"), *lower]
     assert left(1.5e-6) == [("Shoulder", "LeftExtra"), *lower]
 
 
@@ -179,25 +180,21 @@ def lines(second):
 
 
 @pytest.mark.parametrize(
-    ("length", "expected"), [(1.2e-5, "k a"), (1.2e-5 * 1.02, "a u"), (1.0, "a u")]
+    ("length", "expected"), [(1.2e-5, "k a b"), (0.5, "k a b"), (0.7, "a b u v"), (1.0, "a b u v")]
 )
-def test_a_line_of_bones_without_length_is_no_limb(length, expected):
-    """The height is 12: where the second line counts, the joint with both is of the trunk."""
+def test_a_line_much_shorter_than_the_longest_is_no_limb(length, expected):
+    """The longest line is 12: where the second line counts, the joint with both is of the trunk."""
     assert " ".join(c.name for c in find_chains(lines(length))) == expected
 
 
 def test_a_bone_that_has_length_in_some_frame_counts():
-    motion = lines(0.0)
-    for place, expected in (((0.8e-5, 0, 0), "k a"), ((1.5e-5, 0, 0), "a")):
-        places = np.zeros((4, 3))
-        places[1:] = place  # as a sum of all frames more than nothing, in each frame less
-        if expected == "a":
-            places[1:3] = 0.0
-        moved = still(
-            motion.skeleton.offsets, motion.skeleton.parents, names="rkabcuvw",
-            **{f"j{k}": places for k in (5, 6, 7)},
-        )  # fmt: skip
-        assert " ".join(c.name for c in find_chains(moved)) == expected
+    skeleton = lines(1.0).skeleton
+    places = np.zeros((4, 3))
+    assert not has_length(skeleton, places)
+    places[2] = 1.3e-5, 0, 0
+    assert has_length(skeleton, places)
+    places[2] = 1.1e-5, 0, 0
+    assert not has_length(skeleton, places)
 
 
 # -- what belongs together -------------------------------------------------------------------------

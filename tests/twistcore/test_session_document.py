@@ -346,7 +346,10 @@ def test_angles_in_a_file_have_bounds(key):
         ({"confidence": "high"}, "a number for confidence"),
         ({"confidence": True}, "a number for confidence"),
         ({"open": 1}, "true or false for open"),
-        ({"kind": "flip"}, "'counter-twist' or 'limb flip' or 'lone jump' for kind, found 'flip'"),
+        (
+            {"kind": "flip"},
+            "'counter-twist' or 'limb flip' or 'helper roll' or 'lone jump' for kind, found 'flip'",
+        ),
         ({"carried": 0}, "true or false for carried"),
         ({"joint": None}, "a text for joint"),
         *(({k: ...}, f"expected {k}, which is missing") for k in interval_to_json(twist())),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from twistcore.detection import Kind
 
 METHODS = ("consistency", "paper")  # the detectors by name, without loading any
-KINDS = ("counter-twist", "limb-flip", "lone-jump")  # of errors, as --kinds has them
+KINDS = ("counter-twist", "limb-flip", "helper-roll", "lone-jump")  # of errors, as --kinds has them
 STANDARD_INPUT = Path("/dev/stdin")  # by this name also on systems that have no such file
 
 _LEAST_MIB = 256  # with less numpy cannot be loaded, or a short clip not be analysed
