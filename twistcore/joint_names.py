@@ -20,6 +20,8 @@ from twistcore.joint_vocabulary import (
     folded,
     joint_as_said,
     read_vocabulary,
+    read_words,
+    vocabulary_of,
 )
 from twistcore.joint_words import decodings, words_of
 
@@ -33,8 +35,11 @@ __all__ = [
     "default_vocabulary",
     "is_helper",
     "joint_as_said",
+    "own_names",
     "read_vocabulary",
+    "read_words",
     "understood",
+    "vocabulary_of",
 ]
 
 HANDS = ("wrist", "hand")
@@ -53,6 +58,26 @@ _LAST = 3  # the rank of a word that counts only where nothing else is
 def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
     """What every joint's name of a skeleton says, by default by the words of the program."""
     return list(_understood(tuple(names), vocabulary or default_vocabulary()))
+
+
+def own_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
+    """What a person's vocabulary says of a skeleton's joints that the program's does not.
+
+    By joint, in the words of :func:`joint_as_said`.
+    """
+    before, after = understood(names), understood(names, vocabulary)
+    return {
+        name: _said(new)
+        for name, old, new in zip(names, before, after, strict=True)
+        if (old.side, old.roles, old.helper, old.other)
+        != (new.side, new.roles, new.helper, new.other)
+    }
+
+
+def _said(joint: JointName) -> str:
+    if joint.helper or joint.other:
+        return "helper" if joint.helper else "other"
+    return f"{joint.side} {joint.roles[0]}".lower() if joint.side and joint.roles else "unknown"
 
 
 def is_helper(name: str) -> bool:
