@@ -2,7 +2,10 @@
 
 import pytest
 
+from tests.conftest import ASSETS
 from tests.twistcore.name_families import FAMILIES
+from twistcore.batch.clip_result import processed
+from twistcore.batch.parameters import Parameters
 from twistcore.chain import find_chains
 from twistcore.errors import FormatError, TwistError
 from twistcore.joint_names import (
@@ -175,11 +178,8 @@ def test_a_word_for_two_bones_takes_what_no_other_word_says():
 
 
 def test_a_target_is_no_joint_beside_the_joint():
-    assert roles("hand_l", "ik_hand_l", "ik_hand_root") == [
-        ("Left", "hand"),
-        ("Left", ""),
-        ("", ""),
-    ]
+    found = roles("hand_l", "ik_hand_l", "ik_hand_root")
+    assert found == [("Left", "hand"), ("Left", ""), ("", "")]
     assert understood(["hand_l", "ik_hand_l"])[1].other
     assert roles("ik_hand_l") == [("Left", "hand")]  # where there is nothing else
 
@@ -263,3 +263,13 @@ def test_a_damaged_file_is_told_with_the_line(own, text, said):
 def test_a_file_that_is_not_there(tmp_path):
     with pytest.raises(TwistError, match="cannot be read"):
         read_vocabulary(tmp_path / "none.toml")
+
+
+def test_own_words_count_in_a_batch():
+    words = {"ours": {"other": ["hand", "forearm"]}}
+    usual, own = Parameters(), Parameters(joint_names=words)
+    assert usual.mark != own.mark
+    tau = [processed(ASSETS / "walk.bvh", p)[1]["tau_deg"] for p in (usual, own)]
+    assert "LeftForeArm" in tau[0]
+    assert "LeftForeArm" not in tau[1]
+    assert "LeftLeg" in tau[1]

@@ -88,7 +88,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> tuple[Document, set[s
         ],
     }
     if arguments.names:
-        document["names"] = names_to_json(analysis.body)
+        document["names"] = names_to_json(analysis.body, analysis.rig.names)
     every = [x for x in analysis.limbs if not uncorrectable_joints(motion, x, carried=True)]
     return document, {x.name for x in every if uncorrectable_joints(motion, x)}
 

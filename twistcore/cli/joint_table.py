@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from twistcore.body import Body
@@ -13,8 +13,11 @@ _WIDTH = 24  # columns for a joint's name, or more
 _UNKNOWN = "unknown"
 
 
-def names_to_json(body: Body) -> list[dict[str, Any]]:
-    """Every joint with its side, the bones its name can mean, what it was taken for, and why."""
+def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
+    """Every joint with its side, the bones its name can mean, what it was taken for, and why.
+
+    own: joints that a person named.
+    """
     by_shape = {joint for line in body.lines if line.by_shape for joint in line.joints}
     return [
         {
@@ -23,7 +26,7 @@ def names_to_json(body: Body) -> list[dict[str, Any]]:
             "side": name.side,
             "roles": list(name.roles),
             "word": name.word,
-            "by": _why(name, taken, shape=k in by_shape),
+            "by": "your own names" if joint in own else _why(name, taken, shape=k in by_shape),
         }
         for k, (joint, name, taken) in enumerate(
             zip(body.skeleton.names, body.names, body.taken_for, strict=True)
