@@ -76,7 +76,7 @@ class Meaning:
 
 @dataclass(frozen=True, eq=False)
 class Vocabulary:
-    """Words, folded as :func:`folded` does, and what they mean.
+    """Words, folded as `folded` does, and what they mean.
 
     pairs: words for left and right that mean it only on mirrored names; languages: vocabularies
     whose words count only for a skeleton that is named in them as a whole; joints: what a person

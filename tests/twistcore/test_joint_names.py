@@ -53,7 +53,7 @@ def test_the_roles_of_a_name_family(family):
     for name, parent in family.parents().items():
         joint = found[name]
         if name not in limb and parent is not None and not joint.helper:
-            # SMPL's hand hangs on its wrist, toes on toes: the hierarchy tells these apart.
+            # SMPL's hand hangs on its wrist, toes on toes: the hierarchy decides.
             assert joint.roles[:1] in ((), ("hand",), ("toe",)), joint
 
 
@@ -177,7 +177,7 @@ def test_a_word_for_two_bones_takes_what_no_other_word_says():
     assert roles("L_Clavicle", "L_Shoulder", "L_Arm")[2] == ("Left", "forearm")
 
 
-def test_a_target_is_no_joint_beside_the_joint():
+def test_a_target_is_no_joint_next_to_the_joint():
     found = roles("hand_l", "ik_hand_l", "ik_hand_root")
     assert found == [("Left", "hand"), ("Left", ""), ("", "")]
     assert understood(["hand_l", "ik_hand_l"])[1].other
@@ -253,7 +253,7 @@ def test_single_joints_may_be_named(own):
         ("[mine\n", "at line 1"),
     ],
 )
-def test_a_damaged_file_is_told_with_the_line(own, text, said):
+def test_a_damaged_file_is_reported_with_its_line(own, text, said):
     with pytest.raises(FormatError, match=r"names\.toml: ") as error:
         own(text)
     assert said in str(error.value)
