@@ -20,6 +20,7 @@ EXAMPLES = {
     "twistcore.errors.ClipMismatchError": (("other joints",), {}),
     "twistcore.errors.FormatError": (("a.json: expected JSON",), {}),
     "twistcore.bvh.numbers.BadNumberError": ((17, b"1.0.0"), {}),
+    "twistcore.joint_vocabulary._WordsError": (("expected a list", "mine", "hand"), {}),
     "twistcore.quamo.pose_files.PosesError": (("a.npz: expected poses",), {}),
     "twistcore.quamo.stability.UnstableGainsError": (("κP is too large",), {}),
     "inspector.session.opening.ClipMissingError": ((Path("a.twist.json"), "a.bvh"), {}),

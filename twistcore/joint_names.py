@@ -1,6 +1,6 @@
 """What the names of joints say: the side, and which part of the body.
 
-Words and their meanings are in :mod:`twistcore.joint_vocabulary`.
+Words and their meanings are in `joint_vocabulary.py`.
 """
 
 from __future__ import annotations
@@ -20,6 +20,8 @@ from twistcore.joint_vocabulary import (
     folded,
     joint_as_said,
     read_vocabulary,
+    read_words,
+    vocabulary_of,
 )
 from twistcore.joint_words import decodings, words_of
 
@@ -33,8 +35,11 @@ __all__ = [
     "default_vocabulary",
     "is_helper",
     "joint_as_said",
+    "own_names",
     "read_vocabulary",
+    "read_words",
     "understood",
+    "vocabulary_of",
 ]
 
 HANDS = ("wrist", "hand")
@@ -53,6 +58,26 @@ _LAST = 3  # the rank of a word that counts only where nothing else is
 def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
     """What every joint's name of a skeleton says, by default by the words of the program."""
     return list(_understood(tuple(names), vocabulary or default_vocabulary()))
+
+
+def own_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
+    """What a person's vocabulary says of a skeleton's joints that the program's does not.
+
+    By joint, in the words of :func:`joint_as_said`.
+    """
+    before, after = understood(names), understood(names, vocabulary)
+    return {
+        name: _said(new)
+        for name, old, new in zip(names, before, after, strict=True)
+        if (old.side, old.roles, old.helper, old.other)
+        != (new.side, new.roles, new.helper, new.other)
+    }
+
+
+def _said(joint: JointName) -> str:
+    if joint.helper or joint.other:
+        return "helper" if joint.helper else "other"
+    return f"{joint.side} {joint.roles[0]}".lower() if joint.side and joint.roles else "unknown"
 
 
 def is_helper(name: str) -> bool:
@@ -315,11 +340,11 @@ def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName
             out[k] = _without_roles(joint, pieces[k])
         elif joint.roles and not joint.helper and rank > best[joint.side, joint.roles[0]]:
             out[k] = _without_roles(joint, pieces[k])
-    out, taken = _told_apart(out)
+    out, taken = _sorted_out(out)
     if last := [k for k in last if (joints[k].side, joints[k].roles[0]) not in taken]:
         for k in last:
             out[k] = joints[k]
-        out, taken = _told_apart(out)
+        out, taken = _sorted_out(out)
     return out
 
 
@@ -329,7 +354,7 @@ def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
     return replace(joint, roles=(), other=layer, trunk=trunk)
 
 
-def _told_apart(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
+def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
     """Joints with the roles in front that no other has for certain; and those certain ones."""
     out = list(joints)
     open_ = {k: list(joint.roles) for k, joint in enumerate(joints) if joint.roles}
@@ -357,10 +382,10 @@ def _rank(pieces: list[_Piece]) -> int:
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]
     two = sum(len(p.roles) == 1 for p in bare) > 1  # Unreal's calf_knee
-    if two or not all(bare) or any(_is_beside_the_bone(p) for p in bare):
+    if two or not all(bare) or any(_is_extra(p) for p in bare):
         return 2
     return int(any(p.has("second") for p in bare))
 
 
-def _is_beside_the_bone(piece: _Piece) -> bool:
+def _is_extra(piece: _Piece) -> bool:
     return piece.has("layer") or piece.has("tip") or (piece.has("trunk") and not piece.roles)

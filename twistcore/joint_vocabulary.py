@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from twistcore.document_values import bytes_of, flag, has, items, parsed_toml, saying, text, texts
 from twistcore.errors import FormatError
 
 ROLES = ("shoulder", "arm", "forearm", "hand", "upleg", "leg", "foot", "toe")
 
+_Value = TypeVar("_Value")
 _DEFAULT = Path(__file__).with_name("joint_names.toml")
 _KANA_MARKS = "\u3099\u309a"  # か with one is が, another letter
 _PLAIN = str.maketrans({"ł": "l", "ø": "o", "đ": "d", "ı": "i", "æ": "ae", "œ": "oe"})
@@ -75,7 +76,7 @@ class Meaning:
 
 @dataclass(frozen=True, eq=False)
 class Vocabulary:
-    """Words, folded as :func:`folded` does, and what they mean.
+    """Words, folded as `folded` does, and what they mean.
 
     pairs: words for left and right that mean it only on mirrored names; languages: vocabularies
     whose words count only for a skeleton that is named in them as a whole; joints: what a person
@@ -115,9 +116,44 @@ def default_vocabulary() -> Vocabulary:
 
 def read_vocabulary(path: Path) -> Vocabulary:
     """A person's own file over the default; raises TwistError, FormatError for a damaged file."""
+    return vocabulary_of(read_words(path))
+
+
+def read_words(path: Path) -> dict[str, Any]:
+    """What a person's own file of words says, checked; raises as :func:`read_vocabulary`."""
+    data = bytes_of(path)
     with saying(path):
-        own = _vocabulary(parsed_toml(bytes_of(path)))
-        return own.over(default_vocabulary())
+        document = parsed_toml(data)
+        try:
+            _vocabulary(document)
+        except _WordsError as error:
+            raise FormatError(f"{_place(data, error.at)}{error}") from None
+    return document
+
+
+def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
+    """The vocabulary of what a file of words says, over the default; FormatError if damaged."""
+    return _vocabulary(words).over(default_vocabulary())
+
+
+class _WordsError(FormatError):
+    """What is wrong, and `at` which words of the file: its line is looked for."""
+
+    def __init__(self, message: str, *at: str) -> None:
+        super().__init__(message)
+        self.at = at
+
+
+def _place(data: bytes, at: tuple[str, ...]) -> str:
+    """'line 7: ', the first line that has all these words after each other, or ''."""
+    found = 0
+    lines = data.decode("utf-8", "replace").splitlines()
+    for word in at:
+        later = (k for k in range(found, len(lines)) if word in lines[k].partition("#")[0])
+        found = next(later, -1)
+        if found < 0:
+            return ""
+    return f"line {found + 1}: "
 
 
 def folded(word: str) -> str:
@@ -134,47 +170,61 @@ def _vocabulary(document: Mapping[str, Any]) -> Vocabulary:
     languages: list[Vocabulary] = []
     joints: dict[str, JointName] = {}
     for name, table in document.items():
-        with saying(name):
-            if name == "joints":
-                joints |= _own_joints(table)
-                continue
-            found, its_pairs = _table(has(table, what="a table"))
-            if flag(table.get("whole", False), "whole"):
-                languages.append(Vocabulary(found, its_pairs))
-            else:
-                pairs += its_pairs
-                for word, meaning in found.items():
-                    words[word] = meaning.joined(words[word]) if word in words else meaning
+        if not isinstance(table, Mapping):
+            raise _WordsError(f"expected {name} in a table, as [english]", name)
+        if name == "joints":
+            joints |= _own_joints(table)
+            continue
+        found, its_pairs = _table(name, table)
+        if _checked(flag, table.get("whole", False), name, "whole"):
+            languages.append(Vocabulary(found, its_pairs))
+        else:
+            pairs += its_pairs
+            for word, meaning in found.items():
+                words[word] = meaning.joined(words[word]) if word in words else meaning
     return Vocabulary(words, tuple(pairs), tuple(languages), joints)
 
 
-def _table(table: Mapping[str, Any]) -> tuple[dict[str, Meaning], tuple[tuple[str, str], ...]]:
+def _table(
+    name: str, table: Mapping[str, Any]
+) -> tuple[dict[str, Meaning], tuple[tuple[str, str], ...]]:
     if unknown := sorted(table.keys() - set(_KEYS)):
-        raise FormatError(f"expected {', '.join(_KEYS)}; found {unknown[0]!r}")
+        raise _WordsError(f"expected {', '.join(_KEYS)}; found {unknown[0]!r}", name, unknown[0])
     words: dict[str, Meaning] = {}
 
-    def add(word: str, meaning: Meaning) -> None:
+    def add(word: str, meaning: Meaning, at: str) -> None:
         key = _phrase(word)
+        if not meaning.side:
+            key = _without_side(key)
+        if not key:
+            raise _WordsError(f"expected a word with letters for {at}, found {word!r}", name, at)
         words[key] = words[key].joined(meaning) if key in words else meaning
 
     for key in _SIDES:
-        for word in texts(table.get(key, []), key):
-            add(word, Meaning(side=_SIDES[key]))
-    for word, roles in has(table.get("either", {}), what="either").items():
-        add(word, Meaning(roles=_roles(roles, word)))
+        for word in _checked(texts, table.get(key, []), name, key):
+            add(word, Meaning(side=_SIDES[key]), key)
+    for word, roles in _checked(_mapping, table.get("either", {}), name, "either").items():
+        add(word, Meaning(roles=_checked(_roles, roles, name, word)), word)
     for key in ROLES:
-        for word in texts(table.get(key, []), key):
-            add(word, Meaning(roles=(key,)))
+        for word in _checked(texts, table.get(key, []), name, key):
+            add(word, Meaning(roles=(key,)), key)
     for key in _MARKS:
-        for word in texts(table.get(key, []), key):
-            add(word, Meaning(marks=frozenset({key, "noise"} if key == "prefixes" else {key})))
-    pairs = []
-    for pair in items(table.get("pairs", []), "pairs"):
-        two = texts(pair, "pairs")
-        if len(two) != 2:
-            raise FormatError("expected pairs of two words, left and right")
-        pairs.append((folded(two[0]), folded(two[1])))
-    return words, tuple(pairs)
+        marks = frozenset({key, "noise"} if key == "prefixes" else {key})
+        for word in _checked(texts, table.get(key, []), name, key):
+            add(word, Meaning(marks=marks), key)
+    return words, _checked(_pairs, table.get("pairs", []), name, "pairs")
+
+
+def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
+    """What `check` makes of a value of a table, which it names; _WordsError says at which line."""
+    try:
+        return check(value, key)
+    except FormatError as error:
+        raise _WordsError(str(error), table, key) from None
+
+
+def _mapping(value: Any, what: str) -> Mapping[str, Any]:
+    return has(value, what=what)
 
 
 def _roles(value: Any, word: str) -> tuple[str, ...]:
@@ -184,17 +234,34 @@ def _roles(value: Any, word: str) -> tuple[str, ...]:
     return roles
 
 
+def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
+    pairs = [texts(pair, what) for pair in items(value, what)]
+    if any(len(pair) != 2 for pair in pairs):
+        raise FormatError("expected pairs of two words, left and right")
+    return tuple((folded(left), folded(right)) for left, right in pairs)
+
+
 def _phrase(words: str) -> str:
     """A phrase as it is looked up: written together."""
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
 
 
-def _own_joints(table: Any) -> dict[str, JointName]:
+def _without_side(phrase: str) -> str:
+    """A phrase without 'left' or 'right' at an end: a person may give a whole name."""
+    for side in _SIDES:
+        rest = phrase.removeprefix(side).removesuffix(side)
+        if rest:
+            phrase = rest
+    return phrase
+
+
+def _own_joints(table: Mapping[str, Any]) -> dict[str, JointName]:
     """What a person says of single joints, by name."""
-    return {
-        name: joint_as_said(name, text(said, name))
-        for name, said in has(table, what="joints").items()
-    }
+    return {name: _checked(_as_said, said, "joints", name) for name, said in table.items()}
+
+
+def _as_said(said: Any, name: str) -> JointName:
+    return joint_as_said(name, text(said, name))
 
 
 def joint_as_said(name: str, said: str) -> JointName:

@@ -58,7 +58,7 @@ class Family:
                             out[between], above = above, between
                         out[joint], above = above, joint
         for side in (0, 1):
-            for parent, children in self.entry.get("beside", {}).items():
+            for parent, children in self.entry.get("next_to", {}).items():
                 if (joint := self._sided(parent, side)) in out:
                     for child in children:
                         out.setdefault(self._sided(child, side), joint)
@@ -83,9 +83,9 @@ class Family:
         place = {name: k for k, name in enumerate(names)}
         for name, parent in parents.items():
             offsets[place[name]] = (0.0, 2.0, 1.0) if parent is None else (0.0, 10.0, 0.0)
-        for parent in self.entry.get("beside", {}):
+        for parent in self.entry.get("next_to", {}):
             for side in (0, 1):
-                for child in self.entry["beside"][parent]:
+                for child in self.entry["next_to"][parent]:
                     x = 0.0 if self._sided(child, 0) == child else (3.0, -3.0)[side]
                     if (k := place.get(self._sided(child, side))) is not None:
                         offsets[k] = (x, 1.0, 3.0)

@@ -60,6 +60,39 @@ def test_info(capsys):
     assert "  Right leg        RightUpLeg → RightLeg → RightFoot\n" in out
 
 
+def test_info_names_every_joint_and_by_which_word(capsys, tmp_path):
+    code, out, _ = run(capsys, "info", WALK, "--names")
+    rows = {line.split()[0]: line for line in out.splitlines() if line.startswith("  ")}
+    assert code == 0
+    assert "Left ForeArm" in rows["LeftForeArm"]
+    assert "the word 'forearm'" in rows["LeftForeArm"]
+    assert "trunk" in rows["Spine"]
+    assert "head, finger or prop" in rows["LThumb"]
+    _, document = run_json(capsys, "info", WALK, "--names")
+    assert [entry["joint"] for entry in document["names"]] == document["joints"]
+
+
+def test_words_of_ones_own_in_every_command_of_one_clip(capsys, tmp_path):
+    clip = tmp_path / "paws.bvh"
+    clip.write_bytes(WALK.read_bytes().replace(b"LeftHand", b"LeftQuux", 1))
+    words = tmp_path / "names.toml"
+    words.write_text('[ours]\nhand = ["Quux"]\n', "utf-8")
+    _, without = run_json(capsys, "info", clip, "--names")
+    _, document = run_json(capsys, "info", clip, "--names", "--joint-names", words)
+    taken = {
+        key: {e["joint"]: e["by"] for e in d["names"]}["LeftQuux"]
+        for key, d in {"with": document, "without": without}.items()
+    }
+    assert taken == {"with": "your own names", "without": "its place in the hierarchy"}
+    words.write_text('[ours]\nother = ["ForeArm", "Arm", "Shoulder", "hand"]\n', "utf-8")
+    _, document = run_json(capsys, "info", clip, "--joint-names", words)
+    assert not any("ForeArm" in chain["label"] for chain in document["chains"])
+    words.write_text('[ours]\nhands = ["Quux"]\n', "utf-8")
+    code, out, err = run(capsys, "detect", clip, "--joint-names", words)
+    assert (code, out) == (2, "")
+    assert f"{words}: line 2: expected" in err
+
+
 def test_detect_json_is_the_contract(capsys):
     code, document = run_json(capsys, "detect", DIRTY, "--method", "paper", "--tau", "5")
     assert code == 0

@@ -20,6 +20,7 @@ from twistcore.detection import Kind
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
+from twistcore.own_words import with_own_words
 from twistcore.quality.figure_quality import figure_quality
 from twistcore.rig import AS_FOUND, rig_from_json
 from twistcore.rotation import largest_and_rms
@@ -52,6 +53,8 @@ def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any],
 
 def _detected(clip: Clip | Motion, parameters: Parameters) -> Detection:
     rig = AS_FOUND if parameters.rig is None else rig_from_json(parameters.rig)
+    motion = clip.motion if isinstance(clip, Clip) else clip
+    rig = with_own_words(rig, motion, parameters.joint_names)
     analysis = analyse(clip, list(parameters.chains) or None, rig)
     kinds = [Kind(kind) for kind in parameters.kinds] or ALL_KINDS
     for_all = None if parameters.tau_deg is None else math.radians(parameters.tau_deg)

@@ -20,6 +20,7 @@ class Parameters:
     tau_deg: of all chains, None for automatic; profile_rad: τ by the name of a chain or limb, which
     goes before it, radians as a profile gives them; kinds: of errors, empty for all; chains: their
     names, empty for all; fps: instead of the file's; rig: as :func:`twistcore.rig.rig_to_json`, or
+    None; joint_names: a person's words, as :func:`twistcore.joint_names.read_words` has them, or
     None; refine: whether a corrected clip is made, of intervals from min_confidence on and, with
     include_open, of open ones.
     """
@@ -31,6 +32,7 @@ class Parameters:
     chains: tuple[str, ...] = ()
     fps: float | None = None
     rig: Mapping[str, Any] | None = None
+    joint_names: Mapping[str, Any] | None = None
     refine: bool = False
     min_confidence: float | None = None
     include_open: bool = False

@@ -179,6 +179,11 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
         from twistcore.rig import read_rig, rig_to_json
 
         rig = rig_to_json(read_rig(arguments.rig))
+    words = None
+    if arguments.joint_names:
+        from twistcore.joint_names import read_words
+
+        words = read_words(arguments.joint_names)
     if not arguments.refine and (arguments.include_open or arguments.min_confidence is not None):
         raise TwistError("--min-confidence, --include-open: expected --refine, too")
     return Parameters(
@@ -189,6 +194,7 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
         chains=tuple(arguments.chain or ()),
         fps=arguments.fps,
         rig=rig,
+        joint_names=words,
         refine=arguments.refine,
         min_confidence=arguments.min_confidence,
         include_open=arguments.include_open,

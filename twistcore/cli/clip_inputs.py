@@ -6,7 +6,7 @@ import argparse
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from twistcore.analysis import ALL_KINDS, ClipAnalysis, Detection, analyse
 from twistcore.bvh import parse_bvh
@@ -15,6 +15,8 @@ from twistcore.cli.output import note, step
 from twistcore.clip import Clip
 from twistcore.errors import TwistError
 from twistcore.formats import read_clip
+from twistcore.joint_names import read_words
+from twistcore.own_words import with_own_words
 from twistcore.processes import reason
 from twistcore.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import read_profile
@@ -81,7 +83,7 @@ def failed_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
 
 def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
     """The clip with the chains of --rig, or those of them that --chain names."""
-    rig = chosen_rig(arguments)
+    rig = with_own_words(chosen_rig(arguments), clip.motion, chosen_words(arguments))
     try:
         rig.chains(clip.motion)
     except TwistError as error:
@@ -92,6 +94,11 @@ def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
 def chosen_rig(arguments: argparse.Namespace) -> Rig:
     """That of --rig."""
     return read_rig(arguments.rig) if arguments.rig else AS_FOUND
+
+
+def chosen_words(arguments: argparse.Namespace) -> dict[str, Any] | None:
+    """What the file of --joint-names says, or None."""
+    return read_words(arguments.joint_names) if arguments.joint_names else None
 
 
 def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:

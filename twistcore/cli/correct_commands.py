@@ -53,9 +53,8 @@ def refine(arguments: argparse.Namespace) -> int:
     """Write a corrected clip, and a report if asked."""
     clip = open_clip(arguments.clip, fps=arguments.fps)
     check_ending(clip, arguments.output)
-    refuse_overwrite(
-        [arguments.output], [p for p in (arguments.clip, arguments.profile, arguments.rig) if p]
-    )
+    files = arguments.clip, arguments.profile, arguments.rig, arguments.joint_names
+    refuse_overwrite([arguments.output], [path for path in files if path])
     if arguments.report and is_there(arguments.report) and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     if arguments.report:

@@ -21,6 +21,7 @@ from twistcore.cli.clip_inputs import (
     tell_clip,
 )
 from twistcore.cli.interval_words import by_kind, note_sentences, tell_no_chain
+from twistcore.cli.joint_table import names_to_json, say_names
 from twistcore.cli.output import count_of, note, print_json, say, shown, tell_problems
 from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
@@ -86,6 +87,8 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> tuple[Document, set[s
             *(w for chain in chains for w in chain.warnings),
         ],
     }
+    if arguments.names:
+        document["names"] = names_to_json(analysis.body, analysis.rig.names)
     every = [x for x in analysis.limbs if not uncorrectable_joints(motion, x, carried=True)]
     return document, {x.name for x in every if uncorrectable_joints(motion, x)}
 
@@ -105,6 +108,7 @@ def _say_info(document: Document, partly: set[str]) -> None:
         say(f"  {entry['label']:<16} {' → '.join(names)}{note}")
     if not document["chains"]:
         say("  no chain of parent, child and grandchild")
+    say_names(document.get("names", ()))
     for warning in document["warnings"]:
         say(f"  note: {warning}")
 
@@ -122,6 +126,10 @@ def _say_rows(documents: Sequence[Document]) -> None:
             f"{d['channels']:>8} {len(d['chains']):>6} {len(d['limbs']):>5} "
             f"{len(d['warnings']):>5}  {d['clip']}"
         )
+    for d in documents:
+        if "names" in d:
+            say(d["clip"], head=True)
+            say_names(d["names"])
 
 
 def _chain_to_json(clip: Clip, chain: Chain) -> Document:

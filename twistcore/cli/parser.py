@@ -90,6 +90,7 @@ def _looking(subparsers: Subparsers) -> None:
     add_clips(info)
     add_fps(info)
     add_rig(info)
+    info.add_argument("--names", action="store_true", help="what each joint was taken for")
     add_json(info)
     info.set_defaults(run=deferred("detect_commands", "info"))
 

@@ -40,7 +40,7 @@ def signals(arguments: argparse.Namespace) -> int:
     if not (arguments.csv or arguments.json):
         raise TwistError("signals: expected --csv FILE or --json")
     if arguments.csv:
-        rig = [arguments.rig] if arguments.rig else []
+        rig = [path for path in (arguments.rig, arguments.joint_names) if path]
         refuse_overwrite([arguments.csv], [*arguments.clips, *rig])
     found, failed = look_at(arguments.clips, partial(_analysis, arguments))
     if found and arguments.csv:

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from twistcore.cli.clip_inputs import chosen_words
 from twistcore.cli.output import (
     print_json,
     progress,
@@ -57,13 +58,16 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         _refuse_rig(arguments)
         sessions = _beside(source, paths)
     problems = [one.why for one in sessions.damaged]
-    rigs = [arguments.rig] if arguments.rig else []
+    rigs = [path for path in (arguments.rig, arguments.joint_names) if path]
     refuse_overwrite([arguments.output], [*paths, *sessions.files, *rigs])
     rig = read_rig(arguments.rig) if arguments.rig else AS_FOUND
     seeds = _SEEDS if arguments.seeds is None else arguments.seeds
     others = [m for m in sorted(DETECTORS) if m != arguments.method] if arguments.both else []
     methods = arguments.method, *others
-    work = partial(_curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions.of)
+    words = chosen_words(arguments)
+    work = partial(
+        _curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions.of, words=words
+    )
     found: dict[Path, Mapping[str, ByChain]] = {}
     mute = {one.clip for one in sessions.damaged} - sessions.of.keys()  # nothing is guessed for it
     paths = [path for path in paths if path not in mute]
@@ -150,10 +154,15 @@ def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
 
 
 def _curves(
-    path: Path, methods: Sequence[str], seeds: int, rig: Rig, sessions: Mapping[Path, Path]
+    path: Path,
+    methods: Sequence[str],
+    seeds: int,
+    rig: Rig,
+    sessions: Mapping[Path, Path],
+    words: Mapping[str, Any] | None,
 ) -> dict[str, ByChain]:
     """The curves of a clip by every detector, all of the same errors."""
-    return {m: clip_curves(path, m, seeds, rig, sessions.get(path)) for m in methods}
+    return {m: clip_curves(path, m, seeds, rig, sessions.get(path), words) for m in methods}
 
 
 def _together(clips: Iterable[ByChain]) -> ByChain:
@@ -217,6 +226,8 @@ def _of_both(
 def _refuse_rig(arguments: argparse.Namespace) -> None:
     if arguments.rig:
         raise TwistError("--rig: expected no chains beside those of the sessions")
+    if arguments.joint_names:
+        raise TwistError("--joint-names: expected no names beside those of the sessions")
 
 
 def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:

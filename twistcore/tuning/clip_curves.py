@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from twistcore.analysis import ClipAnalysis, analyse
 from twistcore.chain import uncorrectable_joints
@@ -12,6 +13,7 @@ from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
+from twistcore.own_words import with_own_words
 from twistcore.review import read_session
 from twistcore.review.left_out import joined
 from twistcore.rig import AS_FOUND, Rig
@@ -102,13 +104,16 @@ def clip_curves(
     seeds: int = SEEDS,
     rig: Rig = AS_FOUND,
     session: Path | None = None,
+    words: Mapping[str, Any] | None = None,
 ) -> dict[str, TauCurve]:
     """The curves of all correctable chains of a clip, by name; raises TwistError.
 
     None where nothing was looked at: where all frames are left out every τ would cost the same.
-    session: of this clip, whose chains, verdicts and frames left out are taken, as the window does.
+    session: of this clip, whose chains, verdicts and frames left out are taken, as the window does;
+    words: a person's, for joints, as :func:`twistcore.joint_names.read_words` has them.
     """
     clip = read_clip(path)
+    rig = with_own_words(rig, clip.motion, words)
     verdicts, left_out = Verdicts(), tuple[Span, ...]()
     if session is not None:
         kept = read_session(session)

@@ -8,6 +8,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "info": (
         "twistcore info walk.bvh",
         "twistcore info walk.bvh run.bvh --json",
+        "twistcore info walk.bvh --names",
         "twistcore info - < walk.bvh",
     ),
     "detect": (

@@ -89,6 +89,12 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--rig", type=Path, metavar="FILE", help="chains added and removed, TOML (docs/formats.md)"
     )
+    parser.add_argument(
+        "--joint-names",
+        type=Path,
+        metavar="FILE",
+        help="words for joints besides the program's, TOML (docs/joint-names.md)",
+    )
 
 
 def add_detection(parser: argparse.ArgumentParser) -> None:

@@ -1,0 +1,63 @@
+"""What the joints of a clip were taken for, as `twistcore info --names` lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any
+
+from twistcore.body import Body
+from twistcore.cli.output import say, shown
+from twistcore.joint_names import JointName
+
+_WIDTH = 24  # columns for a joint's name, or more
+_UNKNOWN = "unknown"
+
+
+def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
+    """Every joint with its side, the bones its name can mean, what it was taken for, and why.
+
+    own: joints that a person named.
+    """
+    by_shape = {joint for line in body.lines if line.by_shape for joint in line.joints}
+    return [
+        {
+            "joint": joint,
+            "taken_for": taken or _kind(name),
+            "side": name.side,
+            "roles": list(name.roles),
+            "word": name.word,
+            "by": "your own names" if joint in own else _why(name, taken, shape=k in by_shape),
+        }
+        for k, (joint, name, taken) in enumerate(
+            zip(body.skeleton.names, body.names, body.taken_for, strict=True)
+        )
+    ]
+
+
+def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
+    """A row a joint."""
+    rows = [(shown(e["joint"]), e["taken_for"], e["by"]) for e in entries]
+    if rows:
+        width = max(_WIDTH, *(len(joint) for joint, *_ in rows))
+        say(f"  {'joint':<{width}} {'taken for':<24} by", head=True)
+        for joint, taken, by in rows:
+            say(f"  {joint:<{width}} {taken:<24} {shown(by)}".rstrip())
+
+
+def _kind(name: JointName) -> str:
+    """What a joint outside of the limbs found is."""
+    if name.other:
+        return "head, finger or prop"
+    if name.helper:
+        return "helper"
+    if name.trunk:
+        return "trunk"
+    return f"{name.side} {name.roles[0]}, in no limb".strip() if name.roles else _UNKNOWN
+
+
+def _why(name: JointName, taken: str, *, shape: bool) -> str:
+    if name.word and (taken == "" or name.roles):
+        return f"the word {name.word!r}"
+    if taken:
+        return "its shape" if shape else "its place in the hierarchy"
+    return "" if _kind(name) == _UNKNOWN else "its name"

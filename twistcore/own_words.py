@@ -1,0 +1,21 @@
+"""Words for joints that a person adds to those of the program, as `--joint-names` brings them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from twistcore.joint_names import own_names, vocabulary_of
+from twistcore.motion import Motion
+from twistcore.rig import Rig
+
+
+def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
+    """Return the rig with joints taken for what a person's words say; its own names go first.
+
+    words: as :func:`twistcore.joint_names.read_words` has them, or None.
+    """
+    if words is None:
+        return rig
+    names = own_names(motion.skeleton.names, vocabulary_of(words))
+    return rig.with_names({**names, **rig.names})
