@@ -1,4 +1,4 @@
-"""What the system brings: libraries, the virtual screen, a font, programs that tests use."""
+"""What the system brings: libraries, the virtual screen, programs that tests use."""
 
 from __future__ import annotations
 
@@ -11,13 +11,7 @@ from typing import TYPE_CHECKING
 
 from checkout import places
 from checkout.starting import SetupError, quietly, say
-from inspector.system_libraries import (
-    FONT_PACKAGE,
-    has_font,
-    has_screen,
-    install_command,
-    missing_libraries,
-)
+from inspector.system_libraries import has_screen, install_command, missing_libraries
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,7 +32,7 @@ BROWSER = {"chromium": ["chromium"]}
 
 
 def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
-    """What the system lacks: library, program or font -> the Debian package that brings it.
+    """What the system lacks: library or program -> the Debian package that brings it.
 
     Unless `windows` are to be opened, only what making .venv takes is looked for; `tests` of them
     take some programs more.
@@ -58,8 +52,6 @@ def missing_system(*, windows: bool, tests: bool = False) -> dict[str, str]:
     for program, packages in wanted.items() if tests else ():
         if not shutil.which(program):
             missing |= {package: package for package in packages}
-    if not has_font():
-        missing["a font"] = FONT_PACKAGE
     return missing
 
 
@@ -86,7 +78,7 @@ def install_packages(packages: Sequence[str]) -> None:
 
 
 def ensure_system(*, windows: bool, tests: bool = False) -> None:
-    """Bring the libraries, the virtual screen and a font where they are missing."""
+    """Bring the libraries and the virtual screen where they are missing."""
     missing = missing_system(windows=windows, tests=tests)
     if missing:
         install_packages(sorted(set(missing.values())))

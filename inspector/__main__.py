@@ -11,13 +11,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from inspector.language import codes
-from inspector.system_libraries import (
-    FONT_PACKAGE,
-    has_font,
-    has_screen,
-    how_to_install,
-    missing_libraries,
-)
+from inspector.system_libraries import has_screen, how_to_install, missing_libraries
 from inspector.unread_sources import leave_sources_unread
 from twistcore.encoding import legible
 from twistcore.ordinary_files import is_file, is_there
@@ -45,11 +39,6 @@ def main(argv: Sequence[str] | None = None) -> int:
     if trouble := _cannot_work(arguments) or _cannot_open():
         print(f"twist-inspector: {legible(trouble, lines=True)}", file=sys.stderr)
         return 2
-    if sys.platform.startswith("linux") and not has_font():
-        print(
-            f"twist-inspector: no font was found, letters may be boxes; Debian has {FONT_PACKAGE}.",
-            file=sys.stderr,
-        )
     leave_sources_unread()
     from inspector.app import run
 

@@ -24,6 +24,7 @@ from inspector.collector import collect_between_events, keep_for_good
 from inspector.language import use_language, wished
 from inspector.session.settings import load_settings, settings_path
 from inspector.widgets.background import wait_for_tasks
+from inspector.widgets.fonts import shipped_families
 from inspector.widgets.icons import program_icon
 from inspector.widgets.theme import apply_theme, system_theme
 from twistcore.encoding import legible
@@ -126,6 +127,7 @@ def make_application(language: str = "en") -> QApplication:
     app.setOrganizationName("Twist Inspector")
     app.setDesktopFileName("twist-inspector")
     app.setWindowIcon(program_icon())
+    shipped_families()  # before a letter is drawn: a system may have no fonts at all
     font = QFont(app.font())
     font.setFeature(QFont.Tag("tnum"), 1)  # figures of one width: numbers stand in columns
     app.setFont(font)

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Callable
 from contextlib import nullcontext
 from functools import partial
@@ -22,6 +23,7 @@ from inspector.bundled import EXERCISES, FLIPPED, LESSONS, SAMPLE, TOUR
 from inspector.recording.choice import Contents, RecordChoice
 from inspector.session.settings import Settings
 from inspector.viewport import opengl
+from inspector.widgets.fonts import use_shipped_fonts
 from twistcore.decomposition import WhatIf
 from twistcore.detection import Kind
 from twistcore.review import Decision
@@ -33,6 +35,8 @@ IMAGES = Path(__file__).parent.parent / "docs" / "images"
 _SIZE = (1440, 900)
 _TOUR_SIZE = (1280, 800)
 _SETTLE_MS = 700
+_LOOK_MS = 100
+_PATIENCE_S = 60.0  # for a picture to stand still
 _DOCK_TITLE = 32  # pixels
 _SEED = 5  # of the exercise
 _NOISY_FRAME = 200  # of a clip with synthetic noise
@@ -47,6 +51,7 @@ _FILMED = "RightUpLeg"  # of the sample, wrung in frames 59-74, where it begins,
 def main() -> int:
     """Take every picture and the film, or of those of one clip the named ones; the exit code."""
     make_application()
+    use_shipped_fonts()
     from inspector.window.export_dialog import ExportDialog
     from inspector.window.main_window import MainWindow
 
@@ -265,10 +270,23 @@ def wait_for(ready: Callable[[], object]) -> None:
         wait(20)
 
 
+def steady_picture(window: MainWindow) -> QImage:
+    """Return the window's picture once it has not changed for a while, on a busy machine too."""
+    window.statusBar().clearMessage()  # it would go by itself, sooner or later
+    seen, still_ms = window.grab().toImage(), 0
+    ends = time.monotonic() + _PATIENCE_S
+    while still_ms < _SETTLE_MS and time.monotonic() < ends:
+        wait(_LOOK_MS)
+        now = window.grab().toImage()
+        still_ms = still_ms + _LOOK_MS if now == seen else 0
+        seen = now
+    return seen
+
+
 def save(window: MainWindow, name: str, *, small: bool = False) -> None:
     """A picture of the window once it has settled; small: without what lies below the 3D view."""
     wait(_SETTLE_MS)
-    picture = window.grab().toImage()
+    picture = steady_picture(window)
     if small:
         below = window.timeline.mapTo(window, QPoint(0, 0)).y()
         ratio = picture.devicePixelRatio()

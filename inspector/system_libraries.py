@@ -1,4 +1,4 @@
-"""What windows need of the system: libraries, a screen, a font, and the packages that bring them.
+"""What windows need of the system: libraries, a screen, and the packages that bring them.
 
 Standard library only, on any Python 3: dev.py asks before anything is installed.
 """
@@ -9,7 +9,6 @@ import ctypes
 import os
 import shutil
 import sys
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -33,7 +32,6 @@ X_LIBRARIES = {
     "libxcb-keysyms.so.1": "libxcb-keysyms1",
     "libxcb-shape.so.0": "libxcb-shape0",
 }
-FONT_PACKAGE = "fonts-dejavu-core"  # with no font at all Qt draws boxes for letters
 
 
 def has_screen() -> bool:
@@ -50,17 +48,6 @@ def is_loadable(soname: str) -> bool:
     except OSError:
         return False
     return True
-
-
-def has_font() -> bool:
-    """Whether any scalable font is installed where fontconfig looks."""
-    data = os.environ.get("XDG_DATA_DIRS") or "/usr/local/share:/usr/share"
-    home = Path.home()
-    folders = [Path(folder) / "fonts" for folder in data.split(":")]
-    folders += [home / ".local/share/fonts", home / ".fonts"]
-    # os.walk passes over folders that are absent or that this user may not read.
-    files = (file for folder in folders for _, _, names in os.walk(folder) for file in names)
-    return any(file.lower().endswith((".ttf", ".otf", ".ttc", ".pfb")) for file in files)
 
 
 def missing_libraries(platform: str = "xcb") -> dict[str, str]:

@@ -68,10 +68,9 @@ def test_an_unknown_command_names_the_known(capsys):
 def test_missing_libraries_name_their_packages(monkeypatch, no_screen):
     monkeypatch.setattr(system_libraries, "is_loadable", lambda soname: "xcb-cursor" not in soname)
     monkeypatch.setattr(shutil, "which", lambda _program: None)
-    monkeypatch.setattr(system_packages, "has_font", lambda: False)
     monkeypatch.delenv("CI", raising=False)
     packages = set(system_packages.missing_system(windows=True).values())
-    assert packages == {"libxcb-cursor0", "xvfb", "libgl1-mesa-dri", "fonts-dejavu-core"}
+    assert packages == {"libxcb-cursor0", "xvfb", "libgl1-mesa-dri"}
     assert not system_packages.missing_system(windows=False)
     for_tests = set(system_packages.missing_system(windows=True, tests=True).values())
     assert for_tests == packages | {"openbox", "xcompmgr", "xdotool"}
@@ -84,7 +83,6 @@ def test_programs_for_tests_are_looked_for_beside_a_real_screen(monkeypatch, no_
     monkeypatch.setenv("DISPLAY", ":77")
     monkeypatch.delenv("CI", raising=False)
     monkeypatch.setattr(system_libraries, "is_loadable", lambda _soname: True)
-    monkeypatch.setattr(system_packages, "has_font", lambda: True)
     monkeypatch.setattr(shutil, "which", lambda program: program == "openbox")
     packages = set(system_packages.missing_system(windows=True, tests=True).values())
     assert packages == {"xvfb", "libgl1-mesa-dri", "xcompmgr", "xdotool"}
@@ -181,15 +179,6 @@ def test_a_working_venv_is_adopted_and_a_broken_one_made_again(bare_project, mon
     monkeypatch.setattr(places, "PYTHON", bare_project / "no-python")
     environment.ensure_venv()
     assert len(made) == 1
-
-
-def test_a_font_is_found_in_any_folder_of_the_system(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_DATA_DIRS", f"{tmp_path}/absent:{tmp_path}")
-    monkeypatch.setattr(Path, "home", lambda: tmp_path / "home")
-    assert not system_libraries.has_font()
-    (tmp_path / "fonts/truetype").mkdir(parents=True)
-    (tmp_path / "fonts/truetype/DejaVuSans.TTF").touch()
-    assert system_libraries.has_font()
 
 
 def test_quietly_returns_what_says_why():

@@ -229,15 +229,6 @@ def test_the_table_of_libraries_is_what_the_window_loads():
         assert system_libraries.missing_libraries() == {}
 
 
-def test_without_a_font_it_says_so_and_goes_on(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "platform", "linux")
-    monkeypatch.setattr(words, "has_font", lambda: False)
-    monkeypatch.setattr(words, "_cannot_open", lambda: "")
-    monkeypatch.setattr("inspector.app.run", lambda _words: 7)
-    assert words.main([]) == 7
-    assert "fonts-dejavu-core" in capsys.readouterr().err
-
-
 def test_words_are_read_before_anything_is_loaded():
     code = (
         "import sys\nfrom inspector.__main__ import main\n"

@@ -381,12 +381,17 @@ class _Search:
 
     def _pieces(self, path: Sequence[int]) -> set[int]:
         """Joints that continue the bone above them; path: the end first."""
-        out = set()
+        out: set[int] = set()
         triples = list(zip(path, path[1:], path[2:], strict=False))
         named = [self._first_role(j, self.names[j].side) for j in path]
         known = [k for k, role in enumerate(named) if role]
         highest = max((k for k in known if named[k] != "shoulder"), default=-1)
         evident = any(self._bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
+
+        def known_below(k: int) -> list[str]:
+            """Roles of the joints under the one at k that are no pieces, without the end's."""
+            return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
+
         for k, (below, here, above) in enumerate(triples, 1):
             name = self.names[here]
             bend = self._bend(here, below)
@@ -395,8 +400,11 @@ class _Search:
             elif name.number and self._is_same_word(here, above):
                 if bend < _NUMBERED if evident else not self._ambiguous(path[:k], here):
                     out.add(here)
-            elif not name.roles and k < highest and evident and bend < _UNKNOWN:
-                out.add(here)
+            elif evident and bend < _UNKNOWN:
+                # Clavicle → shoulder01 → upper arm → forearm: of two collars one is a piece.
+                collars = {self._first_role(j, name.side) for j in (here, above)} == {"shoulder"}
+                if (collars and len(known_below(k)) > 1) or (not name.roles and k < highest):
+                    out.add(here)
         return out
 
     def _ambiguous(self, below: Sequence[int], joint: int) -> bool:

@@ -7,7 +7,16 @@ from collections.abc import Iterable
 from textwrap import wrap
 
 from PySide6.QtCore import QPoint, QRectF, QSize, QSizeF, Qt, Signal
-from PySide6.QtGui import QColor, QFocusEvent, QPainter, QPaintEvent, QPalette, QPen, QRegion
+from PySide6.QtGui import (
+    QColor,
+    QFocusEvent,
+    QFontInfo,
+    QPainter,
+    QPaintEvent,
+    QPalette,
+    QPen,
+    QRegion,
+)
 from PySide6.QtWidgets import QAbstractButton, QGridLayout, QLabel, QSizePolicy, QWidget
 
 from inspector.language import tr
@@ -20,11 +29,12 @@ from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Theme, figures_font
 from inspector.widgets.typeset import EM, Typesetter
 
-_SIZE = 0.97  # of a formula, in heights of the program's font
+_SIZE = 0.97  # of a formula, in lines
+_LINE = 7 / 6  # of the letters' size, whatever space the program's font leaves between its lines
 _ASIDE = 5  # pixels beside a formula
 _LONGEST = 32  # characters of a quaternion; what is longer has a second line
 _Row = tuple[float, float]
-# Above and below the baseline of a row, heights of the font; by what in a formula asks for more.
+# Above and below the baseline of a row, lines; by what in a formula asks for more.
 _ROW = (0.83, 0.31)
 _HIGHER_ROWS = {r"\frac": (0.96, 0.54), "^{-1}": (0.89, 0.44)}
 _CONVENTIONS = tr(
@@ -41,14 +51,19 @@ class _Typeset:
         self._high = self._above + below
 
     @property
+    def _line(self) -> float:
+        """Pixels."""
+        return _LINE * QFontInfo(self._widget.font()).pixelSize()
+
+    @property
     def _scale(self) -> float:
-        return _SIZE * self._widget.fontMetrics().height() / EM
+        return _SIZE * self._line / EM
 
     def size(self) -> QSize:
         """As wide as the formula and as high as its row."""
         formula = self._typesetter.formula(self._tex)
         width = formula.box.width() * self._scale if formula else 20.0
-        high = round(self._high * self._widget.fontMetrics().height())
+        high = round(self._high * self._line)
         return QSize(round(width) + 2 * _ASIDE, high)
 
     def paint(self, painter: QPainter, ink: QColor) -> None:
@@ -58,7 +73,7 @@ class _Typeset:
             return
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.translate(_ASIDE, self._above * self._widget.fontMetrics().height())
+        painter.translate(_ASIDE, self._above * self._line)
         painter.scale(self._scale, self._scale)
         painter.translate(-formula.box.left(), 0.0)
         painter.fillPath(formula.path, ink)
@@ -130,6 +145,18 @@ class SymbolButton(QAbstractButton):
         self._formula.paint(painter, paper if self.isChecked() else ink)
 
 
+class _InRow(QLabel):
+    """A sign or number as high as its row, which formulas make: the list is short for any font."""
+
+    def sizeHint(self) -> QSize:
+        """As wide as its text."""
+        return QSize(super().sizeHint().width(), 0)
+
+    def minimumSizeHint(self) -> QSize:
+        """The same."""
+        return self.sizeHint()
+
+
 class RightSide(QWidget):
     """= and what a symbol is."""
 
@@ -194,7 +221,7 @@ class Equations(QWidget):
         value.setFont(figures_font(9.0))
         star = "*" if equation.corrected else ""
         text = f"({equation.number}){star}" if equation.number else ""
-        number = soft(QLabel(text, alignment=RIGHT))
+        number = soft(_InRow(text, alignment=RIGHT))
         number.setContentsMargins(2, 0, 0, 0)
         if equation.corrected:
             number.setToolTip(
@@ -204,7 +231,7 @@ class Equations(QWidget):
                     printed=equation.corrected,
                 )
             )
-        equals = QLabel("" if equation.right.startswith("<") else "=")
+        equals = _InRow("" if equation.right.startswith("<") else "=")
         # In one cell: the widest formula and the widest number are not of one row.
         both = Wrapping(hbox(right, None), hbox(None, value), spacing=4)
         grid.addWidget(button, row, 0, Qt.AlignmentFlag.AlignRight)

@@ -9,6 +9,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QGuiApplication, QPalette
 from PySide6.QtWidgets import QApplication
 
+from inspector.widgets.fonts import FIXED, shipped_families
+
 
 @dataclass(frozen=True)
 class Theme:
@@ -123,9 +125,14 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
 
 
 def figures_font(size: float = 0.0) -> QFont:
-    """The system's fixed-pitch font: numbers that stand in columns."""
+    """The fixed-pitch font of numbers in columns; size: points, 0 for the program's own."""
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
-    font.setPointSizeF(size or QGuiApplication.font().pointSizeF())
+    if FIXED in shipped_families():
+        font.setFamilies([FIXED])
+    of_program = QGuiApplication.font()
+    font.setHintingPreference(of_program.hintingPreference())
+    font.setStyleStrategy(of_program.styleStrategy())
+    font.setPointSizeF(size or of_program.pointSizeF())
     return font
 
 

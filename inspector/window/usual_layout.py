@@ -26,6 +26,8 @@ DOCKS = {  # their titles by their names
 _MOST = 350, 545, 330
 _SHARES = 0.25, 0.38, 0.35
 _LOW_SHARES = 0.25, 0.38, 0.27  # in a low window
+# Where lines are higher than usual, as many above the curves take of their height.
+_USUAL_LINE, _LINES_ABOVE = 14, 14  # pixels; menus, titles, tabs, sliders, a sentence
 _SIZE = (1440, 900)  # of the first window, where the screen has room
 _FRAME = (12, 40)  # pixels: more than borders and a title bar take
 _STATE_VERSION = 2
@@ -124,7 +126,10 @@ class UsualLayout(QObject):
         wide, high = self._window.width(), self._window.height()
         shares = _LOW_SHARES if self._low.low else _SHARES
         sizes = zip(_MOST, shares, (wide, wide, high), strict=True)
-        return tuple(min(most, round(share * all_)) for most, share, all_ in sizes)
+        left, right, curves = (min(most, round(share * all_)) for most, share, all_ in sizes)
+        higher = max(self._window.fontMetrics().height() - _USUAL_LINE, 0)
+        least = min(curves, round(_LOW_SHARES[2] * high))
+        return left, right, max(curves - _LINES_ABOVE * higher, least)
 
     @property
     def _complete(self) -> bool:

@@ -18,6 +18,7 @@ from inspector.session.document import Document
 from inspector.session.opening import analyse
 from inspector.session.settings import Settings
 from inspector.viewport.viewport import Viewport
+from inspector.widgets.fonts import use_shipped_fonts
 from inspector.widgets.theme import DARK
 from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
@@ -53,6 +54,13 @@ def pytest_generate_tests(metafunc):
         test = "" if "one_program" in metafunc.fixturenames else metafunc.function.__name__
         looks = looks_of(metafunc.module, test)
         metafunc.parametrize("look", looks, ids=str, scope="module")
+
+
+@pytest.fixture(scope="session")
+def qapp(qapp):
+    """The application in the shipped fonts: sizes are the same, whatever a machine has."""
+    use_shipped_fonts()
+    return qapp
 
 
 @pytest.fixture

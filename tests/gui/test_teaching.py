@@ -26,6 +26,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK, LIGHT
 from tests.conftest import ASSETS
+from tests.gui.other_fonts import other_font
 from tests.gui.pictures import grabbed, near
 from tests.gui.windows import act
 from twistcore.decomposition import WhatIf, decompose, other_order
@@ -325,14 +326,24 @@ def test_heads_fold_their_rows_and_name_the_joints(qtbot, taught):
     assert equations.values["q"].isVisible()
 
 
-def test_m_is_in_sight_without_scrolling(qtbot, taught):
+@pytest.mark.parametrize("font", [None, {"higher": 1.3}, {"wider": 1.2}], ids=str)
+def test_m_is_in_sight_without_scrolling(qtbot, qapp, font, tmp_path, request):
+    """Whatever font a system has: some have much room between lines, some wide letters."""
+    if font is not None:
+        usual = qapp.font()
+        request.addfinalizer(lambda: qapp.setFont(usual))
+        qapp.setFont(other_font(tmp_path, **font))
+    taught = request.getfixturevalue("taught")
     taught.resize(1440, 900)
-    qtbot.wait(100)
     area = taught.teaching.scroll_area
-    for symbol in ("a", "m"):
-        row = taught.teaching.equations.buttons[symbol]
-        place = QRect(row.mapTo(area.viewport(), QPoint(0, 0)), row.size())
-        assert area.viewport().rect().contains(place), symbol
+
+    def seen():
+        for symbol in ("a", "m"):
+            row = taught.teaching.equations.buttons[symbol]
+            place = QRect(row.mapTo(area.viewport(), QPoint(0, 0)), row.size())
+            assert area.viewport().rect().contains(place), symbol
+
+    qtbot.waitUntil(seen)
 
 
 @pytest.mark.parametrize("lesson", [False, True])

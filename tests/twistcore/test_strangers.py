@@ -64,9 +64,8 @@ def numbered(pattern, hand, foot, toe, collar):
         for side in ("Left", "Right"):
             if joint.startswith(side):
                 part, s = joint.removeprefix(side), side[0]
-                known = {
-                    "Arm": ("Arm", 1), "ForeArm": ("Arm", 2), "UpLeg": ("Leg", 1), "Leg": ("Leg", 2),
-                }  # fmt: skip
+                known = {"Arm": ("Arm", 1), "ForeArm": ("Arm", 2)}
+                known |= {"UpLeg": ("Leg", 1), "Leg": ("Leg", 2)}
                 if part in known:
                     limb, n = known[part]
                     return pattern.format(part=limb, small=limb.lower(), s=s, n=n, zero=n - 1)
@@ -100,7 +99,7 @@ NAMES = {
     "_anim": instead(Hand="{side}Hand_anim"),
     "Rot": instead(Hand="{side}HandRot"),
     "a heel": instead(Foot="{side}Heel", ToeBase="{side}FootToe"),
-    "the side in the middle": instead(**{n: n[0].lower() + "_{s}_" + n + "_hi" for n in LIMB_NAMES}),
+    "in the middle": instead(**{n: n[0].lower() + "_{s}_" + n + "_hi" for n in LIMB_NAMES}),
 }  # fmt: skip
 
 

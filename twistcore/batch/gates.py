@@ -27,7 +27,8 @@ WHAT      severity        mean error a frame, degrees, summed over all chains
           failed          clips that could not be processed, of the whole run: failed>0
           unchecked       clips in which nothing could be looked at: no chain, too few frames
 FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
-          a kind (counter-twist, limb-flip, helper-roll, lone-jump; of several, any), confidence OP NUMBER
+          a kind (counter-twist, limb-flip, helper-roll, lone-jump; of several, any),
+          confidence OP NUMBER
 OP        >  >=  <  <=  ==
 
 A rule is held against every clip; with "total." against the run: counts are added, degrees are the

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
 
@@ -17,6 +17,7 @@ from twistcore.detection.edges import find_edges
 from twistcore.detection.interval import Interval
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.pairing import pair_table, running_sums
+from twistcore.detection.pieces import own_twist, shows
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors import Known, SoftError, soft_errors, soft_interval
 from twistcore.detection.straight_limbs import (
@@ -35,10 +36,15 @@ SHORTEST_SEGMENT = 0.25  # seconds between cuts
 
 @dataclass(frozen=True, eq=False)
 class ConsistencyAnalysis:
-    """All chains before any τ; cut: steps that are no motion, that into frame 0 too, (frames,)."""
+    """All chains before any τ.
+
+    cut: steps that are no motion, that into frame 0 too, (frames,); own_twist: of the first of two
+    pieces of one bone, as `pieces.own_twist` has it, by chain.
+    """
 
     chains: Mapping[str, ChainAnalysis]
     cut: Mask
+    own_twist: Mapping[str, Array] = field(default_factory=dict)
 
     def automatic_tau(self, chain: str) -> float:
         """max(1.5°, 6·median σ of the chain), radians."""
@@ -50,7 +56,10 @@ class ConsistencyAnalysis:
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
         """Intervals of a chain at τ radians, by start."""
-        return self.chains[chain].intervals(tau)
+        found = self.chains[chain].intervals(tau)
+        if (twist := self.own_twist.get(chain)) is None:
+            return found
+        return tuple(i for i in found if shows(twist, i))
 
 
 class ConsistencyDetector:
@@ -70,7 +79,8 @@ class ConsistencyDetector:
             shares = len(out) / len(chains), (len(out) + sum(map(len, lines))) / len(chains)
             found = _line_analyses(lines, motion, cut, segments, part(tell, *shares))
             out |= {c.name: c for c in found}
-        return ConsistencyAnalysis(out, cut)
+        pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
+        return ConsistencyAnalysis(out, cut, pieces)
 
 
 def _line_analyses(
