@@ -1,0 +1,143 @@
+"""Limbs whose joints have known names."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from twistcore.body.bones import named_bones
+from twistcore.body.offsets import ancestors
+from twistcore.body.parts import BONES, LIMBS, SIDES, LimbLine
+from twistcore.body.shape import Shape
+from twistcore.joint_names import FEET, HANDS, TOES
+
+ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
+_WORDS = {"hand": HANDS, "foot": FEET}  # the first word first
+
+# Joints of a limb from its end up to the root, and the index of the bone that the first one ends.
+Path = tuple[list[int], int]
+
+
+def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
+    """The limbs whose end, or a joint above it, has a name that is known."""
+    paths = {limb: path for limb in LIMBS if (path := _path_to_tip(shape, *limb))}
+    taken = {j for path, _ in paths.values() for j in path}
+    for limb in LIMBS:
+        if limb not in paths and (path := _path_below(shape, *limb, taken)):
+            paths[limb] = path
+    return lines_of(shape, paths)
+
+
+def lines_of(
+    shape: Shape, paths: Mapping[tuple[str, str], Path], *, by_shape: bool = False
+) -> dict[tuple[str, str], LimbLine]:
+    """The limbs along paths."""
+    trunk: set[int] = set()  # above both hands or both feet: no shoulder and no thigh
+    for kind in BONES:
+        both = [set(paths[side, kind][0][1:]) for side in SIDES if (side, kind) in paths]
+        if len(both) == len(SIDES):
+            trunk.update(set.intersection(*both))
+    lines = {}
+    for (side, kind), (path, last) in paths.items():
+        bones = named_bones(shape, path, BONES[kind][: last + 1])
+        bones = [b for b in bones if b.parent not in trunk and not _bare_root(shape, b.parent)]
+        if bones:
+            lines[side, kind] = LimbLine(
+                side, kind, tuple(bones), _toe(shape, side, kind, last, path[0]), by_shape
+            )
+    return lines
+
+
+def _bare_root(shape: Shape, joint: int) -> bool:
+    """True for a root from which several lines go out and that is not called a limb's joint."""
+    return (
+        shape.parents[joint] not in shape.joints
+        and not shape.names[joint].roles
+        and len(shape.children[joint]) > 1
+    )
+
+
+def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
+    """Joints from a hand or foot with a known name up to the root, and its bone's index.
+
+    Of several the one under the most joints with known names, so that a hand in a second
+    hierarchy does not take the arm away.
+    """
+    roles = ROLES[kind]
+    tips = [j for j in _called(shape, side, roles[-1]) if not shape.names[j].helper]
+    if not tips:
+        return None
+    words = _WORDS[roles[-1]]
+
+    def rank(joint: int) -> tuple[int, int, bool, int]:
+        above = ancestors(shape.skeleton, joint)
+        known = {r for j in above for r in shape.roles(j, side) if r in roles[:-1]}
+        stem = shape.names[joint].stem
+        word = words.index(stem) if stem in words else len(words)
+        return (-len(known), word, any(j in tips for j in above), joint)
+
+    tip = min(tips, key=rank)
+    return [tip, *shape.above(tip)], len(BONES[kind]) - 1
+
+
+def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
+    """The path to the end of a limb of which only joints above the end have known names.
+
+    taken: joints of other limbs.
+    """
+    roles = ROLES[kind]
+    inner = [
+        j
+        for j in sorted(shape.joints.difference(taken))
+        if not shape.names[j].helper and shape.first_role(j, side) in roles[:-1]
+    ]
+    if not any(shape.first_role(j, side) != "shoulder" for j in inner):
+        return None
+    lowest = max(inner, key=lambda j: (len(ancestors(shape.skeleton, j)), -j))
+    line = [lowest, *shape.above(lowest)]
+    known = [j for j in line if j in inner]
+    at = roles.index(shape.first_role(lowest, side))
+    if len(known) > 1 and shape.is_same_word(known[0], known[1]) and at + 1 < len(roles) - 1:
+        at += roles.index(shape.first_role(known[1], side)) == at  # Arm1 → Arm2
+    here = lowest
+    while at < len(roles) - 1:
+        below = _main_child(shape, here)
+        if below is None:
+            break
+        helper = shape.names[below].helper
+        if helper and _main_child(shape, below) is None:
+            break
+        line.insert(0, below)
+        here = below
+        at += not helper and shape.solid[below]
+    # From here up the hierarchy decides, as it does above a hand.
+    return (line, at - 1) if at > 0 else None
+
+
+def _called(shape: Shape, side: str, role: str) -> list[int]:
+    return [j for j in sorted(shape.joints) if shape.first_role(j, side) == role]
+
+
+def _main_child(shape: Shape, joint: int) -> int | None:
+    """The child of the same side along which the longest line goes on; None for an end."""
+    sides = ("", shape.names[joint].side)
+    own = [c for c in shape.children[joint] if shape.names[c].side in sides]
+    below = [c for c in own if not shape.names[c].other]
+    if not below:  # LeftHeel, on which the toes hang
+        below = [c for c in own if any(shape.names[j].roles for j in shape.children[c])]
+    return max(below, key=lambda c: (shape.reach[c], shape.lengths[c], -c), default=None)
+
+
+def _toe(shape: Shape, side: str, kind: str, last: int, tip: int) -> int:
+    if kind != "leg" or last < len(BONES[kind]) - 1:
+        return -1
+    below = list(shape.children[tip])
+    for j in below:
+        below.extend(shape.children[j])
+    return next(
+        (
+            j
+            for j in below
+            if shape.names[j].side == side and any(w in shape.names[j].stem for w in TOES)
+        ),
+        -1,
+    )

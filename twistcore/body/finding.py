@@ -1,0 +1,78 @@
+"""The search of a body's limbs, and the limbs that it does not find."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from types import MappingProxyType
+
+from twistcore.body.by_names import ROLES, named_lines
+from twistcore.body.by_shape import lines_by_shape, unnamed_lines
+from twistcore.body.parts import LIMBS, Body, LimbLine, Unexamined
+from twistcore.body.shape import Shape
+from twistcore.joint_names import joint_as_said, understood
+from twistcore.motion import Motion
+
+
+def find_body(
+    motion: Motion,
+    *,
+    joints: Iterable[int] | None = None,
+    said: Mapping[str, str] = MappingProxyType({}),
+) -> Body:
+    """Return the limbs of a motion's skeleton.
+
+    joints: of one person where there are several, all by default; said: what a person takes
+    single joints for, by name: 'left hand', 'helper', as :func:`joint_as_said` has it.
+    """
+    every = motion.skeleton.names
+    own = {k: joint_as_said(name, said[name]) for k, name in enumerate(every) if name in said}
+    names = tuple(own.get(k, name) for k, name in enumerate(understood(every)))
+    members = frozenset(range(len(names)) if joints is None else joints)
+    shape = Shape(motion, names, members, frozenset(own))
+    lines = named_lines(shape)
+    shapes = shape.lines({j for line in lines.values() for j in line.joints})
+    if not lines:
+        found = unnamed_lines(shape, shapes)
+        return Body(motion.skeleton, names, found, _few_limbs(len(found)))
+    lines |= lines_by_shape(shape, shapes, lines)
+    found = tuple(lines[limb] for limb in LIMBS if limb in lines)
+    return Body(motion.skeleton, names, found, tuple(_missing(shape, lines)))
+
+
+def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterable[Unexamined]:
+    """Limbs of the four that were not found, and bones of those found that make no chain."""
+    for side, kind in LIMBS:
+        limb = f"{side.lower()} {kind}"
+        if (side, kind) not in lines:
+            yield Unexamined(limb, _why_missing(shape, side, kind), side, kind)
+            continue
+        have = {bone.segment for bone in lines[side, kind].bones}
+        if kind == "arm" and "ForeArm" not in have:
+            why = "no hand joint hangs on it"
+            yield Unexamined(f"{side.lower()} forearm", why, side, kind)
+        if kind == "leg" and "Leg" not in have:
+            why = "no foot joint hangs on it"
+            yield Unexamined(f"{side.lower()} shin", why, side, kind)
+
+
+def _why_missing(shape: Shape, side: str, kind: str) -> str:
+    end = ROLES[kind][-1]
+    unknown = [
+        shape.skeleton.names[j]
+        for j in sorted(shape.joints)
+        if shape.names[j].side == side
+        and not (shape.names[j].roles or shape.names[j].helper or shape.names[j].other)
+    ]
+    why = f"no joint is known as its {end}"
+    if unknown:
+        some = ", ".join(repr(name) for name in unknown[:3])
+        why += f"; unknown: {some}" + (" …" if len(unknown) > 3 else "")
+    return why
+
+
+def _few_limbs(found: int) -> tuple[Unexamined, ...]:
+    """The note of a skeleton whose names say nothing, with fewer than four limbs by shape."""
+    if found >= len(LIMBS):
+        return ()
+    why = f"no joint has a known name and {found} of four limbs were found by shape"
+    return (Unexamined("arms and legs" if not found else "other limbs", why),)
