@@ -26,8 +26,7 @@ Five rigs were read in public sources when the benchmark was written, and nothin
 | Second Life Bento | secondlife/viewer, indra/newview/character/avatar_skeleton.xml |
 | 3ds Max CAT | ConnorTidd/SurviveVR, EnemyFiles/testMovement.clp, a clip that CAT exported |
 
-Of the others the names are facts that their makers' and users' pages state. Which shares of the roll
-pieces and helpers have, and where along a bone they are, is ours.
+Which share of the roll a piece or helper has, and where along a bone it is, is ours in every rig.
 """
 
 from __future__ import annotations
