@@ -420,7 +420,7 @@ _READ = (
             Helper(_BIP + "{s}_Wrist", _BIP + "{s}_Forearm", "ForeArm", 1.0, follow=1.0),
             *_fingers(_BIP + "{s}_Hand", *(_BIP + f"{{s}}_Finger{k}#" for k in range(3))),
         ),
-        source="$definebone lines of Half-Life 2's female_07.qc as a public tool for it has them",
+        source="GMod PM Proportion Tool, its $definebone lines of Half-Life 2's female skeleton",
     ),
     Rig(
         "Second Life Bento",
