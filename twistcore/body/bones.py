@@ -95,7 +95,8 @@ def unnamed_bones(shape: Shape, joints: Sequence[int]) -> list[Bone]:
     evident = any(shape.bend(c, d) > _BENT for c, d in inner)
     pieces = {c for c, d in inner if shape.names[c].helper}
     if evident:
-        pieces |= {c for c, d in inner if shape.bend(c, d) < _UNKNOWN}
+        single = (pair for pair in inner if len(shape.children[pair[0]]) == 1)
+        pieces |= {c for c, d in single if shape.bend(c, d) < _UNKNOWN}
     whole: list[list[tuple[int, int]]] = []
     for pair in pairs:
         if whole and pair[0] in pieces:
