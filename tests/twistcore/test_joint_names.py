@@ -230,7 +230,8 @@ def test_own_words_go_before_those_of_the_program(own):
 
 def test_a_whole_name_may_be_given_as_a_word(own):
     vocabulary = own('[mine]\nhand = ["LeftPfote"]\n')
-    assert [j.side for j in understood(["LeftPfote", "RightPfote"], vocabulary)] == [*SIDES]
+    joints = understood(["LeftPfote", "RightPfote"], vocabulary)
+    assert [(j.side, j.roles) for j in joints] == [("Left", ("hand",)), ("Right", ("hand",))]
 
 
 def test_single_joints_may_be_named(own):
