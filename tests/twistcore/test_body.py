@@ -6,6 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks._rig_families import RIGS
+from benchmarks._rigs import rigged
 from tests.conftest import ASSETS
 from twistcore.body import find_body
 from twistcore.bvh import read_bvh
@@ -184,3 +186,24 @@ def test_names_of_a_rig_are_written_and_read_again(tmp_path):
     assert read_rig(tmp_path / "rig.toml") == own
     assert bool(own)
     assert own.summary() == "2 named"
+
+
+def test_a_leg_by_shape_ends_in_its_foot_and_knows_its_pieces():
+    """Final Fantasy's legs have unknown names and its arms known ones."""
+    rigs = {r.name: r for r in RIGS}
+    motion = rigged(WALK, replace(rigs["Final Fantasy XIV"], share=0.5))
+    names = motion.skeleton.names
+    left = [c for c in find_chains(motion) if c.side == "Left" and c.segment in ("UpLeg", "Leg")]
+    assert [(c.segment, c.name, names[c.child]) for c in left] == [
+        ("UpLeg", "j_asi_a_l", "j_asi_b_l"),
+        ("Leg", "j_asi_b_l", "j_asi_c_l"),
+        ("Leg", "j_asi_c_l", "j_asi_d_l"),
+    ]
+    assert names[left[-1].grandchild] == "j_asi_e_l"
+
+
+def test_of_a_wrist_next_to_the_hand_the_one_with_fingers_is_the_hand():
+    rigs = {r.name: r for r in RIGS}
+    motion = rigged(WALK, rigs["Source engine (ValveBiped)"])
+    hands = [motion.skeleton.names[c.child] for c in find_chains(motion) if c.segment == "ForeArm"]
+    assert hands == ["ValveBiped.Bip01_L_Hand", "ValveBiped.Bip01_R_Hand"]

@@ -86,8 +86,11 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
     return len(name.roles) > 1 and all(n.helper or n.stem == name.stem for n in inner)
 
 
-def unnamed_bones(shape: Shape, joints: Sequence[int]) -> list[Bone]:
-    """Bones down to the end of a limb: below its two longest ones only what is long, too."""
+def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
+    """Bones down to the end of a limb: below its two longest ones only what is long, too.
+
+    segments: of an arm or leg, which ends with its two longest bones; then only these bones.
+    """
     pairs = [(p, c) for p, c in pairwise(joints) if shape.solid[c]]
     if len(pairs) < 2:
         return []
@@ -105,13 +108,16 @@ def unnamed_bones(shape: Shape, joints: Sequence[int]) -> list[Bone]:
             whole.append([pair])
     size = [sum(shape.lengths[c] for _, c in bone) for bone in whole]
     end = lower_pair([a + b for a, b in pairwise(size)]) + 1 if len(size) > 1 else 0
-    while end + 1 < len(whole) and size[end + 1] > _FOOT * max(size):  # a horse's long foot
-        end += 1
-    out = []
-    for bone in whole[: end + 1]:
-        for k, (p, c) in enumerate(bone):
-            out.append(Bone(p, c, "", k == len(bone) - 1, len(bone)))
-    return out
+    if not segments:  # a horse has a long foot
+        while end + 1 < len(whole) and size[end + 1] > _FOOT * max(size):
+            end += 1
+    limb = whole[: end + 1][-len(segments) :] if segments else whole[: end + 1]
+    named = segments[-len(limb) :] or [""] * len(limb)
+    return [
+        Bone(p, c, segment, k == len(bone) - 1, len(bone))
+        for bone, segment in zip(limb, named, strict=True)
+        for k, (p, c) in enumerate(bone)
+    ]
 
 
 def lower_pair(sums: Sequence[float]) -> int:

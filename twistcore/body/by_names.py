@@ -24,11 +24,11 @@ def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
     for limb in LIMBS:
         if limb not in paths and (path := _path_below(shape, *limb, taken)):
             paths[limb] = path
-    return lines_of(shape, paths)
+    return _lines_of(shape, paths)
 
 
-def lines_of(
-    shape: Shape, paths: Mapping[tuple[str, str], Path], *, by_shape: bool = False
+def _lines_of(
+    shape: Shape, paths: Mapping[tuple[str, str], Path]
 ) -> dict[tuple[str, str], LimbLine]:
     """The limbs along paths."""
     trunk: set[int] = set()  # above both hands or both feet: no shoulder and no thigh
@@ -41,9 +41,9 @@ def lines_of(
         bones = named_bones(shape, path, BONES[kind][: last + 1])
         bones = [b for b in bones if b.parent not in trunk and not _bare_root(shape, b.parent)]
         if bones:
-            lines[side, kind] = LimbLine(
-                side, kind, tuple(bones), _toe(shape, side, kind, last, path[0]), by_shape
-            )
+            whole = kind == "leg" and last == len(BONES[kind]) - 1
+            toe = toe_of(shape, side, path[0]) if whole else -1
+            lines[side, kind] = LimbLine(side, kind, tuple(bones), toe)
     return lines
 
 
@@ -68,12 +68,14 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
         return None
     words = _WORDS[roles[-1]]
 
-    def rank(joint: int) -> tuple[int, int, bool, int]:
+    def rank(joint: int) -> tuple[int, bool, int, int, int]:
         above = ancestors(shape.skeleton, joint)
         known = {r for j in above for r in shape.roles(j, side) if r in roles[:-1]}
         stem = shape.names[joint].stem
-        word = words.index(stem) if stem in words else len(words)
-        return (-len(known), word, any(j in tips for j in above), joint)
+        word = words.index(stem) if stem in words else -1
+        # A wrist above the hand; of a wrist next to it, a helper, the one with the fingers.
+        below = any(j in tips for j in above)
+        return (-len(known), below, -shape.reach[joint], -word, joint)
 
     tip = min(tips, key=rank)
     return [tip, *shape.above(tip)], len(BONES[kind]) - 1
@@ -127,17 +129,14 @@ def _main_child(shape: Shape, joint: int) -> int | None:
     return max(below, key=lambda c: (shape.reach[c], shape.lengths[c], -c), default=None)
 
 
-def _toe(shape: Shape, side: str, kind: str, last: int, tip: int) -> int:
-    if kind != "leg" or last < len(BONES[kind]) - 1:
-        return -1
-    below = list(shape.children[tip])
+def toe_of(shape: Shape, side: str, foot: int) -> int:
+    """The nearest joint below a foot that is called a toe of its side; −1 for none."""
+    below = list(shape.children[foot])
     for j in below:
         below.extend(shape.children[j])
-    return next(
-        (
-            j
-            for j in below
-            if shape.names[j].side == side and any(w in shape.names[j].stem for w in TOES)
-        ),
-        -1,
+    named = (
+        j
+        for j in below
+        if shape.names[j].side == side and any(w in shape.names[j].stem for w in TOES)
     )
+    return next(named, -1)

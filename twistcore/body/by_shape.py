@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twistcore.body.bones import unnamed_bones
-from twistcore.body.by_names import Path, lines_of
+from twistcore.body.by_names import toe_of
 from twistcore.body.parts import BONES, SIDES, LimbLine
 from twistcore.body.shape import Shape
 from twistcore.rotation import Array, normalise, rotate
@@ -47,23 +47,26 @@ def lines_by_shape(
     shape: Shape, lines: Sequence[Sequence[int]], known: Mapping[tuple[str, str], LimbLine]
 ) -> dict[tuple[str, str], LimbLine]:
     """Limbs without a known name that stand opposite to a known one, or on the bare trunk."""
-    paths: dict[tuple[str, str], Path] = {}
+    found: dict[tuple[str, str], LimbLine] = {}
     left = [list(line) for line in lines if unnamed_bones(shape, line)]
     across = _across(shape, known)
-    for kind in BONES:
+    for kind, segments in BONES.items():
         wanted = [side for side in SIDES if (side, kind) not in known]
-        if not wanted:
-            continue
-        here = _candidates(shape, left, kind, known)
+        here = _candidates(shape, left, kind, known) if wanted else []
         for side in wanted:
-            own = [s for s in here if _side(shape, s, across) == side]
-            if len(own) != 1:
-                continue
-            bones = unnamed_bones(shape, own[0])
-            joints = own[0][: own[0].index(bones[-1].child) + 1]
-            paths[side, kind] = (joints[::-1], len(BONES[kind]) - 1)
-            left.remove(own[0])
-    return lines_of(shape, paths, by_shape=True)
+            own = [line for line in here if _side(shape, line, across) == side]
+            if len(own) == 1:
+                bones = tuple(unnamed_bones(shape, own[0], segments))
+                toe = _toe(shape, side, bones[-1].child) if kind == "leg" else -1
+                found[side, kind] = LimbLine(side, kind, bones, toe, by_shape=True)
+                left.remove(own[0])
+    return found
+
+
+def _toe(shape: Shape, side: str, foot: int) -> int:
+    """The joint that a foot points to: one called so, or the next one of its line; −1 for none."""
+    named = toe_of(shape, side, foot)
+    return named if named >= 0 else _pointed_at(shape, foot, shape.below[2].get(foot, -1))
 
 
 def _candidates(
