@@ -1,6 +1,7 @@
 """What many tests need: the sample clips and small skeletons made in memory."""
 
 import atexit
+import os
 import shutil
 import signal
 import sys
@@ -14,9 +15,11 @@ from hypothesis import settings
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
 
-# A machine that is busy with something else is no reason to fail.
-settings.register_profile("patient", deadline=None)
-settings.load_profile("patient")
+# A machine that is busy with something else is no reason to fail. The examples of properties are
+# the same in every run; TWIST_INSPECTOR_EXAMPLES=random takes others, and a failure prints its own.
+settings.register_profile("fixed", deadline=None, derandomize=True)
+settings.register_profile("random", deadline=None, derandomize=False, print_blob=True)
+settings.load_profile(os.environ.get("TWIST_INSPECTOR_EXAMPLES", "fixed"))
 
 # Under nohup programs are deaf to it; tests send it to those that they start.
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:

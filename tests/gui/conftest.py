@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
 from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from inspector.folder.queue import FolderQueue
@@ -30,6 +31,8 @@ from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.clip import write_clip
 from twistcore.rotation import multiply, quaternion_from_axis_angle
+
+_PATIENCE_MS = 60_000  # on a machine with much to do
 
 
 def pytest_collection_finish() -> None:
@@ -61,6 +64,24 @@ def qapp(qapp):
     """The application in the shipped fonts: sizes are the same, whatever a machine has."""
     use_shipped_fonts()
     return qapp
+
+
+class PatientQtBot(QtBot):
+    """Waits for a condition as long as a busy machine may need: what a test says is the least."""
+
+    def waitUntil(self, callback, *, timeout=0):  # noqa: N802 - pytest-qt's name
+        """Until the callback is true, or asserts nothing."""
+        super().waitUntil(callback, timeout=max(timeout, _PATIENCE_MS))
+
+    def waitSignal(self, signal, *, timeout=0, **how):  # noqa: N802 - and this
+        """Until a signal has come."""
+        return super().waitSignal(signal, timeout=max(timeout, _PATIENCE_MS), **how)
+
+
+@pytest.fixture
+def qtbot(qapp, request):
+    """pytest-qt's, with patience."""
+    return PatientQtBot(request)
 
 
 @pytest.fixture
@@ -144,7 +165,7 @@ def show_view(qtbot):
         view = Viewport(document, theme)
         view.resize(*size)
         view.show()
-        assert QTest.qWaitForWindowExposed(view, 10_000)
+        assert QTest.qWaitForWindowExposed(view, 60_000)
         opened.append(view)
         settle(qtbot, view)
         return view

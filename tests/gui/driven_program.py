@@ -126,7 +126,7 @@ class Driver:
     def front(self) -> None:
         """Another program was in front until now."""
         self.window.activateWindow()
-        QTest.qWaitForWindowActive(self.window, 5000)
+        QTest.qWaitForWindowActive(self.window, 60_000)
         QApplication.sendEvent(self.window, QEvent(QEvent.Type.ActivationChange))
 
     def state(self) -> None:

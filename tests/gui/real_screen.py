@@ -38,7 +38,7 @@ _MARK = "watched: "
 _STEP = 0.05  # seconds between two looks
 _XWD_FIELDS = 25  # of a header that a colour table and the picture follow
 _PLAIN = Look()
-_TO_START = 60.0  # seconds that a program has on a machine with much to do: most need two
+_PATIENCE = 60.0  # seconds for anything on a machine with much to do: most need a second or two
 FULL_HD = (1920, 1080)
 
 
@@ -102,11 +102,13 @@ class RealScreen:
         return self._asked(*words, check=True).stdout.split()
 
     def key(self, *keys):
-        """Press keys one after the other: 'n', 'ctrl+z', 'Escape'."""
+        """Press keys one after the other, once a window has them: 'n', 'ctrl+z', 'Escape'."""
+        wait_until(self.active)
         self.use("key", "--delay", 30, *keys)
 
     def type(self, text):
-        """Write a text."""
+        """Write a text, once a window has the keys."""
+        wait_until(self.active)
         self.use("type", "--delay", 20, text)
 
     def park(self):
@@ -144,7 +146,7 @@ class RealScreen:
         done = self._asked("getactivewindow")
         return done.stdout.strip() if done.returncode == 0 else None
 
-    def shown(self, title, seconds=20.0):
+    def shown(self, title, seconds=_PATIENCE):
         """The window with this in its title, once it gets the keys."""
         try:
             wait_until(lambda: self.active() in self.windows(title), seconds)
@@ -241,8 +243,11 @@ class WatchedProgram:
     said: list[str] = field(default_factory=list)  # what it wrote by itself
     _answers: queue.Queue = field(default_factory=queue.Queue)
 
-    def ask(self, expression, seconds=20.0):
-        """The value of an expression over `window`, `app`, `rect`, `row`, `entry`."""
+    def ask(self, expression, seconds=_PATIENCE):
+        """The value of an expression over `window`, `app`, `rect`, `row`, `entry`.
+
+        The program answers once it has done what keys and clicks before have asked for.
+        """
         self.process.stdin.write(expression.replace("\n", " ") + "\n")
         self.process.stdin.flush()
         try:
@@ -260,7 +265,7 @@ class WatchedProgram:
         self.until(f"({widget}).isVisible()")
         return self.ask(f"rect({widget})")
 
-    def until(self, expression, seconds=20.0):
+    def until(self, expression, seconds=_PATIENCE):
         """Wait until an expression is true; its value."""
         end = time.monotonic() + seconds
         while not (value := self.ask(expression)):
@@ -301,7 +306,8 @@ def watched(screen, folder, *words, settings=None, scale=1):
     reader = threading.Thread(target=_read, args=(seen,), daemon=True)
     reader.start()
     try:
-        screen.shown("Twist Inspector$", _TO_START)
+        screen.shown("Twist Inspector$")
+        seen.until("app.focusWindow() is not None")  # Qt has heard of it, too
         if any(str(word).lower().endswith((".bvh", ".json")) for word in words):
             seen.until("window.document.data is not None")
         seen.settle()
@@ -342,7 +348,7 @@ def _read(seen):
             seen.said.append(line.rstrip())
 
 
-def wait_until(ready, seconds=20.0, meanwhile=lambda: None):
+def wait_until(ready, seconds=_PATIENCE, meanwhile=lambda: None):
     """Until something is so; `meanwhile` is done every second."""
     end = time.monotonic() + seconds
     again = time.monotonic() + 1.0

@@ -150,7 +150,7 @@ def main() -> None:
     window, said = MainWindow(Settings(turn_ms=0, reviewer_asked=True), None), Said()
     window.resize(1440, 900)
     window.show()
-    assert QTest.qWaitForWindowExposed(window, 10_000)
+    assert QTest.qWaitForWindowExposed(window, 60_000)
     said.look("empty", window)
     window.open_path(Path(clip))
     _wait(lambda: window.document.data is not None)

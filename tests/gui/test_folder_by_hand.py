@@ -115,7 +115,7 @@ def test_a_folder_from_its_worst_clip_to_the_next(tmp_path, takes, look):
         p.until("window.clips.table.model().rowCount() == 1")
         screen.click(p.ask("row(window.clips.table, 0)"), times=2)
         p.until(f"{NAME} == 'a_bad.bvh'")
-        wait_until(lambda: kept(tmp_path)["folders"][str(takes)]["clip"] == "a_bad.bvh", 2.0)
+        wait_until(lambda: kept(tmp_path)["folders"][str(takes)]["clip"] == "a_bad.bvh")
 
 
 @needs_real_screen
@@ -133,7 +133,7 @@ def test_after_a_crash_the_program_offers_what_was_not_saved(tmp_path, takes, lo
                 "window.document.intervals]) == 3"
             )
             judged = p.decisions()
-            wait_until(lambda: kept(tmp_path).get("recent") == [str(takes / name)], 2.0)
+            wait_until(lambda: kept(tmp_path).get("recent") == [str(takes / name)])
             p.kill()
         with watched(screen, tmp_path) as p:
             p.until("window.bar.isVisible()")

@@ -102,7 +102,7 @@ def test_the_keyboard_is_the_review_s_unless_a_text_is_written(screen, tmp_path,
         screen.click(p.ask("row(window.chains.table, 3)"))
         p.until("app.focusWidget() is window.chains.table")
         screen.key("Tab")
-        p.until("app.focusWidget() is not window.chains.table", seconds=5)
+        p.until("app.focusWidget() is not window.chains.table")
 
 
 def test_accept_and_next_go_on_to_what_is_to_decide(screen, tmp_path, clip):

@@ -38,7 +38,7 @@ def add_by_keys(qtbot, window, *joints):
         window, Key.Key_C, Qt.KeyboardModifier.ControlModifier | Qt.KeyboardModifier.ShiftModifier
     )
     dialog = window.chain_actions.dialog
-    assert QTest.qWaitForWindowActive(dialog, 5000)
+    assert QTest.qWaitForWindowActive(dialog, 60_000)
     for box, name in zip(dialog.joints, joints, strict=False):
         box.setFocus()
         box.lineEdit().selectAll()

@@ -1,6 +1,7 @@
 """The tuning tab in the real window: curves, τ, profiles, the folder, and nothing left running."""
 
 import multiprocessing
+import os
 import shutil
 import time
 
@@ -180,15 +181,23 @@ def test_a_killed_measurement_is_told(qtbot, window):
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.skipif(os.name == "nt", reason="needs the processor time of child processes")
 def test_the_window_stays_free_while_it_is_measured(qtbot, window):
-    """Not a timed test of speed: a stall of half a second would mean work in the GUI thread."""
+    """Between two looks at events the window's thread does little of what a process measures."""
+
+    def by_processes():
+        times = os.times()
+        return times.children_user + times.children_system
+
+    before = by_processes()
     act(window, "show_tuning")
-    longest, last = 0.0, time.monotonic()
-    while len(window.tuning.costs.curves) < 10:
+    longest, last = 0.0, time.thread_time()
+    while len(window.tuning.costs.curves) < 10 or multiprocessing.active_children():
         qtbot.wait(5)
-        now = time.monotonic()
+        now = time.thread_time()
         longest, last = max(longest, now - last), now
-    assert longest < 0.5
+    print("TIMES", longest, by_processes() - before)
+    assert longest < 0.2 * (by_processes() - before)
 
 
 # --- τ ------------------------------------------------------------------------------------------

@@ -135,5 +135,5 @@ def stays(p, open_it):
         return not differing(after, before)
 
     with contextlib.suppress(AssertionError):
-        wait_until(is_gone, seconds=4.0, meanwhile=close)
+        wait_until(is_gone, seconds=20.0, meanwhile=close)
     return differing(after, before)

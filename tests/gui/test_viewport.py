@@ -324,7 +324,7 @@ def test_nothing_is_left_after_closing(qtbot, analysed):
         view = Viewport(document, DARK)
         view.resize(320, 240)
         view.show()
-        assert QTest.qWaitForWindowExposed(view, 10_000)
+        assert QTest.qWaitForWindowExposed(view, 60_000)
         document.show_clip(analysed)
         settle(qtbot, view)
         views += [weakref.ref(view), weakref.ref(view.view.ren_win), weakref.ref(view.scene)]
@@ -344,7 +344,7 @@ def test_a_closed_view_does_not_wait_for_the_collector(qtbot, analysed):
     document = Document()
     view = Viewport(document, DARK)
     view.show()
-    assert QTest.qWaitForWindowExposed(view, 10_000)
+    assert QTest.qWaitForWindowExposed(view, 60_000)
     document.show_clip(analysed)
     settle(qtbot, view)
     gc.collect()

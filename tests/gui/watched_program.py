@@ -10,13 +10,14 @@ import json
 import os
 import sys
 
-from PySide6.QtCore import QPoint, QRect, QSocketNotifier, Qt
+from PySide6.QtCore import QPoint, QRect, QSocketNotifier, Qt, QTimer
 from PySide6.QtWidgets import QApplication, QTableView, QWidget
 
 import inspector.__main__
 import inspector.app
 
 _MARK = "watched: "
+_BUSY_MS = 2000
 
 
 def rect(widget, part=None):
@@ -79,6 +80,10 @@ def _answer(line: str) -> str:
 
 def _watch(app: QApplication) -> QSocketNotifier:
     rest = b""
+    asked: list[bytes] = []
+    # A timer of no time is due once nothing else is: keys and clicks that have come are done, what
+    # they change is laid out and painted. A program that is never idle answers all the same.
+    idle, never_idle = (QTimer(app, singleShot=True, interval=ms) for ms in (0, _BUSY_MS))
 
     def read() -> None:
         nonlocal rest
@@ -87,10 +92,18 @@ def _watch(app: QApplication) -> QSocketNotifier:
             watcher.setEnabled(False)
             return
         *lines, rest = (rest + got).split(b"\n")
-        for line in lines:
-            with contextlib.suppress(BrokenPipeError):
-                print(_MARK + _answer(line.decode()), flush=True)
+        asked.extend(lines)
+        for timer in (idle, never_idle):
+            timer.start()
 
+    def answer() -> None:
+        never_idle.stop()
+        while asked:
+            with contextlib.suppress(BrokenPipeError):
+                print(_MARK + _answer(asked.pop(0).decode()), flush=True)
+
+    for timer in (idle, never_idle):
+        timer.timeout.connect(answer)
     watcher = QSocketNotifier(0, QSocketNotifier.Type.Read, app)
     watcher.activated.connect(read)
     return watcher

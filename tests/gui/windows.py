@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 def wait_until_active(window):
     """On the screen and with the keyboard: keys sent before are lost."""
     window.activateWindow()
-    assert QTest.qWaitForWindowActive(window, 10_000)
+    assert QTest.qWaitForWindowActive(window, 60_000)
 
 
 def open_clip(qtbot, window, path):

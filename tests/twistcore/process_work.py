@@ -15,7 +15,7 @@ def work(name):
     if name.startswith("dies"):
         time.sleep(0.2)  # so that others are under way
         os.kill(os.getpid(), KILL)
-    if name == "hangs":
+    if name.startswith("hangs"):
         time.sleep(600.0)
     if name.startswith("slow"):
         time.sleep(1.0)

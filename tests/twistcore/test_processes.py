@@ -89,12 +89,10 @@ def test_a_name_that_cannot_be_sent_is_an_answer(tmp_path):
 @pytest.mark.skipif(not Path("/proc").is_dir(), reason="Linux")
 def test_whoever_stops_looking_leaves_no_process():
     before = children()
-    results = each(work, ["a", "slow 1", "slow 2", "slow 3"], 2)
+    results = each(work, ["a", "hangs 1", "hangs 2", "hangs 3"], 2)
     assert next(results) == ("a", "A")
     assert children() > before
-    begin = time.monotonic()
-    results.close()
-    assert time.monotonic() - begin < 0.9  # nobody waited for the slow ones
+    results.close()  # and waits for nobody: they would take longer than a test may
     assert children() == before
 
 
