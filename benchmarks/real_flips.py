@@ -191,7 +191,7 @@ def judged_file(path: Path, name: str) -> Verdict:
 
 def written_decimals(before: Clip, after: Clip) -> int:
     """The fewest decimals of the numbers that differ; as many as a float has where none does."""
-    texts = [clip.data[clip.data_start :].split() for clip in (before, after)]
+    texts = [clip.text[clip.data_start :].split() for clip in (before, after)]
     new = {b for a, b in zip(*texts, strict=False) if a != b}
     return min((len(token.partition(b".")[2]) for token in new), default=15)
 

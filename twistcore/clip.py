@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.atomic import is_stream, same_file, write_atomically, write_companions
-from twistcore.clip_suffixes import clip_suffix
+from twistcore.clip_suffixes import clip_suffix, not_written
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton, check_motion
 from twistcore.rotation import Array
@@ -188,6 +188,8 @@ def rewritten(clip: Clip, motion: Motion) -> Patch:
 
 def check_ending(clip: Clip, path: Path) -> None:
     """TwistError where a file's name says that it is of another format than the clip's."""
+    if refused := not_written(path, f".{clip.format}"):
+        raise TwistError(f"{path}: {refused}")
     if clip_suffix(path) not in ("", f".{clip.format}"):
         raise TwistError(
             f"{path}: expected a name that ends in .{clip.format}, since {clip.name} is written "

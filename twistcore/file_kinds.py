@@ -5,10 +5,13 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from twistcore.wide_text import narrow_head
+
 LOOKED_AT = 512  # bytes: all that is needed of a file's beginning
 
 _CONVERT = "`twistcore convert` makes a BVH of it"
 _UNPACK = "unpack it first"
+_SOLVE = "markers have no joints: solve them onto a skeleton first and export that as BVH"
 
 
 class FileKind(NamedTuple):
@@ -26,6 +29,11 @@ SESSION = FileKind(
     "a session", "`twistcore apply SESSION CLIP -o OUT` replays it, twist-inspector opens it"
 )
 JSON = FileKind("a JSON document")
+PICKLE = FileKind(
+    "a pickle of Python",
+    "loading one can run any program, so it is not loaded here: save its arrays as .npz with "
+    "numpy.savez",
+)
 
 _ASF = FileKind("an ASF skeleton without motion", "open its .amc")
 _TEXT_OF_OURS = re.compile(rb'^\{\s*"schema":\s*"twistcore\.([a-z_-]+)/')
@@ -51,7 +59,15 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
     (b"GIF8", FileKind("a GIF picture")),
     (b"%PDF-", FileKind("a PDF document")),
     (b"\x1a\x45\xdf\xa3", FileKind("a Matroska or WebM film")),
-    (b"PathFileType", FileKind("a TRC file of markers", "solve it onto a skeleton first")),
+    (b"PathFileType", FileKind("a TRC file of markers", _SOLVE)),
+    (
+        b"version https://git-lfs.github.com/spec/",
+        FileKind("a Git LFS pointer, not the file itself", "`git lfs pull` fetches the file"),
+    ),
+    (
+        b"/annex/objects/",
+        FileKind("a git-annex pointer, not the file itself", "`git annex get` fetches the file"),
+    ),
     (b"PXR-USDC", FileKind("a USD file")),
     (b"#usda ", FileKind("a USD file")),
     (b"//Maya ASCII", FileKind("a Maya scene", "export its skeleton as BVH or FBX")),
@@ -61,11 +77,15 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
 
 
 def kind_of(head: bytes) -> FileKind | None:
-    """What begins with these bytes, of which the first 512 suffice; None where they do not tell."""
+    """What begins with these bytes, of which the first 512 suffice; None where they do not tell.
+
+    A text may be in UTF-16 or UTF-32.
+    """
+    head = narrow_head(head)
     for beginning, kind in _BEGINNINGS:
         if head.startswith(beginning):
             return kind
-    return _zip(head) or _film(head) or _c3d(head) or _text(head)
+    return _zip(head) or _film(head) or _pickle(head) or _c3d(head) or _text(head)
 
 
 def found_instead(head: bytes, *expected: FileKind) -> str | None:
@@ -78,8 +98,8 @@ def found_instead(head: bytes, *expected: FileKind) -> str | None:
         return None
     clips = (BVH, NPZ, AMC)  # another name helps where a clip is meant, and only there
     helps = kind.advice and (kind not in clips or expected[0] in clips)
-    advice = f"; {kind.advice}" if helps else ""
-    return f"expected {expected[0].words}, but this is {kind.words}{advice}"
+    sentence = f"expected {expected[0].words}, but this is {kind.words}"
+    return f"{sentence}; {kind.advice}" if helps else sentence
 
 
 def _zip(head: bytes) -> FileKind | None:
@@ -104,8 +124,13 @@ def _film(head: bytes) -> FileKind | None:
 def _c3d(head: bytes) -> FileKind | None:
     """The second byte is 0x50, the first the block of its parameters, mostly the second."""
     if len(head) > 2 and head[1] == 0x50 and 2 <= head[0] < 0x20:
-        return FileKind("a C3D file of markers", "solve it onto a skeleton first")
+        return FileKind("a C3D file of markers", _SOLVE)
     return None
+
+
+def _pickle(head: bytes) -> FileKind | None:
+    """Protocols 2 to 5, which every Python since 2003 writes unless it is asked for another."""
+    return PICKLE if head[:1] == b"\x80" and head[1:2] in (b"\2", b"\3", b"\4", b"\5") else None
 
 
 def _text(head: bytes) -> FileKind | None:
@@ -113,8 +138,9 @@ def _text(head: bytes) -> FileKind | None:
     word = text[:16].upper()
     if word.startswith(b"HIERARCHY"):
         return BVH
-    if word.startswith((b"<!DOCTYPE HTML", b"<HTML")):
-        return FileKind("a web page (HTML)", "was it downloaded from behind a log-in?")
+    if word.startswith((b"<!DOCTYPE HTML", b"<HTML", b"<HEAD", b"<BODY")):
+        advice = "download the file itself; a page in its place is often a log-in or a viewer"
+        return FileKind("a web page (HTML)", advice)
     if word.startswith(b"<?XML"):
         return FileKind("an XML document")
     if word.startswith((b"# AST/ASF", b":VERSION")):

@@ -33,6 +33,7 @@ from twistcore.rotation import geodesic_angle
 ASSETS = Path(__file__).parents[2] / "assets"
 FRAMES = {"walk_injected": (140, 200), "dance": (0, 30), "basketball": (0, 6)}
 LOOKED_AT = 5
+_WIDE = 0.15
 _ROUNDED = 1e-5  # radians, of numbers with six decimals
 _HALF = 3e-2  # of the eleven bits that float16 has
 GROWTH = 512 << 20  # bytes: an archive may unpack to 32 MiB, which are looked at in several ways
@@ -80,7 +81,17 @@ def _estimated(layout: str) -> tuple[str, bytes]:
 def make_bvh(rng: random.Random) -> Mapping[str, bytes]:
     data = _bvh(rng.choice([*FRAMES]))
     kinds = rng.choice((text.BVH_BYTES, text.BVH_STRUCTURE, text.BVH_STRUCTURE))
-    return {"a.bvh": text.damaged(data, rng, kinds)}
+    if rng.random() < _WIDE:
+        data = _widened(data, rng)
+    data = text.damaged(data, rng, kinds)
+    return {"a.bvh": _widened(data, rng) if rng.random() < _WIDE else data}
+
+
+def _widened(data: bytes, rng: random.Random) -> bytes:
+    """In UTF-16 or UTF-32, as a shell's redirect writes it, with or without a mark in front."""
+    codec = rng.choice(("utf-16-le", "utf-16-be", "utf-32-le", "utf-32-be"))
+    mark = "\ufeff" if rng.random() < 0.7 else ""
+    return (mark + data.decode("utf-8", "surrogateescape")).encode(codec, "surrogatepass")
 
 
 def make_amc(rng: random.Random) -> Mapping[str, bytes]:

@@ -138,7 +138,13 @@ def test_a_slow_turn_is_written_without_jumps():
         (lambda t: t.replace(b"Frame Time", b"Time"), 18, "Frame Time"),
         (lambda t: t.replace(b"Frames: 3", b"Frames: x"), 17, "whole number"),
         (lambda t: t.replace(b"4.000000", b"nan"), 19, "number"),
-        (lambda t: t.replace(b"4.000000", b"4,0"), 19, "number"),
+        (lambda t: t.replace(b"4.000000", b"4,0"), 19, "decimal point, found a comma in"),
+        (lambda t: t.replace(b"4.000000", b"-,5e-3"), 19, "decimal point, found a comma in"),
+        (
+            lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 1,5 0", 1),
+            8,
+            "replace it in all numbers",
+        ),
         (lambda t: t.replace(b"4.000000", b"1e999"), 19, "finite"),
         (lambda t: t.replace(b"4.000000", b"4.0.0"), 19, "number"),
         (lambda t: t.replace(b"4.000000", b"1e200"), 19, "below 1e+100"),
@@ -218,6 +224,55 @@ def test_an_unusable_frame_time_is_replaced_and_told():
     assert clip.motion.fps == 30.0
     assert "Frame Time" in clip.warnings[0].text
     assert parse_bvh(clip.data, fps=60.0).motion.fps == 60.0
+
+
+@pytest.mark.parametrize(
+    ("written", "rate", "seconds"),
+    [
+        ("120", "120", "0.00833"),
+        ("29.97", "29.97", "0.0334"),
+        ("59.94006", "59.94", "0.0167"),
+        ("33.333333", "30", "0.0333"),  # milliseconds
+        ("16.6667", "60", "0.0167"),
+        ("1.5e3", "1500", "0.000667"),
+    ],
+)
+def test_a_rate_in_place_of_its_reciprocal_is_asked_about(written, rate, seconds):
+    data = small(np.zeros((2, 9))).replace(b"Time: 0.01", f"Time: {written}".encode())
+    clip = parse_bvh(data)
+    [warning] = clip.warnings
+    assert clip.motion.fps == 30.0
+    assert warning.line == 18
+    assert f"1/{rate} = {seconds} was probably meant: --fps {rate} reads it so" in warning.text
+    again = parse_bvh(data, fps=float(rate))
+    assert (again.warnings, again.motion.fps) == ((), pytest.approx(float(rate)))
+
+
+@pytest.mark.parametrize("written", ["0", "-1", "10001", "1e9", "nan", "fast"])
+def test_other_unusable_frame_times_have_no_advice(written):
+    data = small(np.zeros((2, 9))).replace(b"Time: 0.01", f"Time: {written}".encode())
+    [warning] = parse_bvh(data).warnings
+    assert "is not usable; 30 frames a second are assumed" in warning.text
+
+
+def test_a_decimal_comma_in_the_frame_time_alone_is_a_point():
+    data = small(np.zeros((2, 9))).replace(b"Time: 0.01", b"Time: 0,0125")
+    clip = parse_bvh(data)
+    assert clip.motion.fps == pytest.approx(80.0)
+    assert [(w.line, "decimal comma" in w.text) for w in clip.warnings] == [(18, True)]
+
+
+def test_a_joint_without_offset_is_a_warning_at_its_line():
+    data = small(np.arange(27).reshape(3, 9))
+    at = data.index(b"OFFSET 0 1 0")
+    line = data[:at].count(b"\n") + 1
+    clip = parse_bvh(data[:at] + data[at:].replace(b"OFFSET 0 1 0", b"", 1))
+    [warning] = clip.warnings
+    assert warning.line == line - 2  # the joint's own
+    assert f"{clip.skeleton.names[1]!r} has no OFFSET" in warning.text
+    assert clip.skeleton.offsets[1].tolist() == [0.0, 0.0, 0.0]
+    root = parse_bvh(data.replace(b"OFFSET 0 0 0", b"", 1))
+    assert [w.line for w in root.warnings] == [2]
 
 
 @pytest.mark.parametrize("gap", ["\n", "\r\n", "\n\n  ", "\t\n\t"])

@@ -2,6 +2,7 @@
 
 import io
 import json
+import pickle
 import zipfile
 
 import numpy as np
@@ -39,14 +40,23 @@ NAMED = [
     (b"\x93NUMPY\x01\x00", "single array of numpy (.npy); save its arrays by name"),
     (b"\x1f\x8b\x08\x00", "gzip archive; unpack it first"),
     (b"\x89PNG\r\n\x1a\n", "PNG picture"),
-    (b"\x02\x50\x14\x00", "C3D file of markers; solve it"),
-    (b"PathFileType\t4\t(X/Y/Z)", "TRC file of markers; solve it"),
+    (b"\x02\x50\x14\x00", "C3D file of markers; markers have no joints: solve them"),
+    (b"PathFileType\t4\t(X/Y/Z)", "TRC file of markers; markers have no joints: solve them"),
+    (b"version https://git-lfs.github.com/spec/v1\noid sha256:", "LFS pointer, not the file"),
+    (
+        b"/annex/objects/SHA256E-s123--ab.bvh\n",
+        "git-annex pointer, not the file itself; `git annex",
+    ),
+    (pickle.dumps({"poses": [1.0]}), "pickle of Python; loading one can run any program"),
+    (pickle.dumps({"poses": [1.0]}, protocol=2), "save its arrays as .npz with numpy.savez"),
     (b"\x00\x00\x00\x18ftypmp42", "film (MP4)"),
     (b"\x00\x00\x00\x14ftypqt  ", "film (MOV)"),
     (b"\x00\x00\x00\x08wide", "film (MOV)"),
     (b"RIFF\x00\x00\x00\x00AVI LIST", "film (AVI)"),
     (b"%PDF-1.7", "PDF document"),
-    (b"\n<!doctype html><html>", "web page (HTML); was it downloaded"),
+    (b"\n<!doctype html><html>", "web page (HTML); download the file itself"),
+    ("\ufeff<html>".encode("utf-16-le"), "web page (HTML)"),
+    ("\ufeff<html>".encode("utf-8"), "web page (HTML)"),
     (b'{"schema": "twistcore.session/3", "clip"', "a session; `twistcore apply SESSION CLIP"),
     (b'{\n "schema": "twistcore.truth/1"', "a JSON document (twistcore.truth)"),
     (b'[{"a": 1}]', "a JSON document"),

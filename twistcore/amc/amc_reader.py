@@ -19,6 +19,7 @@ from twistcore.file_kinds import AMC, found_instead
 from twistcore.ordinary_files import read_file
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
+from twistcore.wide_text import wide_instead
 
 _ASSUMED_FPS = 120.0
 _TOLD = 64  # frames
@@ -81,6 +82,8 @@ def parse_amc(
     path = Path(path)
     if not data or data.isspace():
         raise AmcError(str(path), "expected an AMC, but the file is empty", line=1, column=1)
+    if instead := wide_instead(data):
+        raise AmcError(str(path), instead)
     rows = _Rows(str(path), data, asf)
     values, places = rows.read(tell)
     if expected := too_few_numbers(len(asf.skeleton), *values.shape):

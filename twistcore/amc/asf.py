@@ -19,6 +19,7 @@ from twistcore.errors import AmcError
 from twistcore.motion import Skeleton
 from twistcore.ordinary_files import read_file
 from twistcore.rotation import Array, quaternion_from_euler
+from twistcore.wide_text import wide_instead
 
 ROOT = "root"
 _TURNS, _MOVES = ("rx", "ry", "rz"), ("tx", "ty", "tz")
@@ -117,6 +118,8 @@ def read_asf(path: str | Path) -> Asf:
 def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
     """The same from bytes in memory; AmcError (file, line, column, what was expected)."""
     path = Path(path)
+    if instead := wide_instead(data):
+        raise AmcError(str(path), instead)
     read = _Read(str(path))
     sections = list(_sections(data, read))
     named = {head[0].text.lower(): (head, lines) for head, lines in sections}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -13,6 +13,7 @@ from twistcore.bvh.patch import moved_numbers, turned_numbers, with_numbers
 from twistcore.clip import Clip, Patch
 from twistcore.motion import Motion
 from twistcore.rotation import Array
+from twistcore.wide_text import WideText
 
 _BLOCK = 1 << 18  # bytes
 
@@ -21,12 +22,15 @@ _BLOCK = 1 << 18  # bytes
 class BvhClip(Clip):
     """A BVH file.
 
-    data_start: where the first number of the motion stands; channels: one entry a joint; values:
-    the numbers as written (degrees and length units), shape (frames, columns).
+    text: the file's bytes or, of a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8;
+    data_start: where in it the first number of the motion stands; channels: one entry a joint;
+    values: the numbers as written (degrees and length units), shape (frames, columns).
     """
 
     format = "bvh"
 
+    text: bytes = field(repr=False)
+    wide: WideText | None = None
     data_start: int
     channels: tuple[JointChannels, ...]
     values: Array
@@ -47,8 +51,8 @@ class BvhClip(Clip):
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Byte offsets of start and end of every number of the motion, in reading order."""
-        return token_spans(self.data, self.data_start)
+        """Offsets in the text of start and end of every number of the motion, in reading order."""
+        return token_spans(self.text, self.data_start)
 
     def angles(self, joint: int) -> Array:
         """A joint's rotation channels, degrees, (frames, channels)."""
@@ -75,7 +79,8 @@ class BvhClip(Clip):
             tokens, numbers = np.concatenate([tokens, places]), np.concatenate([numbers, there])
         if not len(tokens):
             return Patch(self.data)
-        return Patch(with_numbers(self.data, self.token_spans, tokens, numbers), jumps)
+        text = with_numbers(self.text, self.token_spans, tokens, numbers)
+        return Patch(text if self.wide is None else self.wide.encoded(text), jumps)
 
 
 def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -22,6 +22,7 @@ _MOST_CHANNELS = 64  # no file has more than 9; a damaged count must not cost me
 class _Joint:
     name: str
     parent: int
+    line: int
     offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
     channels: list[str] = field(default_factory=list)
     placed: bool = False
@@ -29,6 +30,8 @@ class _Joint:
 
 _WORD = re.compile(r"[{}]|[^\s{}]+", re.ASCII)
 _REST = re.compile(r"[^{\r\n]*")
+# Its digits are bounded, as a word may have any length.
+_DECIMAL_COMMA = re.compile(r"[+-]?[0-9]{0,20},[0-9]{1,20}(?:[eE][+-]?[0-9]{1,4})?")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
@@ -73,13 +76,28 @@ class _Words:
         value = number((word or "").encode("utf-8", "surrogateescape"))
         if not abs(value) < LARGEST:
             bound = "" if math.isnan(value) else f" below {LARGEST:g}"
-            raise self.fail(f"expected a number{bound} for {what}, found {shown(word)}")
+            expected = f"expected a number{bound} for {what}, found {shown(word)}"
+            raise self.fail(no_number(expected, word))
         return value
 
 
 def shown(word: str | None) -> str:
     """A word for a message: quoted, short, and on one line whatever it holds."""
     return "the end of the file" if word is None else ascii(word[:40])
+
+
+def has_comma(word: str | None) -> bool:
+    """Whether a word is a number with a decimal comma."""
+    return word is not None and _DECIMAL_COMMA.fullmatch(word) is not None
+
+
+def no_number(expected: str, word: str | None) -> str:
+    """The sentence about a word in place of a number, or one that names its decimal comma."""
+    if has_comma(word):
+        return (
+            f"expected a decimal point, found a comma in {shown(word)}: replace it in all numbers"
+        )
+    return expected
 
 
 def parse_header(
@@ -96,11 +114,11 @@ def parse_header(
     while (word := words.next()) is not None:
         key = word.upper()
         if key in ("ROOT", "JOINT"):
-            name = words.rest_of_line()
+            line, name = words.line(), words.rest_of_line()
             parent = stack[-1] if stack else -1
             if parent is None:
                 raise words.fail("expected '}' before another joint: an End Site has no children")
-            joints.append(_Joint(name, parent))
+            joints.append(_Joint(name, parent, line))
             stack.append(len(joints) - 1)
             _expect_brace(words, f"joint {shown(name)}")
         elif key == "END":
@@ -128,7 +146,7 @@ def parse_header(
         elif key == "}":
             if not stack:
                 raise words.fail("expected ROOT or MOTION, found '}' without a matching '{'")
-            stack.pop()
+            _check_placed(joints, stack.pop(), warnings)
         else:
             raise words.fail(
                 "expected ROOT, JOINT, End Site, OFFSET, CHANNELS, '}' or MOTION, "
@@ -140,6 +158,15 @@ def parse_header(
     if not joints:
         raise words.fail("expected at least one ROOT")
     return _assemble(joints, ends, warnings)
+
+
+def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipWarning]) -> None:
+    """Add a warning where a joint that ends here has no OFFSET; None marks an End Site."""
+    if closed is None or joints[closed].placed:
+        return
+    joint = joints[closed]
+    text = f"{shown(joint.name)} has no OFFSET; it is read as one at its parent's place (0 0 0)."
+    warnings.append(ClipWarning(text, joint.line))
 
 
 def _expect_brace(words: _Words, what: str) -> None:

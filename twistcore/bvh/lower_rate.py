@@ -12,15 +12,15 @@ def thinned(clip: BvhClip, step: int) -> BvhClip:
         return clip
     frames, columns = clip.values.shape
     starts, _ = clip.token_spans
-    heads = [*(int(s) for s in starts[: frames * columns : columns]), len(clip.data)]
+    heads = [*(int(s) for s in starts[: frames * columns : columns]), len(clip.text)]
     kept = range(0, frames, step)
-    (f0, f1), (t0, t1) = timing_fields(clip.data)
+    (f0, f1), (t0, t1) = timing_fields(clip.text)
     pieces = [
-        clip.data[:f0],
+        clip.text[:f0],
         str(len(kept)).encode(),
-        clip.data[f1:t0],
+        clip.text[f1:t0],
         f"{clip.motion.frame_time * step:.9g}".encode(),
-        clip.data[t1 : heads[0]],
-        *(clip.data[heads[k] : heads[k + 1]] for k in kept),
+        clip.text[t1 : heads[0]],
+        *(clip.text[heads[k] : heads[k + 1]] for k in kept),
     ]
     return parse_bvh(b"".join(pieces), clip.path)

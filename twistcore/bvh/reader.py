@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 import re
 from collections import Counter
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from twistcore.bvh.bvh_clip import BvhClip
-from twistcore.bvh.header import parse_header, shown
+from twistcore.bvh.header import has_comma, no_number, parse_header, shown
 from twistcore.bvh.numbers import LARGEST, BadNumberError, Numbers, read_numbers
 from twistcore.clip import LONGEST, SHORTEST, ClipWarning, too_few_numbers
 from twistcore.clip_suffixes import clip_suffix
@@ -18,6 +19,7 @@ from twistcore.errors import BvhError
 from twistcore.file_kinds import BVH, found_instead
 from twistcore.ordinary_files import read_file
 from twistcore.progress import Tell, nobody
+from twistcore.wide_text import WideText, wide_text
 
 _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
 _FRAMES = re.compile(rb"\s*Frames[ \t]*:?\s*([^\s:]*)", re.I)
@@ -60,49 +62,59 @@ def parse_bvh(
     """The same from bytes in memory."""
     path = Path(path)
     name = str(path)
-    if not data or data.isspace():
+    wide = _wide_text(name, data)
+    text = data if wide is None else wide.text
+    if not (bare := text.removeprefix(codecs.BOM_UTF8)) or bare.isspace():
         raise BvhError(name, "expected HIERARCHY, but the file is empty", line=1, column=1)
-    if instead := found_instead(data, BVH):
+    if instead := found_instead(text, BVH):
         raise BvhError(name, instead)
-    found = _MOTION.search(data)
-    header = data[: found.start()] if found else data
-    text = header.removeprefix(b"\xef\xbb\xbf").decode("utf-8", errors="surrogateescape")
+    found = _MOTION.search(text)
+    header = text[: found.start()] if found else text
+    words = header.removeprefix(codecs.BOM_UTF8).decode("utf-8", errors="surrogateescape")
     warnings: list[ClipWarning] = []
+    if wide is not None:
+        warnings.append(
+            ClipWarning(
+                f"The text is {wide.name}, and is written back so; many programs read UTF-8 alone."
+            )
+        )
     of_header: list[ClipWarning] = []
-    skeleton, channels = parse_header(name, text, of_header)
+    skeleton, channels = parse_header(name, words, of_header)
     if found is None:
-        raise BvhError(name, "expected MOTION after the hierarchy", line=_line_of(data, len(data)))
-    frames, seconds = _timing(name, data, found.end())
-    declared = _declared_frames(name, data, frames)
-    frame_time = _frame_time(data, seconds, fps, warnings)
+        raise BvhError(name, "expected MOTION after the hierarchy", line=_line_of(text, len(text)))
+    frames, seconds = _timing(name, text, found.end())
+    declared = _declared_frames(name, text, frames)
+    frame_time = _frame_time(text, seconds, fps, warnings)
     columns = sum(len(c.rotation) + len(c.position) for c in channels)
     if columns == 0:
         raise BvhError(name, "expected at least one channel in the hierarchy")
     start = seconds.end()
     try:
-        numbers = read_numbers(data, start, tell)
+        numbers = read_numbers(text, start, tell)
     except BadNumberError as error:
-        line, column = _place(data, error.offset)
-        word = shown(error.token.decode("utf-8", "replace"))
-        expected = f"expected a finite number (below {LARGEST:g}), found {word}"
-        raise BvhError(name, expected, line=line, column=column) from None
-    _check_rows(name, data, start, numbers, columns)
+        line, column = _place(text, error.offset)
+        word = error.token.decode("utf-8", "replace")
+        expected = f"expected a finite number (below {LARGEST:g}), found {shown(word)}"
+        raise BvhError(name, no_number(expected, word), line=line, column=column) from None
+    _check_rows(name, text, start, numbers, columns)
     rows = len(numbers.values) // columns
     if too_few := too_few_numbers(len(skeleton), rows, columns):
         raise BvhError(name, too_few)
     if rows != declared:
-        text = _other_count(declared, rows)
-        warnings.append(ClipWarning(text, _line_of(data, frames.start(1))))
+        said = _other_count(declared, rows)
+        warnings.append(ClipWarning(said, _line_of(text, frames.start(1))))
     if left := len(numbers.values) - rows * columns:
         warnings.append(
             ClipWarning(
                 f"The last row is incomplete ({left} of {columns} numbers) and was left out.",
-                _line_of(data, len(data.rstrip())),
+                _line_of(text, len(text.rstrip())),
             )
         )
     return BvhClip(
         path=path,
         data=data,
+        text=text,
+        wide=wide,
         data_start=start,
         skeleton=skeleton,
         channels=channels,
@@ -114,11 +126,19 @@ def parse_bvh(
 
 
 def timing_fields(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Byte spans of the numbers after 'Frames:' and 'Frame Time:' of a readable BVH."""
+    """Spans of the numbers after 'Frames:' and 'Frame Time:' in the text of a readable BVH."""
     found = _MOTION.search(data)
     assert found is not None
     frames, seconds = _timing("", data, found.end())
     return frames.span(1), seconds.span(1)
+
+
+def _wide_text(name: str, data: bytes) -> WideText | None:
+    try:
+        return wide_text(data)
+    except UnicodeDecodeError as error:
+        expected = f"expected UTF-32 text, found no character at byte {error.start}"
+        raise BvhError(name, expected) from None
 
 
 def _timing(name: str, data: bytes, start: int) -> tuple[re.Match[bytes], re.Match[bytes]]:
@@ -166,17 +186,34 @@ def _frame_time(
     if fps is not None:
         return 1.0 / fps
     written = found.group(1)
+    word = written.decode("ascii", "replace")
+    line = _line_of(data, found.start(1))
+    if has_comma(word):
+        written = written.replace(b",", b".")
+        text = f"Frame Time {shown(word)} has a decimal comma, which is read as a point."
+        warnings.append(ClipWarning(text, line))
     seconds = float(written) if _SECONDS.fullmatch(written) else math.nan
     if SHORTEST <= seconds <= LONGEST:
         return seconds
-    warnings.append(
-        ClipWarning(
-            f"Frame Time {shown(written.decode('ascii', 'replace'))} is not usable; "
-            f"{_ASSUMED_FPS:g} frames a second are assumed.",
-            _line_of(data, found.start(1)),
+    text = f"Frame Time {shown(word)} is not usable; {_ASSUMED_FPS:g} frames a second are assumed."
+    if LONGEST < seconds <= 1.0 / SHORTEST:
+        rate = _meant_rate(seconds)
+        text = (
+            f"Frame Time {shown(word)} is {seconds:g} seconds a frame, and 1/{rate:.5g} = "
+            f"{1.0 / rate:.3g} was probably meant: --fps {rate:.5g} reads it so. "
+            f"Without it {_ASSUMED_FPS:g} frames a second are assumed."
         )
-    )
+    warnings.append(ClipWarning(text, line))
     return 1.0 / _ASSUMED_FPS
+
+
+def _meant_rate(written: float) -> float:
+    """Frames a second that a Frame Time above a second probably means.
+
+    It is the rate itself where it is whole or one of television's (29.97), else milliseconds.
+    """
+    whole = any(abs(rate - round(rate)) < 0.005 for rate in (written, 1.001 * written))
+    return written if whole else 1000.0 / written
 
 
 # -- which lines make up which frame --------------------------------------------------------------

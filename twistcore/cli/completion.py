@@ -12,7 +12,12 @@ from twistcore.cli.arguments import argument_types
 from twistcore.cli.parser import commands_of, make_parser
 from twistcore.errors import TwistError
 
-_FILES = (Path, argument_types.target, argument_types.readable)
+_FILES = (
+    Path,
+    argument_types.target,
+    argument_types.clip_target,
+    argument_types.readable,
+)
 
 
 def completion(arguments: argparse.Namespace) -> int:

@@ -77,7 +77,7 @@ def kept_in(clip: Clip, refined: Motion, written: Path) -> Kept:
     head: bool | None = None
     if isinstance(clip, BvhClip) and isinstance(again, BvhClip):
         what, differs = "columns", ~_same_numbers(clip, again)
-        head = clip.data[: clip.data_start] == again.data[: again.data_start]
+        head = clip.text[: clip.data_start] == again.text[: again.data_start]
     elif again.motion.rotations.shape == clip.motion.rotations.shape:
         what, differs = "joints", (again.motion.rotations != clip.motion.rotations).any(axis=-1)
     else:
@@ -94,7 +94,7 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
     shape = one.values.shape
     if other.values.shape != shape:
         raise TwistError(f"{other.path}: expected the frames and columns of {one.name}")
-    texts = [np.frombuffer(clip.data, np.uint8) for clip in (one, other)]
+    texts = [np.frombuffer(clip.text, np.uint8) for clip in (one, other)]
     spans = [clip.token_spans for clip in (one, other)]
     same = np.empty(shape[0] * shape[1], np.bool_)
     step = _ROWS * shape[1]

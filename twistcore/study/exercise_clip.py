@@ -34,7 +34,7 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     values[:, turns] = np.round(values[:, turns], fine) + 0.0  # no -0.000
     form = " ".join(f"%.{k}f" for k in decimals.tolist())
     rows = "\n".join(form % tuple(row) for row in values.tolist())
-    header = clip.data[: clip.token_spans[0][0]]
+    header = clip.text[: clip.token_spans[0][0]]
     write_atomically(path, header + rows.encode() + b"\n")
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NoReturn
 
 from twistcore.atomic import STANDARD_OUTPUT
 from twistcore.cli.output import shown
+from twistcore.clip_suffixes import CLIP_SUFFIXES, not_written
 
 if TYPE_CHECKING:
     from twistcore.detection import Kind
@@ -46,6 +47,15 @@ class Parser(argparse.ArgumentParser):
 def target(text: str) -> Path:
     """A file to write, '-' for standard output; a file of that name is './-'."""
     return STANDARD_OUTPUT if text == "-" else Path(text)
+
+
+def clip_target(text: str) -> Path:
+    """The same for a clip, or a folder of clips; not a file of a format that is not written."""
+    path = target(text)
+    refused = not_written(path, " or ".join(CLIP_SUFFIXES))
+    if refused and not path.is_dir():
+        raise argparse.ArgumentTypeError(f"{text}: {refused}")
+    return path
 
 
 def readable(text: str) -> Path:

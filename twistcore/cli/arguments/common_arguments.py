@@ -11,10 +11,10 @@ from twistcore.batch.parameters import DEFAULT_METHOD
 from twistcore.cli.arguments.argument_types import (
     KINDS,
     METHODS,
+    clip_target,
     kinds,
     rate,
     readable,
-    target,
     tau,
     workers,
 )
@@ -52,9 +52,14 @@ def add_fps(parser: argparse.ArgumentParser) -> None:
 
 
 def add_output(parser: argparse.ArgumentParser) -> None:
-    """The file to write."""
+    """The clip to write."""
     parser.add_argument(
-        "-o", "--output", type=target, required=True, metavar="OUT", help="'-': standard output"
+        "-o",
+        "--output",
+        type=clip_target,
+        required=True,
+        metavar="OUT",
+        help="'-': standard output",
     )
 
 

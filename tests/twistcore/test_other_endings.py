@@ -1,0 +1,68 @@
+"""A name of a scene's format is refused before anything is read, by every command that writes."""
+
+import pytest
+
+from tests.conftest import ASSETS
+from twistcore.bvh import read_bvh
+from twistcore.cli import main
+from twistcore.cli.arguments.argument_types import clip_target
+from twistcore.cli.parser import commands_of, make_parser
+from twistcore.clip import write_clip
+from twistcore.clip_suffixes import CLIP_SUFFIXES, other_format
+from twistcore.errors import TwistError
+
+SCENES = ("out.fbx", "out.GLB", "out.usda", "out.blend", "out.c3d", "out.pkl", "out.asf")
+
+
+def writers():
+    """Words of every command whose output is one clip, with an input that is not there."""
+    return {
+        "refine": ["refine", "none.bvh"],
+        "apply": ["apply", "none.twist.json", "none.bvh"],
+        "inject": ["inject", "none.bvh", "--truth", "truth.json"],
+        "quamo refine": ["quamo", "refine", "none.bvh"],
+        "quamo noise": ["quamo", "noise", "none.bvh"],
+        "convert": ["convert", "none.fbx"],
+    }
+
+
+def test_no_command_is_forgotten():
+    writing = {
+        name
+        for name, leaf in commands_of(make_parser())
+        for action in leaf._actions
+        if action.type is clip_target
+    }
+    assert writing == {*writers()} - {"convert"}  # which writes BVH alone
+
+
+@pytest.mark.parametrize("output", SCENES)
+@pytest.mark.parametrize("command", writers())
+def test_it_is_refused_before_the_clip_is_looked_for(command, output, tmp_path, capsys):
+    words = [*writers()[command], "-o", str(tmp_path / output)]
+    try:
+        code = main(words)
+    except SystemExit as stop:
+        code = stop.code
+    assert code == 2
+    errors = capsys.readouterr().err
+    assert "expected a name that ends in .bvh" in errors
+    assert "no such file" not in errors
+    assert len(errors.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("output", SCENES)
+def test_the_library_refuses_it_too(output, tmp_path):
+    clip = read_bvh(ASSETS / "walk.bvh")
+    with pytest.raises(TwistError, match=r"expected a name that ends in \.bvh, .* is written"):
+        write_clip(clip, clip.motion, tmp_path / output)
+    assert not list(tmp_path.iterdir())
+
+
+def test_other_names_are_as_they_were(tmp_path):
+    clip = read_bvh(ASSETS / "walk.bvh")
+    for name in ("out", "out.bvh", "out.BVH", "out.txt", "fbx", "out.fbx.bvh"):
+        write_clip(clip, clip.motion, tmp_path / name)
+        assert (tmp_path / name).read_bytes() == clip.data
+    assert not any(other_format(f"a{suffix}") for suffix in CLIP_SUFFIXES)
