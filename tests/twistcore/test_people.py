@@ -5,7 +5,7 @@ import pytest
 
 from twistcore.joint_names import understood
 from twistcore.motion import Skeleton
-from twistcore.people import find_people
+from twistcore.people import find_people, joint_names
 
 SIDES = ("Left", "Right")
 LEGS = [("Hips", None)] + [
