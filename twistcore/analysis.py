@@ -25,6 +25,7 @@ from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.notes import Note
+from twistcore.people import find_people
 from twistcore.progress import Tell, nobody
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
@@ -51,8 +52,10 @@ class ClipAnalysis:
         rig: Rig = AS_FOUND,
         *,
         chosen: bool = False,
+        people: Sequence[str] | None = None,
     ) -> None:
-        self.motion, self.name, self.rig, self.chosen = motion, name, rig, chosen
+        self.motion, self.name, self.rig = motion, name, rig
+        self.chosen, self._people = chosen, people
         self.chains = tuple(c for c in chains if not isinstance(c, Limb))
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
@@ -117,7 +120,15 @@ class ClipAnalysis:
     @cached_property
     def unexamined(self) -> tuple[Unexamined, ...]:
         """The arms and legs that no chain examines; none where a person chose the chains."""
-        return () if self.chosen else unexamined_limbs(self.body, self.chains)
+        if self.chosen:
+            return ()
+        every = unexamined_limbs(self.body, self.chains)
+        return tuple(u for u in every if self._people is None or u.person in self._people)
+
+    @property
+    def people(self) -> tuple[str, ...]:
+        """The names of the people in the skeleton; () where there is one."""
+        return _people_of(self.motion)
 
     @cached_property
     def notes(self) -> tuple[Note, ...]:
@@ -326,13 +337,17 @@ class Detection:
 
 
 def analyse(
-    clip: Clip | Motion, chains: Sequence[Chain | str] | None = None, rig: Rig = AS_FOUND
+    clip: Clip | Motion,
+    chains: Sequence[Chain | str] | None = None,
+    rig: Rig = AS_FOUND,
+    people: Sequence[str] | None = None,
 ) -> ClipAnalysis:
     """A clip or a motion ready to be asked.
 
     chains: all chains and limbs; or those given, limbs among them; or those named, in the clip's
     order: a chain's name brings the limb along that begins with it, a limb's own that limb alone.
-    rig: which there are. TwistError for a name that there is not.
+    rig: which there are; people: only the chains of these, by name. TwistError for a name that
+    there is not.
     """
     if isinstance(clip, Clip):
         motion, name, where = clip.motion, clip.name, str(clip.path)
@@ -344,8 +359,11 @@ def analyse(
     if chains is not None and len(given) == len(chains):
         return ClipAnalysis(motion, given, name, rig, chosen=True)
     every = rig.chains(motion)
+    if people is not None:
+        _check_people(motion, people, where)
+        every = tuple(c for c in every if c.person in people)
     if chains is None:
-        return ClipAnalysis(motion, every, name, rig)
+        return ClipAnalysis(motion, every, name, rig, people=people)
     names = (c.name if isinstance(c, Chain) else c for c in chains)
     wanted = {_named(every, name, where).name for name in names}
     first = {c.name: {c.name, motion.skeleton.names[c.parent]} for c in every}
@@ -369,6 +387,17 @@ def detect(
     """
     found = analyse(clip, chains)
     return found.detect(method, kinds=kinds, tau_degrees=tau_degrees, tau_radians=tau_radians)
+
+
+def _people_of(motion: Motion) -> tuple[str, ...]:
+    return tuple(person.name for person in find_people(motion.skeleton) if person.name)
+
+
+def _check_people(motion: Motion, people: Sequence[str], where: str) -> None:
+    known = _people_of(motion)
+    if unknown := [name for name in people if name not in known]:
+        there = f"expected one of {', '.join(known)}" if known else "the clip is of one person"
+        raise TwistError(f"{where}: no person {unknown[0]!r}; {there}")
 
 
 def _check_method(method: str) -> None:

@@ -37,7 +37,8 @@ class Chain:
     position channels make it vary; arm: unit b, C→G in C's coordinates, likewise; grandchild: −1
     where b is C's own axis or an End Site; side: 'Left', 'Right' or ''; segment: one of SEGMENTS
     or ''; pieces: in how many pieces the bone is, each with a chain; ends: False where C is the
-    next piece of the same bone; warnings: what was assumed.
+    next piece of the same bone; person: whose it is, '' where there is one; warnings: what was
+    assumed.
     """
 
     name: str
@@ -51,6 +52,7 @@ class Chain:
     warnings: tuple[str, ...] = field(default=())
     pieces: int = 1
     ends: bool = True
+    person: str = ""
 
     def __repr__(self) -> str:
         joints = (j for j in (self.parent, self.child, self.grandchild) if j >= 0)
@@ -58,7 +60,12 @@ class Chain:
 
     @property
     def label(self) -> str:
-        """What a table shows: 'Left ForeArm', or the joint's name where the limb is unknown.
+        """What a table shows: 'Left ForeArm', of one of several people 'B · Left ForeArm'."""
+        return f"{self.person} · {self.part}" if self.person else self.part
+
+    @property
+    def part(self) -> str:
+        """The part of the body: 'Left ForeArm', or the joint's name where the limb is unknown.
 
         Of a bone in pieces with the piece: 'Left Arm · upperarm02.L'.
         """
@@ -104,7 +111,7 @@ def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
         joints = bone.parent, bone.child, grandchild if bone.ends else -1
         chain = make_chain(motion, *joints, line.side, bone.segment)
         if chain is not None:
-            yield replace(chain, pieces=bone.pieces, ends=bone.ends)
+            yield replace(chain, pieces=bone.pieces, ends=bone.ends, person=line.person)
 
 
 def make_chain(

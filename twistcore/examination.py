@@ -31,11 +31,11 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
 def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
     """The limbs of a body that no chain examines; chains: those of a person among them."""
     covered = {
-        (body.names[c.parent].side or body.names[c.child].side, _kind_of(body, c))
+        (c.person, body.names[c.parent].side or body.names[c.child].side, _kind_of(body, c))
         for c in chains
         if not c.segment
     }
-    return tuple(u for u in body.missing if (u.side, u.kind) not in covered)
+    return tuple(u for u in body.missing if (u.person, u.side, u.kind) not in covered)
 
 
 def _kind_of(body: Body, chain: Chain) -> str:

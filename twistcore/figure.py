@@ -6,6 +6,7 @@ import numpy as np
 
 from twistcore.chain import Chain
 from twistcore.motion import Skeleton
+from twistcore.people import find_people
 from twistcore.rotation import Array
 
 
@@ -32,10 +33,12 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
 def figure_size(positions: Array, skeleton: Skeleton) -> float:
     """How tall the figure is, the file's length unit: no pose is larger, nor the rest pose.
 
-    positions: (frames, joints, 3); some 200 frames of them are looked at.
+    positions: (frames, joints, 3); some 200 frames of them are looked at. Of several people the
+    tallest one.
     """
     some = positions[:: max(1, len(positions) // 200)]
-    largest = float(np.ptp(some, axis=1).max())
+    poses = (some[:, list(person.joints)] for person in find_people(skeleton))
+    largest = max(float(np.ptp(pose, axis=1).max()) for pose in poses)
     return min(skeleton.height, largest) if largest > 0.0 else skeleton.height
 
 
@@ -43,11 +46,12 @@ def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
     """The level unit vector in which the figure faces, (3,).
 
     positions: (joints, 3); up: a unit vector, (3,). From right to left across hips and shoulders;
-    Z (−Y where Z is up) if sides are unknown.
+    Z (−Y where Z is up) if sides are unknown. Of several people the first one with chains counts.
     """
     across = np.zeros(3)
+    own = [c for c in chains if c.person == chains[0].person]
     for segment in ("UpLeg", "Arm"):
-        sides = {c.side: positions[c.parent] for c in chains if c.segment == segment}
+        sides = {c.side: positions[c.parent] for c in own if c.segment == segment}
         if {"Left", "Right"} <= sides.keys():
             across += sides["Left"] - sides["Right"]
     ahead = np.cross(across, up)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twistcore.body import Body, bone_offset, has_length
+from twistcore.body import Body, Bone, LimbLine, bone_offset, has_length
 from twistcore.chain import Chain, make_chain
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import normalise
@@ -31,7 +31,7 @@ class Helper(Chain):
         return f"<Helper {self.name}: joint {self.parent} next to {self.child}>"
 
     @property
-    def label(self) -> str:
+    def part(self) -> str:
         """The bone and the helper: 'Left Arm · upperarm_twist_01_l'."""
         bone = f"{self.side} {self.segment}"
         return f"{bone} · {self.name}" if self.segment else self.name
@@ -53,23 +53,22 @@ def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
         helper
         for line in body.lines
         for bone in line.bones
-        for helper in _next_to(motion, body, line.side, bone.segment, bone.parent, bone.child)
+        for helper in _next_to(motion, body, line, bone)
     )
 
 
-def _next_to(
-    motion: Motion, body: Body, side: str, segment: str, parent: int, child: int
-) -> Iterator[Helper]:
+def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
     """Helpers of one bone: leaves that lie on it, and children that are called so."""
-    skeleton = motion.skeleton
-    chain = make_chain(motion, parent, child, side=side, segment=segment)
+    skeleton, parent, child = motion.skeleton, bone.parent, bone.child
+    chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)
     if chain is None:
         return
+    chain = replace(chain, person=line.person, warnings=())
     for joint in skeleton.children[parent]:
         name = body.names[joint]
         if joint == child or name.other or not (name.helper or _lies_on(motion, joint, child)):
             continue
-        fields = vars(replace(chain, name=skeleton.names[joint], parent=joint, warnings=()))
+        fields = vars(replace(chain, name=skeleton.names[joint], parent=joint))
         yield Helper(**fields)
 
 

@@ -43,8 +43,8 @@ class Limb(Chain):
         return (self.parent,) if carried else (self.parent, self.end)
 
     @property
-    def label(self) -> str:
-        """What a table shows: 'Left arm', or the joints' names where the limb is unknown."""
+    def part(self) -> str:
+        """The limb: 'Left arm', or the joints' names where the limb is unknown."""
         return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
 
     @property

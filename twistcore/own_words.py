@@ -7,6 +7,7 @@ from typing import Any
 
 from twistcore.joint_names import own_names, vocabulary_of
 from twistcore.motion import Motion
+from twistcore.people import find_people
 from twistcore.rig import Rig
 
 
@@ -17,5 +18,10 @@ def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) ->
     """
     if words is None:
         return rig
-    names = own_names(motion.skeleton.names, vocabulary_of(words))
+    vocabulary, every = vocabulary_of(words), motion.skeleton.names
+    names = {j: said for j, said in own_names(every, vocabulary).items() if j in vocabulary.joints}
+    for person in find_people(motion.skeleton):
+        said = own_names(person.words, vocabulary)
+        of_person = zip(person.joints, person.words, strict=True)
+        names |= {every[joint]: said[word] for joint, word in of_person if word in said}
     return rig.with_names({**names, **rig.names})

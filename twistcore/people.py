@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from twistcore.joint_names import FEET, HANDS, JointName, understood
+from twistcore.joint_names import JointName, understood
 from twistcore.motion import Skeleton
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
@@ -25,8 +25,10 @@ _FEWEST = 8  # joints
 _LINES, _LONG = 3, 3  # lines, of joints, that hang on two joints or more: a cape hangs on one
 _ALIKE = 0.7  # words in common with the other person below the same joint
 _EVERY = 0.9  # of the skeleton's joints, which such people are together
+_ENDS = ("hand", "foot")
 _SHORTEST = 3  # joints of a limb
 _LEVELS = 5  # of branchings, from the roots down, at which people are looked for
+_CROWD = 50  # people in a file; damaged files have more
 _LATEST = 8  # people to whom a further limb may belong
 
 
@@ -41,13 +43,6 @@ class Person:
     name: str
     joints: tuple[int, ...]
     words: tuple[str, ...]
-
-    def understood(self, skeleton: Skeleton) -> list[JointName]:
-        """What the names of all joints of the skeleton say, nothing for other people's."""
-        out = [JointName("", "", "")] * len(skeleton)
-        for joint, name in zip(self.joints, understood(self.words), strict=True):
-            out[joint] = name
-        return out
 
 
 @dataclass(frozen=True)
@@ -82,7 +77,7 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
     """
     roots = [joint for joint, parent in enumerate(skeleton.parents.tolist()) if parent < 0]
     groups = _split(skeleton, roots, _sizes(skeleton))
-    if len(groups) < 2:
+    if not 1 < len(groups) <= _CROWD:
         return (Person("", tuple(range(len(skeleton))), skeleton.names),)
     people = []
     for name, tops in zip(_person_names(groups), groups, strict=True):
@@ -93,6 +88,18 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
         joints = tuple(sorted(own))
         people.append(Person(name, joints, tuple(own[j] for j in joints)))
     return tuple(people)
+
+
+def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]:
+    """Return what each joint's name says, without what tells its person; as written for nobody's.
+
+    Joints that several people hang on are nobody's.
+    """
+    names = [JointName("", "", "")] * len(skeleton)
+    for person in people:
+        for joint, name in zip(person.joints, understood(person.words), strict=True):
+            names[joint] = name
+    return names
 
 
 # -- where the skeleton falls into people ----------------------------------------------------------
@@ -196,9 +203,9 @@ def _limbs(
     found = set()
     for joint, name in zip(joints, names, strict=True):
         sides = above.get(int(skeleton.parents[joint]), above[-1])
-        kind = "hand" if name.stem in HANDS else "foot" if name.stem in FEET else ""
-        if kind and name.side and sides[name.side] > 1:
-            found.add((name.side, kind))
+        part = "" if name.other or name.helper else next(iter(name.roles), "")
+        if part in _ENDS and name.side and sides[name.side] > 1:
+            found.add((name.side, part))
         above[joint] = sides + Counter([name.side])
     return frozenset(found)
 

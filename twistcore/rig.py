@@ -32,6 +32,7 @@ from twistcore.helper import find_helpers
 from twistcore.joint_names import joint_as_said
 from twistcore.limb import Limb, along, as_limb, bones, find_limbs, path
 from twistcore.motion import Motion, Skeleton
+from twistcore.people import find_people
 from twistcore.rotation import normalise
 
 _ZERO = 1e-6  # of the skeleton's height
@@ -78,6 +79,8 @@ class OwnChain:
             raise TwistError(f"{self.joints[at + 1]} lies in the place of {self.joints[at]}")
         if self.limb and min(bones(motion, chain)) <= _ZERO * skeleton.height:
             raise TwistError(f"a bone of {self.name} has no length")
+        [person] = {p.name for p in find_people(skeleton) if parent in p.joints} or {""}
+        chain = replace(chain, person=person)
         return as_limb(motion, chain) if self.limb else chain
 
 

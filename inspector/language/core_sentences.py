@@ -37,7 +37,7 @@ LABELS = (
 )
 _HOLE = re.compile(r"\{(\d+)\}")
 # What joins sentences, and the parts of one: those that reach over more of it come first.
-_JOINTS = (". ", "; ", ": ", " (", ", ")
+_JOINTS = (". ", "; ", ": ", " (", ", ", " · ")
 
 
 def of_core(said: object) -> str:

@@ -55,7 +55,7 @@ def _detected(clip: Clip | Motion, parameters: Parameters) -> Detection:
     rig = AS_FOUND if parameters.rig is None else rig_from_json(parameters.rig)
     motion = clip.motion if isinstance(clip, Clip) else clip
     rig = with_own_words(rig, motion, parameters.joint_names)
-    analysis = analyse(clip, list(parameters.chains) or None, rig)
+    analysis = analyse(clip, list(parameters.chains) or None, rig, parameters.people or None)
     kinds = [Kind(kind) for kind in parameters.kinds] or ALL_KINDS
     for_all = None if parameters.tau_deg is None else math.radians(parameters.tau_deg)
     tau: float | Mapping[str, float] | None = for_all

@@ -19,10 +19,10 @@ class Parameters:
 
     tau_deg: of all chains, None for automatic; profile_rad: τ by the name of a chain or limb, which
     goes before it, radians as a profile gives them; kinds: of errors, empty for all; chains: their
-    names, empty for all; fps: instead of the file's; rig: as :func:`twistcore.rig.rig_to_json`, or
-    None; joint_names: a person's words, as :func:`twistcore.joint_names.read_words` has them, or
-    None; refine: whether a corrected clip is made, of intervals from min_confidence on and, with
-    include_open, of open ones.
+    names, empty for all; people: whose chains, empty for all; fps: instead of the file's; rig: as
+    :func:`twistcore.rig.rig_to_json`, or None; joint_names: a person's words, as
+    :func:`twistcore.joint_names.read_words` has them, or None; refine: whether a corrected clip is
+    made, of intervals from min_confidence on and, with include_open, of open ones.
     """
 
     method: str = DEFAULT_METHOD
@@ -30,6 +30,7 @@ class Parameters:
     profile_rad: Mapping[str, float] | None = None
     kinds: tuple[str, ...] = ()
     chains: tuple[str, ...] = ()
+    people: tuple[str, ...] = ()
     fps: float | None = None
     rig: Mapping[str, Any] | None = None
     joint_names: Mapping[str, Any] | None = None

@@ -153,7 +153,7 @@ _MORE: Mapping[str, _Check] = {
     "quality": _quality,
 }
 _OF_INTERVAL: Mapping[str, _Check] = {
-    **dict.fromkeys(("chain", "parent", "child", "limb", "end", "joint"), text),
+    **dict.fromkeys(("chain", "parent", "child", "limb", "end", "joint", "person"), text),
     **dict.fromkeys(("open", "carried"), flag),
     **dict.fromkeys(("delta_deg", "turn_deg", "residual_deg", "speed_deg_s"), number),
     "confidence": lambda value, what: number(value, what, 0.0, 1.0),
@@ -185,7 +185,7 @@ def parameters_of(document: str) -> dict[str, Any]:
     given = has(parsed_json(document), what="parameters")
     told = {key: given.get(key, value) for key, value in usual.items()}
     text(told["method"], "method")
-    for key in ("kinds", "chains"):
+    for key in ("kinds", "chains", "people"):
         texts(told[key], key)
     for kind in told["kinds"]:
         one_of(kind, "kinds", _KINDS)

@@ -2,41 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 
 from twistcore.body.by_names import ROLES, named_lines
 from twistcore.body.by_shape import lines_by_shape, unnamed_lines
 from twistcore.body.parts import LIMBS, Body, LimbLine, Unexamined
 from twistcore.body.shape import Shape
-from twistcore.joint_names import joint_as_said, understood
+from twistcore.joint_names import joint_as_said
 from twistcore.motion import Motion
+from twistcore.people import find_people, joint_names
 
 
-def find_body(
-    motion: Motion,
-    *,
-    joints: Iterable[int] | None = None,
-    said: Mapping[str, str] = MappingProxyType({}),
-) -> Body:
-    """Return the limbs of a motion's skeleton.
+def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
+    """Return the limbs of a motion's skeleton, of all people in it.
 
-    joints: of one person where there are several, all by default; said: what a person takes
-    single joints for, by name: 'left hand', 'helper', as :func:`joint_as_said` has it.
+    said: what a person takes single joints for, by name: 'left hand', 'helper', as
+    :func:`joint_as_said` has it.
     """
-    every = motion.skeleton.names
-    own = {k: joint_as_said(name, said[name]) for k, name in enumerate(every) if name in said}
-    names = tuple(own.get(k, name) for k, name in enumerate(understood(every)))
-    members = frozenset(range(len(names)) if joints is None else joints)
-    shape = Shape(motion, names, members, frozenset(own))
+    skeleton = motion.skeleton
+    people = find_people(skeleton)
+    own = {k: joint_as_said(n, said[n]) for k, n in enumerate(skeleton.names) if n in said}
+    names = tuple(own.get(k, name) for k, name in enumerate(joint_names(skeleton, people)))
+    lines: list[LimbLine] = []
+    missing: list[Unexamined] = []
+    for person in people:
+        shape = Shape(motion, names, frozenset(person.joints), frozenset(own))
+        found, not_found = _limbs_of_one(shape)
+        lines += (replace(line, person=person.name) for line in found)
+        missing += (replace(limb, person=person.name) for limb in not_found)
+    return Body(skeleton, names, tuple(lines), tuple(missing), people)
+
+
+def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined]]:
+    """The limbs of one person, and those that were not found."""
     lines = named_lines(shape)
     shapes = shape.lines({j for line in lines.values() for j in line.joints})
     if not lines:
         found = unnamed_lines(shape, shapes)
-        return Body(motion.skeleton, names, found, _few_limbs(len(found)))
+        return found, _few_limbs(len(found))
     lines |= lines_by_shape(shape, shapes, lines)
-    found = tuple(lines[limb] for limb in LIMBS if limb in lines)
-    return Body(motion.skeleton, names, found, tuple(_missing(shape, lines)))
+    return [lines[limb] for limb in LIMBS if limb in lines], tuple(_missing(shape, lines))
 
 
 def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterable[Unexamined]:

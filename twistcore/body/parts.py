@@ -7,6 +7,7 @@ from functools import cached_property
 
 from twistcore.joint_names import JointName
 from twistcore.motion import Skeleton
+from twistcore.people import Person
 
 # The bones of a limb from its first joint to its end, each called as the joint that it begins at.
 BONES = {"arm": ("Shoulder", "Arm", "ForeArm"), "leg": ("UpLeg", "Leg")}
@@ -34,7 +35,8 @@ class LimbLine:
     """A limb: its bones, the first one first, and what hangs on its end.
 
     side: 'Left', 'Right' or ''; kind: 'arm', 'leg' or ''; below: the joint that the last joint
-    points to (a toe), or −1; by_shape: its end was found by the shape of the skeleton.
+    points to (a toe), or −1; by_shape: its end was found by the shape of the skeleton; person: its
+    owner, '' where there is one person.
     """
 
     side: str
@@ -42,6 +44,7 @@ class LimbLine:
     bones: tuple[Bone, ...]
     below: int = -1
     by_shape: bool = False
+    person: str = ""
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -53,31 +56,34 @@ class LimbLine:
 class Unexamined:
     """A limb, or the end of one, of which no chain could be made.
 
-    limb: 'left arm', 'left forearm'; why: a clause that says why; side, kind: of the limb, as
-    :class:`LimbLine` has them.
+    limb: 'left arm', 'left forearm'; why: a clause that says why; side, kind, person: of the limb,
+    as :class:`LimbLine` has them.
     """
 
     limb: str
     why: str
     side: str = ""
     kind: str = ""
+    person: str = ""
 
     def __str__(self) -> str:
-        return f"The {self.limb} was not examined: {self.why}."
+        whose = f" of {self.person}" if self.person else ""
+        return f"The {self.limb}{whose} was not examined: {self.why}."
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """The limbs of a skeleton and what its joints were taken for.
+    """The limbs of a skeleton, perhaps of several people, and what its joints were taken for.
 
-    names: what each joint's name says; lines: its limbs; missing: arms and legs that were not
-    found.
+    names: what each joint's name says; lines: its limbs, person by person; missing: arms and legs
+    that were not found; people: who is in the skeleton.
     """
 
     skeleton: Skeleton
     names: tuple[JointName, ...]
     lines: tuple[LimbLine, ...]
     missing: tuple[Unexamined, ...] = ()
+    people: tuple[Person, ...] = ()
 
     @cached_property
     def taken_for(self) -> tuple[str, ...]:

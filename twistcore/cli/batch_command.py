@@ -192,6 +192,7 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
         profile_rad=profile,
         kinds=tuple(sorted(kind.value for kind in arguments.kinds or ())),
         chains=tuple(arguments.chain or ()),
+        people=tuple(arguments.person or ()),
         fps=arguments.fps,
         rig=rig,
         joint_names=words,

@@ -82,13 +82,14 @@ def failed_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
 
 
 def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
-    """The clip with the chains of --rig, or those of them that --chain names."""
+    """The clip with the chains of --rig, or those of them that --person and --chain name."""
     rig = with_own_words(chosen_rig(arguments), clip.motion, chosen_words(arguments))
     try:
         rig.chains(clip.motion)
     except TwistError as error:
         raise TwistError(f"{arguments.rig}: {error}, as {clip.path} has it") from None
-    return analyse(clip, getattr(arguments, "chain", None), rig)
+    chains, people = (getattr(arguments, name, None) for name in ("chain", "person"))
+    return analyse(clip, chains, rig, people)
 
 
 def chosen_rig(arguments: argparse.Namespace) -> Rig:

@@ -36,6 +36,7 @@ from twistcore.why_not import peaks_without_interval
 Document = dict[str, Any]
 
 _NAME = 20  # columns for a chain's name, or more
+_LABEL = 16  # and for a label
 
 
 def info(arguments: argparse.Namespace) -> int:
@@ -77,6 +78,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> tuple[Document, set[s
         "joints": list(motion.skeleton.names),
         "channels": clip.columns,
         "height": motion.skeleton.height,
+        "people": list(analysis.people),
         "chains": [_chain_to_json(clip, chain) for chain in chains],
         "limbs": [_chain_to_json(clip, limb) for limb in analysis.limbs],
         "leading_frames": leading_frames(motion),
@@ -97,15 +99,18 @@ def _say_info(document: Document, partly: set[str]) -> None:
     size = f"{document['frames']} frames at {document['fps']:.6g} fps"
     joints = f"{len(document['joints'])} joints, {document['channels']} channels"
     say(f"{document['clip']}: {size}, {joints}")
+    if people := document["people"]:
+        say(f"  {len(people)} people: {', '.join(map(shown, people))}")
     entries = (*document["chains"], *document["limbs"])
+    width = max([_LABEL, *(len(entry["label"]) for entry in entries)])
     if entries:
-        say(f"  {'chain or limb':<16} joints", head=True)
+        say(f"  {'chain or limb':<{width}} joints", head=True)
     for entry in entries:
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
         if entry.get("limb") in partly:
             note = f"   correctable where its end was carried, not where kept: {', '.join(u)}"
         names = [entry[k] for k in ("parent", "child", "end") if k in entry]
-        say(f"  {entry['label']:<16} {' → '.join(names)}{note}")
+        say(f"  {entry['label']:<{width}} {' → '.join(names)}{note}")
     if not document["chains"]:
         say("  no chain of parent, child and grandchild")
     say_names(document.get("names", ()))
@@ -143,6 +148,8 @@ def _chain_to_json(clip: Clip, chain: Chain) -> Document:
         "end" if limb else "grandchild": names[chain.grandchild] if chain.grandchild >= 0 else None,
         "uncorrectable": list(uncorrectable_joints(clip.motion, chain)),
     }
+    if chain.person:
+        entry["person"] = chain.person
     return entry if limb else entry | {"off_axis": children_off_axis(clip.motion, chain)}
 
 
@@ -189,12 +196,20 @@ def _detect_in(
 
 def _say_intervals(found: Detection, *, explain: bool) -> None:
     width = max([_NAME, *(len(shown(i.joint or i.chain)) for i in found)])
+    people = {chain.name: shown(chain.person) for chain in found.chains_and_limbs}
+    broad = max(map(len, people.values()), default=0)
+    broad = max(broad, len("person")) + 1 if broad else 0
     if len(found):
-        say(f"{'chain':<{width}} {'start':>7} – {'stop':<7} {'δ':>10}  confidence", head=True)
+        say(
+            f"{'person' if broad else '':<{broad}}{'chain':<{width}} {'start':>7} – {'stop':<7} "
+            f"{'δ':>10}  confidence",
+            head=True,
+        )
     for i in found:
         name, degrees = shown(i.joint or i.chain), math.degrees(i.shown)
+        whose = f"{people[i.chain]:<{broad}}"
         say(
-            f"{name:<{width}} {i.start:>7} – {i.stop:<7} {degrees:>+9.2f}°"
+            f"{whose}{name:<{width}} {i.start:>7} – {i.stop:<7} {degrees:>+9.2f}°"
             f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
             f"{'  open' if i.open else ''}{_kind(i)}"
         )
@@ -208,6 +223,8 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
         where += f" and {count_of(helpers, 'helper')}"
     if found.limbs and not found.chains:
         where = count_of(len(found.limbs), "limb")
+    if broad:
+        where += f" of {count_of(len({*people.values()}), 'person', 'people')}"
     say(f"{count_of(len(found), 'interval')} in {where}{by_kind(found)}")
 
 

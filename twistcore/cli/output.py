@@ -145,9 +145,9 @@ def tell_problems(problems: Sequence[str], done: int) -> int:
     return int(bool(problems)) if done else 2
 
 
-def count_of(number: int, what: str) -> str:
-    """'1 clip', '2 clips'."""
-    return f"{number} {what}{'' if number == 1 else 's'}"
+def count_of(number: int, what: str, several: str = "") -> str:
+    """'1 clip', '2 clips'; several: the plural that is no 's' behind it."""
+    return f"{number} {what if number == 1 else several or f'{what}s'}"
 
 
 def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:

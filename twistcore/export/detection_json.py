@@ -28,6 +28,8 @@ def intervals_to_json(found: Detection, *, explain: bool = False) -> list[dict[s
             "open": i.open,
             "kind": i.kind.value,
         }
+        if chain.person:
+            entry["person"] = chain.person
         if isinstance(chain, Limb):
             entry |= {"limb": chain.name, "end": names[chain.end], "carried": i.carried}
         if i.kind == Kind.LONE_JUMP:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from twistcore.clip import Clip
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
-from twistcore.joint_names import FEET, TOES, understood
+from twistcore.joint_names import FEET, TOES
 from twistcore.motion import Skeleton
+from twistcore.people import find_people, joint_names
 from twistcore.quality.figure_quality import CONTACT_MM, SLIDE_MM
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import metres_per_unit
@@ -112,7 +113,7 @@ def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
     stems = {*FEET, *TOES}
     return tuple(
         k
-        for k, name in enumerate(understood(skeleton.names))
+        for k, name in enumerate(joint_names(skeleton, find_people(skeleton)))
         if name.side and any(name.stem.startswith(stem) for stem in stems)
     )
 

@@ -296,6 +296,8 @@ def _row(judged: Judged, report: Report) -> dict[str, Any]:
     fps = report.clip.motion.fps
     row = {name: of(judged, fps) for name, of in _COLUMNS.items()}
     told = {"decision": report.verdict(judged), "stuck": " ".join(report.stuck.get(judged.id, ()))}
+    if person := next((c.person for c in report.chains if c.name == judged.interval.chain), ""):
+        told["person"] = person
     return row | told
 
 

@@ -145,7 +145,7 @@ def joints_of(chains: Sequence[Chain]) -> NDArray[np.int64]:
 def segment_of(chain: Chain) -> str:
     """What a table calls the segment: 'Leg' of a chain, 'whole leg' of a limb, or its name."""
     if isinstance(chain, Limb) and chain.segment:
-        return f"whole {chain.label.removeprefix(chain.side).strip()}"
+        return f"whole {chain.part.removeprefix(chain.side).strip()}"
     return chain.segment or chain.name
 
 

@@ -184,7 +184,8 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
     rotations = motion.rotations.copy()
     increments = {c.name: twist_increments(motion, c) for c in chains}
     for chain in chains:
-        others = [c for c in chains if c.segment == chain.segment and c.side != chain.side]
+        own = [c for c in chains if c.person == chain.person]
+        others = [c for c in own if c.segment == chain.segment and c.side != chain.side]
         if not chain.segment or not others:
             continue
         source = max(increments[others[0].name], key=lambda x: float(np.abs(x).mean()))

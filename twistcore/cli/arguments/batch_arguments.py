@@ -115,5 +115,6 @@ def _detection(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--kinds", type=kinds, metavar="LIST")
     group.add_argument("--fps", type=rate)
     group.add_argument("--chain", action="append", metavar="NAME")
+    group.add_argument("--person", action="append", metavar="NAME")
     group.add_argument("--rig", type=Path, metavar="FILE")
     group.add_argument("--joint-names", type=Path, metavar="FILE")

@@ -87,6 +87,17 @@ def add_chains(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="only this chain, with the limb that it begins, or this limb (again for more)",
     )
+    add_people(parser)
+
+
+def add_people(parser: argparse.ArgumentParser) -> None:
+    """Which people, of a clip of several."""
+    parser.add_argument(
+        "--person",
+        action="append",
+        metavar="NAME",
+        help="only this person's chains, of several in a clip (again for more)",
+    )
 
 
 def add_rig(parser: argparse.ArgumentParser) -> None:
