@@ -99,6 +99,10 @@ class Unexamined:
     def __str__(self) -> str:
         return f"The {self.limb} was not examined: {self.why}."
 
+    def to_json(self) -> dict[str, str]:
+        """The limb, its side ('Left', 'Right' or '') and why, by name."""
+        return {"limb": self.limb, "side": self.side, "why": self.why}
+
 
 @dataclass(frozen=True, eq=False)
 class Body:
