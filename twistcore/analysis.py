@@ -20,11 +20,11 @@ from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.errors import TwistError
-from twistcore.examination import unexamined_limbs, why_not_examined
+from twistcore.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
-from twistcore.notes import Note
+from twistcore.notes import NOT_EXAMINED, UNEXAMINED, Note
 from twistcore.people import find_people
 from twistcore.progress import Tell, nobody
 from twistcore.rig import AS_FOUND, Rig
@@ -133,9 +133,11 @@ class ClipAnalysis:
     @cached_property
     def notes(self) -> tuple[Note, ...]:
         """What people should know about the clip, found when first asked for."""
-        notes = [Note("unexamined", str(limb)) for limb in self.unexamined]
+        notes = [Note(UNEXAMINED, str(limb)) for limb in self.unexamined]
         if self.not_examined:
-            notes = [Note("unexamined", f"The clip could not be examined: {self.not_examined}.")]
+            notes = [Note(NOT_EXAMINED, f"The clip could not be examined: {self.not_examined}.")]
+        elif left_out := frames_note(self.motion):
+            notes.append(Note(UNEXAMINED, left_out))
         return (*notes, *(Note("border", text) for text in border_notes(self.motion)))
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell = nobody) -> Analysis:
@@ -325,6 +327,17 @@ class Detection:
     def chains_and_limbs(self) -> tuple[Chain, ...]:
         """What was looked at, and what a correction by these intervals needs."""
         return *self.chains, *self.limbs
+
+    @property
+    def not_examined(self) -> str:
+        """Why nothing could be found in the clip: a clause, or '' where that means something."""
+        return "" if self.intervals else self.analysis.not_examined
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """The notes of the analysis; where something was found, the clip was examined."""
+        notes = self.analysis.notes
+        return tuple(n for n in notes if n.kind != NOT_EXAMINED) if self.intervals else notes
 
     def __len__(self) -> int:
         return len(self.intervals)

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+NOT_EXAMINED = "not examined"  # the whole clip
+UNEXAMINED = "unexamined"  # a limb, or some frames
+
 
 @dataclass(frozen=True)
 class Note:

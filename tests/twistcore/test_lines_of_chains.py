@@ -21,8 +21,8 @@ from twistcore.detection.consistency import (
     _standing,
     _standing_straight,
     find_jumps,
-    segments_between,
 )
+from twistcore.detection.cuts import segments_between
 from twistcore.detection.edges import find_edges
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.soft_errors import SoftError

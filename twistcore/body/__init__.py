@@ -11,7 +11,7 @@ roll of the bone and never bend against each other. A joint bends.
 
 from twistcore.body.bones import lower_pair
 from twistcore.body.finding import find_body
-from twistcore.body.offsets import bone_offset, has_length, shortest
+from twistcore.body.offsets import ancestors, bone_offset, has_length, shortest
 from twistcore.body.parts import BONES, LIMBS, SIDES, Body, Bone, LimbLine, Unexamined
 
 __all__ = [
@@ -22,6 +22,7 @@ __all__ = [
     "Bone",
     "LimbLine",
     "Unexamined",
+    "ancestors",
     "bone_offset",
     "find_body",
     "has_length",

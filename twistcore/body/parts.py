@@ -70,6 +70,11 @@ class Unexamined:
         whose = f" of {self.person}" if self.person else ""
         return f"The {self.limb}{whose} was not examined: {self.why}."
 
+    def to_json(self) -> dict[str, str]:
+        """The limb, its side ('Left', 'Right' or ''), its person and why, by name."""
+        entry = {"limb": self.limb, "side": self.side, "why": self.why}
+        return entry | ({"person": self.person} if self.person else {})
+
 
 @dataclass(frozen=True, eq=False)
 class Body:

@@ -7,16 +7,18 @@ import math
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
-from twistcore.analysis import Detection
+from twistcore.analysis import ClipAnalysis, Detection
 from twistcore.atomic import is_stream
 from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip, tell_clip
 from twistcore.cli.folder_commands import apply_folder, diff_folders
 from twistcore.cli.interval_words import (
     jump_sentences,
     lone_jumps,
-    no_chain,
+    not_examined,
     note_sentences,
     told_of,
+    unexamined_to_json,
+    without_limbs,
 )
 from twistcore.cli.output import (
     note,
@@ -88,10 +90,11 @@ def refine(arguments: argparse.Namespace) -> int:
             write_clip_report(arguments.report, report)
     done = correctable(clip.motion, chains, applied)
     count = told_of(done, found, "corrected")
-    remark(f"{arguments.output}: {count}{_too_unsure(arguments, found)}{lone_jumps(found)}")
+    count += f"{_too_unsure(arguments, found)}{lone_jumps(found)}"
+    if not found.not_examined:
+        remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
     problems, beside = uncorrected(clip, chains, applied)
-    if not found.analysis.chains_and_limbs:
-        problems = (*problems, no_chain(clip_name(arguments.clip)))
+    problems += not_examined(name, found)
     notes += beside
     if arguments.json:
         print_json(_refined_to_json(arguments, clip, found, done, notes, problems))
@@ -106,16 +109,23 @@ def apply(arguments: argparse.Namespace) -> int:
     replay = replayed(arguments.session, arguments.clip)
     clip, chains, session = replay.clip, replay.chains, replay.session
     jumps = write_clip(clip, replay.motion, arguments.output)
-    notes = clip_notes(arguments.clip, clip) + jump_sentences(arguments.output, jumps)
+    analysis = ClipAnalysis(clip.motion, chains, clip.name, session.state.rig)
+    blind = () if session.state.intervals else not_examined(arguments.clip, analysis)
+    notes = clip_notes(arguments.clip, clip) + note_sentences(arguments.clip, analysis)
+    notes += jump_sentences(arguments.output, jumps)
     chosen, judged = session.state.chosen(), session.state.intervals
     done = correctable(clip.motion, chains, chosen)
     count = told_of(done, [j.interval for j in judged], "applied")
     seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
-    remark(f"{arguments.output}: {count}{seen}")
+    if not blind:
+        remark(f"{arguments.output}: {count}{seen}{without_limbs(analysis.unexamined)}")
     problems, beside = uncorrected(clip, chains, chosen)
+    problems += blind
     notes += beside
     if arguments.json:
-        print_json(_applied_to_json(arguments, replay, done, notes, problems))
+        document = _applied_to_json(arguments, replay, done, notes, problems)
+        why = analysis.not_examined if blind else None
+        print_json(document | {"not_examined": why, "unexamined": unexamined_to_json(analysis)})
     return _tell(notes, problems)
 
 
@@ -164,6 +174,8 @@ def _refined_to_json(
         "include_open": arguments.include_open,
         "repairable": sum(i.repairable for i in found),
         "corrected": len(taken),
+        "not_examined": found.not_examined or None,
+        "unexamined": unexamined_to_json(found.analysis),
         "intervals": [entry | {"corrected": _place(i) in taken} for entry, i in intervals],
         "notes": list(notes),
         "problems": list(problems),

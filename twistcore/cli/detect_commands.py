@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from twistcore.analysis import Detection
+from twistcore.analysis import ClipAnalysis, Detection
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.cli.clip_inputs import (
     analysed,
@@ -20,15 +21,23 @@ from twistcore.cli.clip_inputs import (
     open_clip,
     tell_clip,
 )
-from twistcore.cli.interval_words import by_kind, note_sentences, tell_no_chain
+from twistcore.cli.interval_words import (
+    by_kind,
+    not_examined,
+    note_sentences,
+    unexamined_to_json,
+    without_limbs,
+)
 from twistcore.cli.joint_table import names_to_json, say_names
-from twistcore.cli.output import count_of, note, print_json, say, shown, tell_problems
+from twistcore.cli.output import count_of, note, print_json, problem, say, shown, tell_problems
 from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import leading_frames, trailing_frames
+from twistcore.examination import joints_outside
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
 from twistcore.helper import Helper
 from twistcore.limb import Limb
+from twistcore.notes import NOT_EXAMINED
 from twistcore.refinement import children_off_axis
 from twistcore.review.soft_onset import soft_onset
 from twistcore.why_not import peaks_without_interval
@@ -37,20 +46,22 @@ Document = dict[str, Any]
 
 _NAME = 20  # columns for a chain's name, or more
 _LABEL = 16  # and for a label
+_LISTED = 6  # joints of a part of the body by name
 
 
 def info(arguments: argparse.Namespace) -> int:
     """What clips hold: one in full, of several a row each."""
     found, failed = look_at(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
-    documents = [document for document, _ in found]
+    documents = [one.document for one in found]
     if documents and arguments.json:
         print_json(_together("twistcore.infos/1", documents, failed) if several else documents[0])
     elif several and documents:
         _say_rows(documents)
     elif documents:
-        _say_info(*found[0])
-    return tell_problems([why for _, why in failed], len(found))
+        _say_info(found[0])
+    blind = [sentence for one in found for sentence in one.not_examined]
+    return tell_problems([*blind, *(why for _, why in failed)], len(found))
 
 
 def _together(
@@ -60,8 +71,21 @@ def _together(
     return {"schema": schema, "clips": list(documents), "failed": failed_to_json(failed)}
 
 
-def _info_of(arguments: argparse.Namespace, path: Path) -> tuple[Document, set[str]]:
-    """The document, and limbs that are correctable where their end was carried alone."""
+@dataclass(frozen=True)
+class _Info:
+    """A clip as `info` shows it.
+
+    partly: limbs that are correctable only where their end was carried; notes: sentences that the
+    text lists; not_examined: the sentence on a clip in which nothing can be examined.
+    """
+
+    document: Document
+    partly: Collection[str]
+    notes: Sequence[str]
+    not_examined: tuple[str, ...]
+
+
+def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
     clip = open_clip(path, fps=arguments.fps)
     analysis = analysed(arguments, clip)
     motion, chains = clip.motion, analysis.chains
@@ -81,6 +105,9 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> tuple[Document, set[s
         "people": list(analysis.people),
         "chains": [_chain_to_json(clip, chain) for chain in chains],
         "limbs": [_chain_to_json(clip, limb) for limb in analysis.limbs],
+        "not_examined": analysis.not_examined or None,
+        "unexamined": unexamined_to_json(analysis),
+        "outside_chains": _outside(analysis),
         "leading_frames": leading_frames(motion),
         "trailing_frames": trailing_frames(motion),
         "warnings": [
@@ -92,10 +119,20 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> tuple[Document, set[s
     if arguments.names:
         document["names"] = names_to_json(analysis.body, analysis.rig.names)
     every = [x for x in analysis.limbs if not uncorrectable_joints(motion, x, carried=True)]
-    return document, {x.name for x in every if uncorrectable_joints(motion, x)}
+    partly = {x.name for x in every if uncorrectable_joints(motion, x)}
+    limbs = set(map(str, analysis.unexamined))  # these have lines of their own
+    own = {str(note) for note in analysis.notes if note.kind == NOT_EXAMINED} | limbs
+    notes = [warning for warning in document["warnings"] if warning not in own]
+    return _Info(document, partly, notes, not_examined(clip_name(path), analysis))
 
 
-def _say_info(document: Document, partly: set[str]) -> None:
+def _outside(analysis: ClipAnalysis) -> dict[str, list[str]]:
+    found = joints_outside(analysis.body, analysis.chains_and_limbs)
+    return {part: list(names) for part, names in found.items()}
+
+
+def _say_info(info: _Info) -> None:
+    document = info.document
     size = f"{document['frames']} frames at {document['fps']:.6g} fps"
     joints = f"{len(document['joints'])} joints, {document['channels']} channels"
     say(f"{document['clip']}: {size}, {joints}")
@@ -107,29 +144,37 @@ def _say_info(document: Document, partly: set[str]) -> None:
         say(f"  {'chain or limb':<{width}} joints", head=True)
     for entry in entries:
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
-        if entry.get("limb") in partly:
+        if entry.get("limb") in info.partly:
             note = f"   correctable where its end was carried, not where kept: {', '.join(u)}"
         names = [entry[k] for k in ("parent", "child", "end") if k in entry]
         say(f"  {entry['label']:<{width}} {' → '.join(names)}{note}")
-    if not document["chains"]:
-        say("  no chain of parent, child and grandchild")
+    for one in () if document["not_examined"] else document["unexamined"]:
+        say(f"  {one['limb'].capitalize():<{width}} not examined: {one['why']}")
+    if entries:
+        parts = (f"{part} {_listed(names)}" for part, names in document["outside_chains"].items())
+        say(f"  outside chains: {'; '.join(parts)}")
     say_names(document.get("names", ()))
-    for warning in document["warnings"]:
-        say(f"  note: {warning}")
+    for sentence in info.notes:
+        say(f"  note: {sentence}")
+
+
+def _listed(names: Sequence[str]) -> str:
+    """The names, of many the first and how many there are."""
+    return ", ".join(names) if len(names) <= _LISTED else f"{names[0]} … ({len(names)} joints)"
 
 
 def _say_rows(documents: Sequence[Document]) -> None:
     """A row a clip; the last column is last, since names are long."""
     say(
         f"{'frames':>8} {'fps':>8} {'seconds':>9} {'joints':>6} {'channels':>8} {'chains':>6} "
-        f"{'limbs':>5} {'notes':>5}  clip",
+        f"{'limbs':>5} {'unexamined':>10} {'notes':>5}  clip",
         head=True,
     )
     for d in documents:
         say(
             f"{d['frames']:>8} {d['fps']:>8.6g} {d['seconds']:>9.2f} {len(d['joints']):>6} "
             f"{d['channels']:>8} {len(d['chains']):>6} {len(d['limbs']):>5} "
-            f"{len(d['warnings']):>5}  {d['clip']}"
+            f"{len(d['unexamined']):>10} {len(d['warnings']):>5}  {d['clip']}"
         )
     for d in documents:
         if "names" in d:
@@ -158,22 +203,23 @@ def detect(arguments: argparse.Namespace) -> int:
     several = len(arguments.clips) > 1
     found, failed = look_at(arguments.clips, partial(_detect_in, arguments, several=several))
     total = sum(intervals for intervals, *_ in found)
+    blind = sum(mute for _, mute, _ in found)
     if found and arguments.json:
         documents = [document for *_, document in found]
         every = _together("twistcore.detections/1", documents, failed)
         print_json(every if several else documents[0])
     elif found and several:
-        say(f"{count_of(len(found), 'clip')}, {count_of(total, 'interval')}", head=True)
+        left_out = f"; {count_of(blind, 'clip')} not examined" if blind else ""
+        say(f"{count_of(len(found), 'clip')}, {count_of(total, 'interval')}{left_out}", head=True)
     code = tell_problems([why for _, why in failed], len(found))
-    mute = max((mute for _, mute, _ in found), default=0)
     over = int(arguments.fail_over is not None and total > arguments.fail_over)
-    return max(code, mute, over)
+    return max(code, int(blind > 0), over)
 
 
 def _detect_in(
     arguments: argparse.Namespace, path: Path, *, several: bool
 ) -> tuple[int, int, Document]:
-    """How many intervals, 1 where there is no chain, and the document, if that is wanted.
+    """How many intervals, 1 if nothing could be examined, and the document, if that is wanted.
 
     Text is said at once.
     """
@@ -181,17 +227,22 @@ def _detect_in(
     found = detected(arguments, clip)
     name, document = clip_name(path), Document()
     tell_clip(name, clip)
+    blind = not_examined(name, found)
     if arguments.json:
         document = _detection_to_json(name, clip, found, explain=arguments.explain)
     else:
         if several:
             say(name, head=True)
-        _say_intervals(found, explain=arguments.explain)
+        if not blind:
+            _say_intervals(found, explain=arguments.explain)
+    for sentence in blind:
+        problem(sentence)
+    if not arguments.json:
         for sentence in note_sentences(name, found.analysis):
             note(sentence)
         if several:
             say()
-    return len(found), tell_no_chain(name, found.analysis.chains_and_limbs), document
+    return len(found), len(blind), document
 
 
 def _say_intervals(found: Detection, *, explain: bool) -> None:
@@ -225,7 +276,8 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
         where = count_of(len(found.limbs), "limb")
     if broad:
         where += f" of {count_of(len({*people.values()}), 'person', 'people')}"
-    say(f"{count_of(len(found), 'interval')} in {where}{by_kind(found)}")
+    left_out = without_limbs(found.analysis.unexamined)
+    say(f"{count_of(len(found), 'interval')} in {where}{by_kind(found)}{left_out}")
 
 
 def _kind(interval: Interval) -> str:
@@ -312,7 +364,9 @@ def _detection_to_json(name: str, clip: Clip, found: Detection, *, explain: bool
         "method": found.method,
         "tau_deg": tau_to_json(found),
         "intervals": intervals_to_json(found, explain=explain),
+        "not_examined": found.not_examined or None,
+        "unexamined": unexamined_to_json(found.analysis),
         "warnings": list(map(str, clip.warnings)),
-        "notes": [note.to_json() for note in found.analysis.notes],
+        "notes": [note.to_json() for note in found.notes],
     }
     return document | {"peaks": _peaks_to_json(found)} if explain else document

@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain
-from twistcore.cli.output import note, problem
+from twistcore.analysis import ClipAnalysis, Detection
+from twistcore.body import Unexamined
+from twistcore.cli.output import note
 from twistcore.clip import ChannelJump
 from twistcore.detection import Interval, Kind
+from twistcore.notes import NOT_EXAMINED
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
@@ -28,20 +29,29 @@ def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
 
 
 def note_sentences(clip: object, analysis: ClipAnalysis) -> list[str]:
-    """The notes of an analysis, each with the clip's name."""
-    return [f"{clip}: note: {note}" for note in analysis.notes]
+    """The notes of an analysis, each with the clip's name.
+
+    That nothing could be examined is no note of a command but its result: :func:`not_examined`.
+    """
+    return [f"{clip}: note: {note}" for note in analysis.notes if note.kind != NOT_EXAMINED]
 
 
-def tell_no_chain(clip: object, chains: Sequence[Chain]) -> int:
-    """1, with a sentence, where there was nothing to look at; else 0."""
-    if not chains:
-        problem(no_chain(clip))
-    return int(not chains)
+def not_examined(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:
+    """The sentence on a clip in which nothing could be examined; none on any other clip."""
+    return (f"{clip}: could not be examined: {why}",) if (why := found.not_examined) else ()
 
 
-def no_chain(clip: object) -> str:
-    """The sentence."""
-    return f"{clip}: no chain of parent, child and grandchild"
+def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
+    """The limbs that no chain examines, as documents list them."""
+    return [limb.to_json() for limb in analysis.unexamined]
+
+
+def without_limbs(unexamined: Sequence[Unexamined]) -> str:
+    """'; left arm and right arm not examined' where there are such limbs."""
+    if not unexamined:
+        return ""
+    *first, last = (one.limb for one in unexamined)
+    return f"; {', '.join(first)}{' and ' if first else ''}{last} not examined"
 
 
 def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:

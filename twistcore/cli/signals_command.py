@@ -21,8 +21,8 @@ from twistcore.cli.clip_inputs import (
     open_clip,
     tell_clip,
 )
-from twistcore.cli.interval_words import tell_no_chain
-from twistcore.cli.output import print_json, refuse_overwrite, step, tell_problems
+from twistcore.cli.interval_words import not_examined, note_sentences, unexamined_to_json
+from twistcore.cli.output import note, print_json, refuse_overwrite, step, tell_problems
 from twistcore.encoding import csv_lines, encoded
 from twistcore.errors import TwistError
 from twistcore.rotation import Array
@@ -51,8 +51,11 @@ def signals(arguments: argparse.Namespace) -> int:
         clips = [_to_json(name, analysis) for name, analysis in found]
         document = {"schema": "twistcore.signals/1", "clips": clips}
         print_json(document | {"failed": failed_to_json(failed)})
-    mute = [tell_no_chain(name, analysis.chains) for name, analysis in found]
-    return max([tell_problems([why for _, why in failed], len(found)), *mute])
+    blind = [sentence for name, one in found for sentence in not_examined(name, one)]
+    for name, analysis in found:
+        for sentence in note_sentences(name, analysis):
+            note(sentence)
+    return tell_problems([*blind, *(why for _, why in failed)], len(found))
 
 
 def _analysis(arguments: argparse.Namespace, path: Path) -> tuple[str, ClipAnalysis]:
@@ -89,7 +92,14 @@ def _to_json(name: str, analysis: ClipAnalysis) -> dict[str, Any]:
         columns = zip(_COLUMNS, _values(curves).T.tolist(), strict=True)
         chains.append({"chain": chain} | {column: _rounded(v) for column, v in columns})
     motion = analysis.motion
-    return {"clip": name, "frames": motion.frames, "fps": motion.fps, "chains": chains}
+    return {
+        "clip": name,
+        "frames": motion.frames,
+        "fps": motion.fps,
+        "not_examined": analysis.not_examined or None,
+        "unexamined": unexamined_to_json(analysis),
+        "chains": chains,
+    }
 
 
 def _rounded(values: list[float]) -> list[float | None]:

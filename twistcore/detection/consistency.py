@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 
 from twistcore.chain import Chain
 from twistcore.detection.chain_analysis import ChainAnalysis, Standing, automatic_tau
 from twistcore.detection.counter_rotation import counter_rotation
-from twistcore.detection.cuts import find_cuts
+from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.edges import find_edges
 from twistcore.detection.interval import Interval
 from twistcore.detection.limbs import Limbs
@@ -30,8 +29,6 @@ from twistcore.detection.straight_limbs import (
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array
-
-SHORTEST_SEGMENT = 0.25  # seconds between cuts
 
 
 @dataclass(frozen=True, eq=False)
@@ -231,12 +228,3 @@ def _limbs(lines: list[list[Chain]], motion: Motion) -> Limbs:
     shape = (motion.frames, 3) if varying else (3,)
     axes = [[np.broadcast_to(c.axis, shape) for c in same] for same in zip(*lines, strict=True)]
     return Limbs(joints, np.array(axes))
-
-
-def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
-    """Return frames [low, high) between cuts, without those too short to tell error from motion."""
-    shortest = round(SHORTEST_SEGMENT * fps)
-    borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
-    return tuple(
-        (a, b) for a, b in pairwise(borders) if b - a >= min(shortest, len(cut)) and b - a > 1
-    )

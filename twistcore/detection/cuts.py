@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from twistcore.detection.bends import bend_steps
@@ -9,6 +11,7 @@ from twistcore.detection.leading_blend import blend_end, held_frames, rest_frame
 from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
 
+SHORTEST_SEGMENT = 0.25  # seconds between cuts: in less no error can be told from motion
 JUMP = 5.0  # times a joint's own pace
 SMALLEST = float(np.radians(0.5))  # joints that bend less in the jump do not vote
 SHARE = 0.55  # of the joints that bend at all: tremors of a tracked capture reach 0.52
@@ -65,6 +68,15 @@ def _jumps(motion: Motion) -> Mask:
             if (share[group] > SHARE).any():
                 cut[group[0] : group[-1] + 1] = True
     return cut
+
+
+def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
+    """Return frames [low, high) between cuts, without those too short to tell error from motion."""
+    shortest = round(SHORTEST_SEGMENT * fps)
+    borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
+    return tuple(
+        (a, b) for a, b in pairwise(borders) if b - a >= min(shortest, len(cut)) and b - a > 1
+    )
 
 
 def leading_frames(motion: Motion) -> int:

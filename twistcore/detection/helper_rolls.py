@@ -14,8 +14,8 @@ from functools import partial
 import numpy as np
 
 from twistcore.detection.chain_analysis import ChainAnalysis
-from twistcore.detection.consistency import find_jumps, segments_between
-from twistcore.detection.cuts import find_cuts
+from twistcore.detection.consistency import find_jumps
+from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.twist_increments import twist_increments
