@@ -98,7 +98,7 @@ def test_detect_json_is_the_contract(capsys):
     assert code == 0
     assert set(document) == {
         "schema", "clip", "frames", "missing_frames", "fps", "method", "tau_deg", "intervals",
-        "warnings", "notes",
+        "warnings", "notes", "not_examined", "unexamined",
     }  # fmt: skip
     assert document["schema"] == "twistcore.detection/1"
     assert document["tau_deg"]["LeftForeArm"] == pytest.approx(5.0)
@@ -434,10 +434,11 @@ def test_a_clip_without_a_chain_exits_1_and_says_so(capsys, tmp_path):
         "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n"
         "End Site\n{\nOFFSET 0 1 0\n}\n}\nMOTION\nFrames: 2\nFrame Time: 0.01\n0 0 0\n1 1 1\n"
     )
-    assert run(capsys, "info", clip)[0] == 0
-    code, _, err = run(capsys, "detect", clip)
-    assert code == 1
-    assert "no chain" in err
+    for command in ("info", "detect", "signals --csv -"):
+        words = command.split()
+        code, _, err = run(capsys, words[0], clip, *words[1:])
+        assert code == 1
+        assert "could not be examined" in err
 
 
 def test_the_core_starts_without_qt_or_vtk():

@@ -94,7 +94,8 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "severity": severity(found, motion.frames),
         "degrees": {"max": largest, "rms": rms},
         "chains": [chain.name for chain in chains],
-        "unchecked": "" if len(found) else found.analysis.not_examined,
+        "unchecked": found.not_examined,
+        "unexamined": [limb.to_json() for limb in found.analysis.unexamined],
         "warnings": [
             *map(str, clip.warnings),
             *map(str, found.analysis.notes),

@@ -24,7 +24,8 @@ class ClipSurvey:
     """A clip at a glance: frames, frames a second, intervals found, and their severity.
 
     problem: why it could not be looked at, else ''; unchecked: why nothing could be found in it,
-    where that says nothing about it, else ''; missing_frames: see :class:`Clip`.
+    where that says nothing about it, else ''; missing_frames: see :class:`Clip`; unexamined: how
+    many of its arms and legs no chain examines.
     """
 
     path: Path
@@ -35,6 +36,7 @@ class ClipSurvey:
     problem: str = ""
     unchecked: str = ""
     missing_frames: int = 0
+    unexamined: int = 0
 
 
 def survey(
@@ -49,9 +51,9 @@ def survey(
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
-    why = "" if len(found) else analysis.not_examined
     bad, missing = severity(found, frames), clip.missing_frames
-    return ClipSurvey(path, frames, fps, len(found), bad, "", why, missing)
+    left_out = len(analysis.unexamined)
+    return ClipSurvey(path, frames, fps, len(found), bad, "", found.not_examined, missing, left_out)
 
 
 def survey_folder(

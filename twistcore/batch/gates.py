@@ -24,6 +24,7 @@ WHAT      severity        mean error a frame, degrees, summed over all chains
           affected        frames with an error that can be taken out, in percent: affected>2%;
                           of lone jumps only where [lone-jump] asks for them
           missing-frames  frames that the file's header declares and the file does not have
+          unexamined      arms and legs that no chain examines: unexamined>0
           failed          clips that could not be processed, of the whole run: failed>0
           unchecked       clips in which nothing could be looked at: no chain, too few frames
 FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
@@ -37,7 +38,7 @@ could not be processed is listed as such, and breaks no rule but "failed".
 
 Examples  severity>5   count[limb-flip]>0   count[confidence>=0.8]>3   affected>2%
           degrees[counter-twist,confidence>=0.9]>10   total.count>100   failed>0
-          missing-frames>0
+          missing-frames>0   unexamined>0
 """
 
 _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
@@ -50,7 +51,7 @@ _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
 _OF_INTERVALS = ("count", "degrees", "affected")
 _OF_CLIPS = ("failed", "unchecked")  # counted over the run
 _MISSING = "missing-frames"
-_WHAT = ("severity", *_OF_INTERVALS, _MISSING, *_OF_CLIPS)
+_WHAT = ("severity", *_OF_INTERVALS, _MISSING, "unexamined", *_OF_CLIPS)
 _KINDS = {kind.value.replace(" ", "-"): kind for kind in Kind}
 _OP = "|".join(map(re.escape, _OPERATORS))
 _RULE = re.compile(
@@ -178,6 +179,7 @@ class _Total:
     frames: int = 0
     affected: int = 0
     missing: int = 0
+    unexamined: int = 0
     severity: float = 0.0  # degrees, summed over frames
 
     def add(self, rule: Rule, result: Mapping[str, Any]) -> None:
@@ -188,6 +190,7 @@ class _Total:
         self.frames += result["frames"]
         self.affected += _affected(rule, result)
         self.missing += result.get("missing_frames") or 0
+        self.unexamined += len(result.get("unexamined") or ())
         self.severity += result["severity"] * result["frames"]
 
     def value(self, rule: Rule) -> float:
@@ -199,6 +202,7 @@ class _Total:
             "degrees": self.degrees,
             "affected": 100.0 * self.affected / frames,
             _MISSING: self.missing,
+            "unexamined": self.unexamined,
             "severity": self.severity / frames,
         }
         return values[rule.what]

@@ -77,6 +77,7 @@ class ClipGlance:
     intervals: int
     unchecked: str
     missing_frames: int
+    unexamined: int
 
 
 @dataclass(frozen=True)
@@ -128,7 +129,8 @@ _GLANCES = (
     "coalesce(json_extract(r.document, '$.severity'), 0.0), "
     "coalesce(json_array_length(r.document, '$.intervals'), 0), "
     "coalesce(json_extract(r.document, '$.unchecked'), ''), "
-    "coalesce(json_extract(r.document, '$.missing_frames'), 0) FROM clips c "
+    "coalesce(json_extract(r.document, '$.missing_frames'), 0), "
+    "coalesce(json_array_length(r.document, '$.unexamined'), 0) FROM clips c "
     "LEFT JOIN results r ON r.sha256 = c.sha256 AND r.mark = c.mark AND c.state = 'done' "
     "ORDER BY c.name"
 )

@@ -25,6 +25,7 @@ CLIP_COLUMNS: Mapping[str, type] = {
     "state": str,  # done, failed or waiting
     "frames": int,
     "missing_frames": int,  # that the header declares beyond those
+    "unexamined": int,  # arms and legs that no chain examines
     "fps": float,
     "seconds": float,
     "severity": float,  # mean error a frame, degrees
@@ -76,12 +77,15 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
         same = ("frames", "fps", "seconds", "severity", "affected_frames", "applied")
         row |= {name: result[name] for name in (*same, "format", "method")}
         row["missing_frames"] = result.get("missing_frames")
+        limbs = result.get("unexamined")
+        row["unexamined"] = None if limbs is None else len(limbs)
         row |= {name: result["counts"].get(kind.value, 0) for name, kind in _KINDS.items()}
         row["affected_percent"] = percent_affected(result["affected_frames"], result["frames"])
         row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}
         row["left"] = None if result["left"] is None else len(result["left"])
         left = "; ".join(result.get("uncorrected") or ())
-        row["reason"] = record.reason or result["unchecked"] or left
+        why = "; ".join(f"{limb['limb']} not examined: {limb['why']}" for limb in limbs or ())
+        row["reason"] = record.reason or result["unchecked"] or left or why
     return row
 
 

@@ -18,6 +18,7 @@ from twistcore.document_values import (
     flag,
     frames,
     has,
+    items,
     number,
     one_of,
     parsed_json,
@@ -71,7 +72,7 @@ COLUMNS: Mapping[str, _Check] = {
     "name": _name,
     "state": _state,
     "corrected": _place,
-    **dict.fromkeys(("bytes", "peak_bytes", "missing_frames"), _long),
+    **dict.fromkeys(("bytes", "peak_bytes", "missing_frames", "unexamined"), _long),
     "again": lambda value, what: whole(value, what, 0, 1),
     "seconds": _amount,
     "severity": _amount,
@@ -133,6 +134,13 @@ def _quality(value: Any, what: str) -> None:
             number(one, key)
 
 
+def _limbs(value: Any, what: str) -> None:
+    """Limbs that were not examined, each with the reason."""
+    for entry in items(value, what):
+        text(has(entry, "limb", "why", what="a limb")["limb"], "limb")
+        text(entry["why"], "why")
+
+
 _RESULT: Mapping[str, _Check] = {
     **dict.fromkeys(("method", "format", "unchecked"), text),
     "intervals": _listed,
@@ -149,6 +157,7 @@ _MORE: Mapping[str, _Check] = {
     "chains": texts,
     "joints": whole,
     "missing_frames": _long,  # a header may claim any number
+    "unexamined": _limbs,
     "sha256": text,
     "quality": _quality,
 }

@@ -57,7 +57,7 @@ def batch(arguments: argparse.Namespace) -> int:
         skipped = arguments.refine and _tell_uncorrected(
             folder, {source.path for source in inputs.sources}
         )
-        _tell_doubts(folder, {source.path for source in inputs.sources})
+        blind = _tell_doubts(folder, {source.path for source in inputs.sources})
         broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
     if summary.stopped:
         left = f"{summary.left} clips to go; the same command goes on"
@@ -69,7 +69,9 @@ def batch(arguments: argparse.Namespace) -> int:
         return 130
     if summary.unreadable and not summary.done + summary.known + summary.left:
         return 1 if summary.unreadable < len(summary.failed) else 2
-    return int(bool(summary.failed or summary.stopped or inputs.problems or skipped or broken))
+    return int(
+        bool(summary.failed or summary.stopped or inputs.problems or skipped or broken or blind)
+    )
 
 
 def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
@@ -84,18 +86,25 @@ def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
     return told
 
 
-def _tell_doubts(folder: Path, sources: Collection[str]) -> None:
-    """List in how many clips nothing could be looked at, or frames are missing, with the first."""
+def _tell_doubts(folder: Path, sources: Collection[str]) -> bool:
+    """List in how many clips nothing could be examined, limbs were not, or frames are missing.
+
+    True if there are clips in which nothing could be examined.
+    """
     with Manifest.open(folder) as manifest:
         found = [one for one in manifest.glances() if one.source in sources]
     if unchecked := [one for one in found if one.unchecked]:
         first = f"{unchecked[0].name}: {unchecked[0].unchecked}"
-        note(f"nothing could be looked at in {count_of(len(unchecked), 'clip')}: {first}")
+        problem(f"{count_of(len(unchecked), 'clip')} could not be examined: {first}")
+    if part := [one for one in found if one.unexamined]:
+        first = f"{part[0].name}: {count_of(part[0].unexamined, 'limb')}"
+        note(f"limbs were not examined in {count_of(len(part), 'clip')}: {first}")
     if cut := [one for one in found if one.missing_frames]:
         first = f"{cut[0].name}: {count_of(cut[0].missing_frames, 'frame')}"
         note(
             f"frames that the header declares are missing in {count_of(len(cut), 'clip')}: {first}"
         )
+    return bool(unchecked)
 
 
 def _exports(count: int) -> str:

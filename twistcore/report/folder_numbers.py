@@ -21,7 +21,8 @@ class ClipRow:
     """A line of the table of clips; of one that was not processed only name, state and reason.
 
     counts: intervals by kind; severity, max_deg, rms_deg: degrees; affected: frames; missing:
-    frames that the file's header declares and the file does not have; left:
+    frames that the file's header declares and the file does not have; unexamined: limbs that no
+    chain examines, each with the reason; left:
     intervals found after the correction, None where nothing was corrected; decided, of: how many
     of the repairable and lone intervals a person decided, None where nobody reviewed it.
     """
@@ -43,6 +44,7 @@ class ClipRow:
     reviewers: Sequence[str] = ()
     unchecked: str = ""
     missing: int = 0
+    unexamined: Sequence[str] = ()
     page: str = ""
 
     @property
@@ -62,7 +64,8 @@ class FolderNumbers:
 
     joints: intervals by the name of a chain, limb or joint and by kind; sizes: repairable intervals
     by kind in bins of BIN degrees; missing: frames that headers declare and files do not have; cut:
-    clips with such; how: versions and parameters that clips were processed with.
+    clips with such; in_part: clips with limbs that no chain examines; how: versions and parameters
+    that clips were processed with.
     """
 
     states: Counter[str] = field(default_factory=Counter)
@@ -74,6 +77,7 @@ class FolderNumbers:
     seconds: float = 0.0
     with_finds: int = 0
     unchecked: int = 0
+    in_part: int = 0
     missing: int = 0
     cut: int = 0
     applied: int | None = None
@@ -97,6 +101,7 @@ class FolderNumbers:
         self.unchecked += bool(row.unchecked)
         self.missing += row.missing
         self.cut += bool(row.missing)
+        self.in_part += bool(row.unexamined)
         if row.applied is not None:
             self.applied = (self.applied or 0) + row.applied
         if row.left is not None:
@@ -167,6 +172,9 @@ def _row(record: ClipRecord, result: Mapping[str, Any]) -> ClipRow:
         reviewers=tuple(decisions.get("reviewers", ())),
         unchecked=result["unchecked"],
         missing=result.get("missing_frames") or 0,
+        unexamined=tuple(
+            f"{limb['limb']} not examined: {limb['why']}" for limb in result.get("unexamined") or ()
+        ),
     )
 
 

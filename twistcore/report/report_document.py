@@ -155,6 +155,8 @@ def report_to_json(report: Report) -> dict[str, Any]:
             for chain in report.chains
             if chain.name in state.tau
         ],
+        "not_examined": "" if state.intervals else report.analysed.not_examined,
+        "unexamined": [limb.to_json() for limb in report.analysed.unexamined],
         "intervals": [_row(j, report) for j in state.intervals],
         "tracking": state.tracking and tracking_to_json(state.tracking),
         "changed": {
