@@ -15,6 +15,7 @@ from twistcore.body import Body, Unexamined
 from twistcore.chain import Chain
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
+from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
@@ -138,6 +139,8 @@ class ClipAnalysis:
             notes = [Note(NOT_EXAMINED, f"The clip could not be examined: {self.not_examined}.")]
         elif left_out := frames_note(self.motion):
             notes.append(Note(UNEXAMINED, left_out))
+        for offset in constant_offsets(self.motion, self._of_limbs):
+            notes.append(Note("constant offset", str(offset)))
         return (*notes, *(Note("border", text) for text in border_notes(self.motion)))
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell = nobody) -> Analysis:
