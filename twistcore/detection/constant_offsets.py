@@ -1,7 +1,7 @@
 """A bone that is turned against its child in every frame, by comparison with the other side.
 
-No edge shows a constant counter-twist, and no position does. The same bone of the other side does: a
-body is symmetric in the mean, and a mirrored twist about the outgoing bone has the other sign, so
+No edge shows a constant counter-twist, and no position does. The same bone of the other side does:
+a body is symmetric in the mean, and a mirrored twist about the outgoing bone has the other sign, so
 that left + right is about 0 for P's twist and for C's. An error of δ on one side shows as +δ in the
 one sum and as −δ in the other, which no pose does for a whole clip.
 """
@@ -25,7 +25,7 @@ _STEADY = 0.5  # length of the mean direction: with less a twist has no usual an
 
 @dataclass(frozen=True)
 class ConstantOffset:
-    """A chain whose P is turned by `degrees` against C throughout; other: the other side's chain."""
+    """A chain whose P is turned by `degrees` against C in every frame; other: the other side's."""
 
     chain: Chain
     other: Chain
@@ -33,8 +33,8 @@ class ConstantOffset:
 
     def __str__(self) -> str:
         return (
-            f"{self.chain.label} is turned by about {self.degrees:+.0f}° against its child in every "
-            f"frame, compared with {self.other.label}."
+            f"{self.chain.label} is turned by about {self.degrees:+.0f}° against its child in "
+            f"every frame, compared with {self.other.label}."
         )
 
 
