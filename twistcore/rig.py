@@ -95,7 +95,7 @@ class Rig:
 
     add: tuple[OwnChain, ...] = ()
     remove: tuple[str, ...] = ()
-    names: Mapping[str, str] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict, hash=False)
 
     def __bool__(self) -> bool:
         """True if anything was changed."""

@@ -9,13 +9,16 @@ from typing import Any
 
 import numpy as np
 from PySide6.QtCore import QModelIndex, Qt
-from PySide6.QtWidgets import QHeaderView, QStackedLayout, QWidget
+from PySide6.QtGui import QAction
+from PySide6.QtWidgets import QHeaderView, QLabel, QStackedWidget, QWidget
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.limb_words import end_in_words
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
-from inspector.widgets.building import hint
+from inspector.session.opening import Analysed
+from inspector.widgets.building import action_button, hbox, hint, vbox
+from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import BesideDelegate, Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
@@ -122,9 +125,12 @@ class _ChainModel(RowModel[_Shown]):
 
 
 class ChainsPanel(QWidget):
-    """Table of chains and limbs; the selected row is the document's chain."""
+    """Table of chains and limbs; the selected row is the document's chain.
 
-    def __init__(self, document: Document, theme: Theme) -> None:
+    Above it a line names what was not examined, with the button of `joint_names`.
+    """
+
+    def __init__(self, document: Document, theme: Theme, joint_names: QAction) -> None:
         super().__init__()
         self._document = document
         self._model = _ChainModel(document, theme)
@@ -145,7 +151,18 @@ class ChainsPanel(QWidget):
         self._hint = hint(tr("The chains of a clip appear here."))
         self._showing = False  # rows come and go, and the current one moves along them
         self._fixed: dict[str, _Shown] = {}  # by chain: what no decision and no τ changes
-        self._stack = QStackedLayout(self)
+        self._stack = QStackedWidget()
+        self.unexamined = QLabel(wordWrap=True)
+        self.unexamined.setObjectName("warning")
+        self._notice = QWidget()
+        hbox(
+            (self.unexamined, 1),
+            action_button(joint_names),
+            owner=self._notice,
+            margins=(_PAD, _PAD, _PAD, _PAD),
+        )
+        self._notice.hide()
+        vbox(self._notice, (self._stack, 1), owner=self, margins=(0, 0, 0, 0), spacing=0)
         self._stack.addWidget(self._hint)
         self._stack.addWidget(self.table)
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
@@ -198,9 +215,20 @@ class ChainsPanel(QWidget):
         self._refresh()
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
-            told = tr("This skeleton has no chain of parent, child and grandchild.")
-            self._hint.setText(told)
+            self._hint.setText(_blind(self._document.data))
+        self._show_unexamined()
         self._select_row()
+
+    def _show_unexamined(self) -> None:
+        """Name what was not examined; the first limb, and how many more there are."""
+        data = self._document.data
+        told = [_blind(data)] if data and data.analysis.not_examined else []
+        if data and not told:
+            told = [of_core(str(limb)) for limb in data.analysis.unexamined]
+        more = plural("{n} more", "{n} more", len(told) - 1) if len(told) > 1 else ""
+        self.unexamined.setText(f"{told[0]} ({more})" if more else "".join(told))
+        self.unexamined.setToolTip(as_tip("\n".join(told)) if more else "")
+        self._notice.setVisible(bool(told))
 
     def _select_row(self) -> None:
         if (row := self._model.row_of(self._document.chain)) is not None:
@@ -209,6 +237,11 @@ class ChainsPanel(QWidget):
     def _row_selected(self, current: QModelIndex) -> None:
         if self._document.data and current.isValid() and not self._showing:
             self._document.select_chain(self._model.things[current.row()].chain)
+
+
+def _blind(data: Analysed) -> str:
+    """Why nothing can be examined in a clip."""
+    return tr("The clip could not be examined: {why}.", why=of_core(data.analysis.not_examined))
 
 
 def _peak(document: Document, chain: Chain) -> float:

@@ -316,10 +316,12 @@ class IntervalsPanel(QWidget):
         self.count.setText(self._counted())
         if not self._document.data:
             told = tr("Open a clip: its suspicious intervals are listed here.")
-        elif not self._document.data.chains:
-            told = tr("No chain in this skeleton, so nothing to find.")
+        elif not intervals and (why := self._document.data.analysis.not_examined):
+            told = tr("The clip could not be examined: {why}.", why=of_core(why))
         elif not intervals:
             told = tr("Nothing found at this τ.\nLower the τ line to look closer.")
+            if limbs := self._document.data.analysis.unexamined:
+                told += "\n" + "\n".join(of_core(str(limb)) for limb in limbs)
         else:
             told = tr("No interval passes this filter.")
         self._hint.setText(told)

@@ -293,9 +293,6 @@ def opening_notes(
         notices.append(told)
     warned = (*map(str, data.clip.warnings), *map(str, data.analysis.notes), *chain_notes)
     notices += [f"{name}: {of_core(w)}" for w in warned]
-    if not data.chains:
-        told = tr("{name}: no chain of parent, child and grandchild; nothing to detect.", name=name)
-        notices.append(told)
     motion, every = data.motion, data.chains_and_limbs
     stuck = [of_core(c.label) for c in every if uncorrectable_joints(motion, c, carried=True)]
     if stuck:

@@ -180,6 +180,7 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
   border-radius: 3px; }}
 #palette::item {{ padding: 3px 4px; }}
 #soft {{ color: {soft}; }}
+#warning {{ color: {warning}; }}
 #hold:checked {{ background: {accent}; color: {on_accent}; border: 1px solid {line};
   border-radius: 2px; padding: 3px 6px; }}
 """

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QWidget
@@ -12,6 +12,7 @@ from inspector.session.document import Document
 from inspector.session.rig_profiles import keep_rig, kept_rig, rig_path
 from inspector.widgets.message_bar import MessageBar
 from inspector.window.chain_dialog import ChainDialog
+from inspector.window.joint_names_dialog import JointNamesDialog
 from twistcore.ordinary_files import is_there
 from twistcore.review import Decision
 from twistcore.rig import AS_FOUND, Rig
@@ -29,6 +30,7 @@ class ChainActions:
     dock: QDockWidget
     window: QWidget
     dialog: ChainDialog | None = field(default=None, init=False)
+    names: JointNamesDialog | None = field(default=None, init=False)
 
     def __post_init__(self) -> None:
         for signal in (self.document.opened, self.document.chains_changed):
@@ -62,6 +64,30 @@ class ChainActions:
 
     def _add(self, rig: Rig, name: str) -> None:
         self.document.change_chains(rig, tr("Add chain {name}", name=name))
+
+    def joint_names(self) -> None:
+        """Show what each joint was taken for, next to the window, and let a person change it."""
+        if not self._open():
+            return
+        if self.names is None:
+            self.names = JointNamesDialog(self.document, self.window)
+            self.names.chosen.connect(self._name)
+            self.names.finished.connect(self._forget_names)
+            self.names.show()
+        self.names.raise_()
+        self.names.activateWindow()
+
+    def _forget_names(self) -> None:
+        self.names = None
+
+    def _name(self, rig: Rig) -> None:
+        """Use names of joints, and keep them for this skeleton."""
+        if rig == self._rig:
+            return
+        self.document.change_chains(rig, tr("Joint names"))
+        data = self.document.data
+        if data is not None:
+            self._keep(replace(kept_rig(data.motion)[0], names=rig.names))
 
     def remove_chain(self) -> None:
         """Take the selected chain away, and say what goes with it."""
@@ -106,15 +132,8 @@ class ChainActions:
 
     def keep_rig(self) -> None:
         """Keep the chains for all clips of this skeleton that have no session yet."""
-        data, rig = self.document.data, self._rig
-        if data is None or not self._open():
-            return
-        try:
-            keep_rig(rig, data.motion.skeleton, data.clip.name)
-        except OSError as error:
-            place = rig_path(data.motion.skeleton)
-            told = tr("{file}: not written ({why}).", file=place, why=error.strerror)
-            self.bar.show_message(told, True)
+        rig = self._rig
+        if not self._open() or not self._keep(rig):
             return
         which = tr("the chains as found")
         if rig:
@@ -125,6 +144,19 @@ class ChainActions:
         )
         self.bar.show_message(told, False)
 
+    def _keep(self, rig: Rig) -> bool:
+        """Write the rig of this skeleton; False, with a message, where that fails."""
+        data = self.document.data
+        assert data is not None
+        try:
+            keep_rig(rig, data.motion.skeleton, data.clip.name)
+        except OSError as error:
+            place = rig_path(data.motion.skeleton)
+            told = tr("{file}: not written ({why}).", file=place, why=error.strerror)
+            self.bar.show_message(told, True)
+            return False
+        return True
+
     def _open(self) -> bool:
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
@@ -133,8 +165,9 @@ class ChainActions:
 
 def _changed(rig: Rig) -> str:
     """In how far the chains are otherwise than found: '2 added, 1 removed'."""
-    added, removed = (
-        tr("{n} added", n=len(rig.add)),
-        tr("{n} removed", n=len(rig.remove)),
+    parts = (
+        (tr("{n} added", n=len(rig.add)), rig.add),
+        (tr("{n} removed", n=len(rig.remove)), rig.remove),
+        (tr("{n} named", n=len(rig.names)), rig.names),
     )
-    return ", ".join(said for said, some in ((added, rig.add), (removed, rig.remove)) if some)
+    return ", ".join(said for said, some in parts if some)

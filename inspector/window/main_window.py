@@ -119,7 +119,7 @@ class MainWindow(Parts):
         figure = self.viewport, 1
         self.setCentralWidget(_column(self.bar, self.reviewer_line, figure, self.transport))
         own_surface(self.viewport)
-        self.chains = ChainsPanel(document, theme)
+        self.chains = ChainsPanel(document, theme, actions["joint_names"])
         self.intervals = IntervalsPanel(document, theme, self.settings)
         self.detail = DetailCard(document)
         self.timeline = Timeline(document, theme)

@@ -102,8 +102,9 @@ class Body:
                     out[bone.child] = f"piece of {whole}"
             tip = {"arm": "Hand", "leg": "Foot"}.get(line.kind, "end")
             last = line.bones[-1]
-            if last.segment in ("ForeArm", "Leg", ""):
-                out[last.child] = f"{line.side} {tip}".strip()
+            segments = BONES.get(line.kind, ("",))
+            later = [*segments[segments.index(last.segment) + 1 :], tip]
+            out[last.child] = f"{line.side} {later[0]}".strip()
             if line.below >= 0:
                 out[line.below] = f"{line.side} Toe".strip() if line.kind else "below the end"
         return tuple(out)

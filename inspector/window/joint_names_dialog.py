@@ -1,0 +1,207 @@
+"""What each joint of the skeleton was taken for, and the form in which a person changes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QDialog,
+    QDialogButtonBox,
+    QHeaderView,
+    QLabel,
+    QLineEdit,
+    QTableWidget,
+    QTableWidgetItem,
+    QWidget,
+)
+
+from inspector.language import of_core, plural, tr, tr_as
+from inspector.session.document import Document
+from inspector.widgets.building import soft, vbox
+from twistcore.body import Body
+from twistcore.encoding import legible
+from twistcore.errors import TwistError
+from twistcore.examination import unexamined_limbs
+from twistcore.limb import Limb
+from twistcore.rig import Rig
+
+_JOINT, _TAKEN, _BY, _CHANGE = range(4)
+_HEADS = (tr("Joint"), tr("Taken for"), tr_as("what a joint is known by", "By"), tr("Change to"))
+_INDENT = "\N{NO-BREAK SPACE}" * 2
+_SIZE = 820, 620  # pixels
+_SAID = {  # what a person may say of a joint, as a rig keeps it, in words
+    "": tr_as("a joint", "as found"),
+    "left shoulder": tr("left shoulder (collar bone)"),
+    "left arm": tr("left upper arm"),
+    "left forearm": tr("left forearm"),
+    "left hand": tr("left hand"),
+    "left upleg": tr("left thigh"),
+    "left leg": tr("left shin"),
+    "left foot": tr("left foot"),
+    "left toe": tr("left toe"),
+    "right shoulder": tr("right shoulder (collar bone)"),
+    "right arm": tr("right upper arm"),
+    "right forearm": tr("right forearm"),
+    "right hand": tr("right hand"),
+    "right upleg": tr("right thigh"),
+    "right leg": tr("right shin"),
+    "right foot": tr("right foot"),
+    "right toe": tr("right toe"),
+    "helper": tr("twist bone"),
+    "other": tr("not part of an arm or leg"),
+    "unknown": tr_as("a joint", "unknown"),
+}
+
+
+class JointNamesDialog(QDialog):
+    """A table of joints; below it, which chains the changes give.
+
+    It lies next to the window, which stays usable, and closes with the clip.
+    """
+
+    chosen = Signal(object)  # the rig with the names in it
+
+    def __init__(self, document: Document, parent: QWidget) -> None:
+        super().__init__(parent)
+        self._document = document
+        self._rig: Rig | None = None
+        self.setWindowTitle(tr("Joint names"))
+        self.search = QLineEdit(clearButtonEnabled=True)
+        self.search.setPlaceholderText(tr("Find a joint"))
+        self.search.setAccessibleName(tr("Find a joint"))
+        self.table = QTableWidget(0, len(_HEADS))
+        self.table.setHorizontalHeaderLabels(list(_HEADS))
+        self.table.setAccessibleName(tr("Joints and what they were taken for"))
+        self.table.verticalHeader().hide()
+        self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
+        self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
+        self.table.setSelectionMode(QAbstractItemView.SelectionMode.SingleSelection)
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(_JOINT, QHeaderView.ResizeMode.Stretch)
+        self.told = soft(QLabel(wordWrap=True))
+        self.buttons = QDialogButtonBox(
+            QDialogButtonBox.StandardButton.Ok
+            | QDialogButtonBox.StandardButton.Cancel
+            | QDialogButtonBox.StandardButton.Reset
+        )
+        self._use = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
+        self._use.setText(tr("Use these names"))
+        reset = self.buttons.button(QDialogButtonBox.StandardButton.Reset)
+        reset.setText(tr("All as found"))
+        reset.clicked.connect(self.reset)
+        self.buttons.accepted.connect(self.accept)
+        self.buttons.rejected.connect(self.reject)
+        about = tr(
+            "Arms and legs are found by their joints' names, or else by the shape of the skeleton. "
+            "Name a hand or a foot, and the joints above it follow. The names are kept for all "
+            "clips of this skeleton."
+        )
+        top = soft(QLabel(about, wordWrap=True))
+        vbox(top, self.search, (self.table, 1), self.told, self.buttons, owner=self)
+        self.resize(*_SIZE)
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
+        self.choices: dict[str, QComboBox] = {}
+        self._fill()
+        self.search.textChanged.connect(self._find)
+        document.opened.connect(self.reject)
+        self._check()
+        self.search.setFocus()
+
+    def _fill(self) -> None:
+        data = self._document.data
+        assert data is not None
+        skeleton, said = data.motion.skeleton, self._document.review.state.rig.names
+        depth = [0] * len(skeleton)
+        self.table.setRowCount(len(skeleton))
+        for joint, name in enumerate(skeleton.names):
+            parent = int(skeleton.parents[joint])
+            depth[joint] = depth[parent] + 1 if parent >= 0 else 0
+            item = QTableWidgetItem(_INDENT * depth[joint] + legible(name))
+            item.setToolTip(legible(name))
+            self.table.setItem(joint, _JOINT, item)
+            choice = QComboBox()
+            choice.setAccessibleName(tr("{joint} is the", joint=legible(name)))
+            for key, words in _SAID.items():
+                choice.addItem(words, key)
+            choice.setCurrentIndex(max(0, choice.findData(said.get(name, ""))))
+            choice.currentIndexChanged.connect(self._check)
+            # The wheel scrolls the table, not the choice under the mouse.
+            choice.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
+            choice.wheelEvent = lambda event: event.ignore()  # type: ignore[method-assign]
+            self.table.setCellWidget(joint, _CHANGE, choice)
+            self.choices[name] = choice
+
+    @property
+    def names(self) -> dict[str, str]:
+        """What the person says of joints, by name."""
+        chosen = {name: str(box.currentData()) for name, box in self.choices.items()}
+        return {name: said for name, said in chosen.items() if said}
+
+    def reset(self) -> None:
+        """Take every joint for what was found."""
+        for box in self.choices.values():
+            box.blockSignals(True)
+            box.setCurrentIndex(0)
+            box.blockSignals(False)
+        self._check()
+
+    def _find(self, text: str) -> None:
+        for row, name in enumerate(self.choices):
+            taken = self.table.item(row, _TAKEN)
+            words = f"{legible(name)} {taken.text() if taken else ''}".casefold()
+            self.table.setRowHidden(row, text.casefold() not in words)
+
+    def _check(self) -> None:
+        """Show what the joints are taken for now, and which chains come of it."""
+        data = self._document.data
+        if data is None:
+            return
+        names = self.names
+        rig = self._document.review.state.rig.with_names(names)
+        try:
+            chains = [c for c in rig.chains(data.motion) if not isinstance(c, Limb)]
+        except TwistError as error:  # chains of one's own that no longer fit
+            self._rig = None
+            self.told.setText(tr("Not possible: {why}.", why=of_core(str(error))))
+        else:
+            self._rig = rig
+            body = rig.body(data.motion)
+            missing = unexamined_limbs(body, chains)
+            told = plural("{n} chain", "{n} chains", len(chains))
+            if missing:
+                told += " · " + " ".join(of_core(str(limb)) for limb in missing)
+            else:
+                told += " · " + tr("all arms and legs are examined")
+            self.told.setText(told)
+            self._show(body, names)
+        self._use.setEnabled(self._rig is not None)
+
+    def _show(self, body: Body, said: Mapping[str, str]) -> None:
+        by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
+        for joint, taken in enumerate(body.taken_for):
+            name = body.names[joint]
+            by = tr_as("by", "its name")
+            if body.skeleton.names[joint] in said:
+                by = tr_as("by", "you")
+            elif joint in by_shape:
+                by = tr_as("by", "the skeleton's shape")
+            words = of_core(taken) if taken else _not_in_a_limb(name.helper, name.other)
+            self.table.setItem(joint, _TAKEN, QTableWidgetItem(words))
+            self.table.setItem(joint, _BY, QTableWidgetItem(by if taken else ""))
+
+    def accept(self) -> None:
+        """Hand the rig on."""
+        if self._rig is not None:
+            self.chosen.emit(replace(self._rig))
+            super().accept()
+
+
+def _not_in_a_limb(helper: bool, other: bool) -> str:
+    if helper:
+        return tr("twist bone")
+    return tr("not part of an arm or leg") if other else "–"
