@@ -34,10 +34,10 @@ def reviewer(clip, seed, state_home, parent):
     process = forked.start(words, {**os.environ, "XDG_STATE_HOME": str(state_home)}, parent)
     try:
         yield process
-        process.wait(30)
+        process.wait(60)
     finally:
         process.send_signal(signal.SIGKILL)
-        process.wait(30)
+        process.wait(60)
         process.close()
 
 
@@ -215,7 +215,7 @@ def killed_with_a_folder(place, seed, clips=6, patience_s=120.0):
         children = children_of(process.pid)
     finally:
         process.send_signal(signal.SIGKILL)
-        process.wait(30)
+        process.wait(60)
         process.close()
     until(lambda: not any(map(is_alive, children)), patience_s)
     return len(children)

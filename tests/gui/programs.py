@@ -44,11 +44,11 @@ class Program:
     def end(self):
         """The end of its input: it closes by itself."""
         self.process.stdin.close()
-        self.process.wait(30)
+        self.process.wait(60)
         self._reap()
 
     def _reap(self):
-        self.process.wait(30)
+        self.process.wait(60)
         self.process.close()
 
 

@@ -126,14 +126,19 @@ class RealScreen:
             "mousemove", *middle(part), "click", "--repeat", abs(clicks), "--delay", 30, button
         )
 
-    def drag(self, start, end, button=1, steps=8):
-        """Drag from one point to another, on the way at some between."""
+    def drag(self, start, end, button=1, steps=8, held=lambda: None):
+        """Drag from one point to another, on the way at some between.
+
+        held: done before the button is let go.
+        """
         (x, y), (u, v) = middle(start), middle(end)
         words = ["mousemove", x, y, "mousedown", button]
         for k in range(1, steps + 1):
             words += ["mousemove", x + (u - x) * k // steps, y + (v - y) * k // steps]
             words += ["sleep", 0.02]
-        self.use(*words, "mouseup", button)
+        self.use(*words)
+        held()
+        self.use("mouseup", button)
 
     # -- windows ------------------------------------------------------------------------------
 
@@ -272,6 +277,13 @@ class WatchedProgram:
             assert time.monotonic() < end, f"it did not come to {expression}"
             time.sleep(_STEP)
         return value
+
+    def drag(self, start, end, steps=8):
+        """Drag what moves a moment after the mouse, as a border between docks, and wait for it.
+
+        Qt forgets where it was dragged to if the button is let go in that moment.
+        """
+        self.screen.drag(start, end, steps=steps, held=lambda: self.ask("None"))
 
     def settle(self):
         """Wait until the event loop is idle and the picture stands."""

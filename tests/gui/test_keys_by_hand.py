@@ -190,7 +190,7 @@ def test_a_name_is_asked_for_once_and_the_order_is_remembered(screen, tmp_path, 
         screen.key("ctrl+s")
         p.until("window.document.review.saved")
         screen.key("ctrl+q")
-        p.process.wait(20)
+        p.process.wait(60)
     with watched(screen, tmp_path, clip) as p:
         for start in starts[3:6]:
             screen.key("n")

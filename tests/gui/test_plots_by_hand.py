@@ -227,7 +227,7 @@ def test_words_stand_beside_the_curves(screen, program):
 def test_low_plots_are_fewer_not_illegible(screen, program):
     left, top, *_ = program.rect("window.docks['curves']")
     splitter = (left + 300, top - 2)
-    screen.drag(splitter, (splitter[0], splitter[1] + 130), steps=20)
+    program.drag(splitter, (splitter[0], splitter[1] + 130), steps=20)
     program.until("window.docks['curves'].height() < 260")
     shown = "[window.timeline.panes[k].view.height() for k in window.timeline.grid.shown]"
     heights = program.ask(shown)
@@ -268,7 +268,7 @@ def test_labels_follow_the_views_size(screen, program):
     assert legend[0] + legend[2] < divider[0] or legend[1] + legend[3] < divider[1]
     left, top, width, height = program.rect("window.viewport")
     bar = (left + width + 2, top + height // 2)
-    screen.drag(bar, (bar[0] - 120, bar[1]))  # the splitter between the view and the right docks
+    program.drag(bar, (bar[0] - 120, bar[1]))  # the splitter between the view and the right docks
     program.settle()
     assert program.rect("window.viewport")[2] != width
     look()

@@ -95,12 +95,12 @@ def test_a_review_in_the_tables(tmp_path, look):
         p.until(f"any('accepted <τ' in str({TABLE}.model().index(r, 1).data()) for r in range(8))")
         assert p.ask(CUT) == []
         left, top, _, high = p.rect("window.docks['intervals']")
-        screen.drag((left - 2, top + high // 2), (left + 400, top + high // 2))
+        p.drag((left - 2, top + high // 2), (left + 400, top + high // 2))
         p.settle()
         assert p.ask("window.intervals.width()") < 500
         assert p.ask(CUT) == []
-        screen.drag((p.rect("window.docks['intervals']")[0] - 2, top + high // 2),
-                    (left, top + high // 2))  # fmt: skip
+        now = p.rect("window.docks['intervals']")[0]
+        p.drag((now - 2, top + high // 2), (left, top + high // 2))
         screen.key("ctrl+z", "ctrl+z", "ctrl+z")
         p.until("not window.document.review.undo_text")
 

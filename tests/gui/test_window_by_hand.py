@@ -88,7 +88,7 @@ def test_sizes_come_back_and_panels_that_float_stay_in_front(tmp_path, walk, loo
             floating = chains_seen(p)
             assert differing(floating, floating[2, 2]) > 5_000
             screen.key("ctrl+q")
-            p.process.wait(10)
+            p.process.wait(60)
         with watched(screen, tmp_path, walk) as p:
             assert p.ask("window.docks['chains'].isFloating()")
             assert differing(chains_seen(p), floating) < 50
@@ -128,12 +128,12 @@ def test_a_size_given_by_hand_is_kept_and_others_follow_the_window(tmp_path, wal
             to_size(p, 1300, 600)
             assert p.ask(height) < 0.4 * p.ask("window.height()"), "curves take too much of it"
             screen.key("ctrl+q")
-            p.process.wait(10)
+            p.process.wait(60)
         with watched(screen, tmp_path, walk) as p:  # low, as it was left: nobody sized a panel
             to_size(p, 1400, 900)
             assert p.ask(height) == usual
             left, top, wide, _ = p.rect("window.docks['curves']")
-            screen.drag((left + wide // 2, top - 2), (left + wide // 2, top - 102))
+            p.drag((left + wide // 2, top - 2), (left + wide // 2, top - 102))
             p.until(f"{height} > {usual} + 60")
             given = p.ask(height)
             to_size(p, 1400, 600)
