@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import PurePath
 from types import MappingProxyType
 
-CLIP_SUFFIXES = (".bvh", ".npz", ".amc")
+CLIP_SUFFIXES = (".bvh", ".npz", ".amc", ".pkl")
 # Other files of motion, by name: none of them is written, whatever is asked for.
 _OTHERS: Mapping[str, str] = MappingProxyType(
     {
@@ -29,7 +29,6 @@ _OTHERS: Mapping[str, str] = MappingProxyType(
         ".c3d": "C3D",
         ".trc": "TRC",
         ".asf": "ASF",
-        ".pkl": "pickle",
         ".npy": "single array",
     }
 )

@@ -31,8 +31,8 @@ SESSION = FileKind(
 JSON = FileKind("a JSON document")
 PICKLE = FileKind(
     "a pickle of Python",
-    "loading one can run any program, so it is not loaded here: save its arrays as .npz with "
-    "numpy.savez",
+    "one of AIST++ is read under a name that ends in .pkl; save the arrays of any other as .npz "
+    "with numpy.savez, since a pickle is never run here",
 )
 
 _ASF = FileKind("an ASF skeleton without motion", "open its .amc")

@@ -10,17 +10,19 @@ from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
 from twistcore.clip_suffixes import CLIP_SUFFIXES, clip_suffix
 from twistcore.errors import AmcError, ClipError
-from twistcore.npz import read_npz
+from twistcore.npz import read_npz, read_pkl
 from twistcore.npz.archive import names_in
-from twistcore.npz.npz_clip import POSES
-from twistcore.ordinary_files import is_file
+from twistcore.npz.pose_names import SMPL_POSES, has_pose_names
+from twistcore.ordinary_files import is_file, open_to_read
 from twistcore.progress import Tell, nobody
 
 _READERS: Mapping[str, Callable[..., Clip]] = {
     ".bvh": read_bvh,
     ".npz": read_npz,
     ".amc": read_amc,
+    ".pkl": read_pkl,
 }
+_HEAD = 1 << 16  # bytes of a pickle in which its names are looked for
 CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # as file dialogs have them
 
 
@@ -51,15 +53,22 @@ def _reader(path: str | Path) -> Callable[..., Clip]:
 
 
 def is_other_data(path: str | Path) -> bool:
-    """Whether a file is an .npz without poses: a body's shape, say, as lie beside AMASS's clips.
+    """Whether a file is an .npz or a pickle without poses: a body's shape, say, or a model.
 
-    Reads its directory; a damaged file is none, so that reading it says what is wrong, and no
-    device is, which to open might wait for good.
+    Reads an archive's directory and a pickle's beginning; a damaged archive is none, so that
+    reading it says what is wrong, and no device is, which to open might wait for good.
     """
-    if Path(path).suffix.lower() != ".npz" or not is_file(path):
+    suffix = Path(path).suffix.lower()
+    if suffix not in (".npz", ".pkl") or not is_file(path):
         return False
-    names = names_in(Path(path))
-    return names is not None and POSES not in names
+    if suffix == ".npz":
+        names = names_in(Path(path))
+        return names is not None and not has_pose_names(names)
+    try:
+        with open_to_read(path) as file:
+            return SMPL_POSES.encode() not in file.read(_HEAD)
+    except OSError:
+        return False
 
 
 def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> Clip:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import random
 import tempfile
 from collections.abc import Mapping
@@ -13,7 +14,7 @@ import numpy as np
 from tests.fuzz import clip_damage as text
 from tests.fuzz import poses_damage as poses
 from tests.fuzz.trial import Kind
-from tests.twistcore import amc_files
+from tests.twistcore import amc_files, pose_layout_files
 from tests.twistcore.amass_files import amass_arrays
 from tests.twistcore.estimator_files import LAYOUTS
 from twistcore.analysis import analyse
@@ -24,6 +25,8 @@ from twistcore.detection import Interval
 from twistcore.formats import is_other_data, read_clip
 from twistcore.limb import find_limbs
 from twistcore.motion import Motion, forward_kinematics
+from twistcore.npz import NpzClip
+from twistcore.npz.video_poses import VideoPoses
 from twistcore.quamo.pose_files import PosesError
 from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.topology import find_topology
@@ -34,6 +37,7 @@ ASSETS = Path(__file__).parents[2] / "assets"
 FRAMES = {"walk_injected": (140, 200), "dance": (0, 30), "basketball": (0, 6)}
 LOOKED_AT = 5
 _WIDE = 0.15
+_OTHERS = 0.4
 _ROUNDED = 1e-5  # radians, of numbers with six decimals
 _HALF = 3e-2  # of the eleven bits that float16 has
 GROWTH = 512 << 20  # bytes: an archive may unpack to 32 MiB, which are looked at in several ways
@@ -107,8 +111,36 @@ def make_amc(rng: random.Random) -> Mapping[str, bytes]:
 
 
 def make_npz(rng: random.Random) -> Mapping[str, bytes]:
+    if rng.random() < _OTHERS:
+        return {"a.npz": poses.archive(_other_layout(rng), rng)}
     arrays = dict(_amass(rng.choice((22, 24, 52, 55)), rng.random() < 0.5))
     return {"a.npz": poses.archive(arrays, rng)}
+
+
+def _other_layout(rng: random.Random) -> dict[str, object]:
+    """SMPL-X in parts, AIST++'s names, or what ROMP saw in a video."""
+    motion = _motion().motion.sliced(*FRAMES["walk_injected"])
+    which = rng.randrange(4)
+    if which == 0:
+        return pose_layout_files.aist(motion)
+    if which < 3:
+        words = {name: rng.random() < 0.5 for name in ("smplx", "hands", "face")}
+        return pose_layout_files.stageii(motion, **words)
+    others = (7,) if rng.random() < 0.3 else ()
+    found = pose_layout_files.romp(motion.sliced(0, 12), tracked=rng.random() < 0.8, others=others)
+    frame = rng.choice([*found["results"].values()])
+    if rng.random() < 0.4:
+        frame[rng.choice([*frame])] = rng.choice((None, 3, np.zeros((2, 72)), np.full(72, np.nan)))
+    return {name: np.array(value, dtype=object) for name, value in found.items()}
+
+
+def make_pkl(rng: random.Random) -> Mapping[str, bytes]:
+    motion = _motion().motion.sliced(*FRAMES["walk_injected"])
+    arrays = pose_layout_files.aist(motion, rng.choice((np.float32, np.float64, np.float16)))
+    if rng.random() < _OTHERS:
+        return {"a.pkl": poses.names(arrays, rng)}
+    data = pickle.dumps(arrays, protocol=rng.randint(2, 5))
+    return {"a.pkl": poses.damaged(data, rng) if rng.random() < _OTHERS else data}
 
 
 def make_poses(rng: random.Random) -> Mapping[str, bytes]:
@@ -139,9 +171,14 @@ def follow(path: Path) -> None:
     patch = rewritten(clip, corrected)
     path.write_bytes(patch.data)
     again = read_clip(path, fps=1.0 / clip.frame_time)
-    there, here = again.motion.rotations, clip.motion.rotations
+    there, here = again.motion.rotations.copy(), clip.motion.rotations
+    if isinstance(clip, NpzClip) and isinstance(clip.archive, VideoPoses):
+        filled = clip.archive.filled  # between their neighbours, and not written
+        there[filled], changed[filled] = here[filled], False
     assert np.array_equal(there[~changed], here[~changed])
-    half = clip.format == "npz" and clip.poses.dtype.itemsize == 2
+    half = isinstance(clip, NpzClip) and any(
+        clip.archive.array(part.name).dtype.itemsize == 2 for part in clip.parts
+    )
     off = geodesic_angle(there[changed], corrected.rotations[changed])
     assert off.max(initial=0.0) < (_HALF if half else _ROUNDED)
     if clip.format != "bvh":
@@ -181,6 +218,21 @@ def read_npz_kind(folder: Path) -> None:
     follow(folder / "a.npz")
 
 
+def read_pkl_kind(folder: Path) -> None:
+    path = folder / "a.pkl"
+    is_other_data(path)
+    if pickle_protocol(path) < 3:  # whose arrays cannot be replaced in place
+        read_clip(path)
+    else:
+        follow(path)
+
+
+def pickle_protocol(path: Path) -> int:
+    """The protocol that a pickle's first bytes tell; 0 where they tell none."""
+    head = path.read_bytes()[:2]
+    return head[1] if head[:1] == b"\x80" and len(head) > 1 else 0
+
+
 def read_poses_kind(folder: Path) -> None:
     (path,) = folder.iterdir()
     for person in (None, "0", "1"):
@@ -198,5 +250,6 @@ KINDS = [
     Kind("bvh", make_bvh, read_bvh_kind),
     Kind("amc", make_amc, read_amc_kind),
     Kind("npz", make_npz, read_npz_kind, growth=GROWTH),
+    Kind("pkl", make_pkl, read_pkl_kind, growth=GROWTH),
     Kind("poses", make_poses, read_poses_kind, growth=GROWTH),
 ]

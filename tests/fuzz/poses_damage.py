@@ -121,7 +121,7 @@ def _other(arrays: dict[Any, Any], rng: random.Random) -> dict[Any, Any]:
         if what == 0:
             arrays[rng.choice(NAMES)] = arrays.pop(key, value)
         elif what == 1 and rng.random() < 0.5:
-            del arrays[key]
+            arrays.pop(key, None)
         elif what == 2:
             arrays[key] = np.abs(value).astype(rng.choice(DTYPES))
         elif what == 3 and value.size:

@@ -243,7 +243,9 @@ def test_a_rate_in_place_of_its_reciprocal_is_asked_about(written, rate, seconds
     [warning] = clip.warnings
     assert clip.motion.fps == 30.0
     assert warning.line == 18
-    assert f"1/{rate} = {seconds} was probably meant: --fps {rate} reads it so" in warning.text
+    assert (
+        f"1/{rate} = {seconds} was probably meant: the commands' --fps {rate} reads" in warning.text
+    )
     again = parse_bvh(data, fps=float(rate))
     assert (again.warnings, again.motion.fps) == ((), pytest.approx(float(rate)))
 

@@ -18,8 +18,8 @@ from twistcore.clip import rewritten
 from twistcore.errors import NpzError, TwistError
 from twistcore.formats import is_other_data
 from twistcore.npz import parse_npz
+from twistcore.npz.pickled_arrays import read_pickle
 from twistcore.npz.vector_branch import continuous_vectors
-from twistcore.quamo.pickled_arrays import read_pickle
 from twistcore.quamo.pose_files import read_names
 from twistcore.quamo.pose_layouts import find_poses
 from twistcore.rotation import geodesic_angle

@@ -266,7 +266,7 @@ def test_no_rotation_at_all_is_written_as_the_whole_turn_that_its_neighbours_hav
 
 F = np.zeros((5, 3))
 REFUSED = {
-    "another thing": ({"a": F}, "expected the arrays 'poses' and 'trans' of AMASS, found a"),
+    "another thing": ({"a": F}, "'trans' of AMASS, or another layout of docs/amass.md, found a"),
     "an estimator's": ({"global_orient": F, "body_pose": F}, "`twistcore quamo refine` reads"),
     "no place": ({"poses": np.zeros((5, 72))}, "expected the array 'trans'"),
     "width": ({"poses": np.zeros((5, 70)), "trans": F}, "72 (SMPL)"),

@@ -30,7 +30,7 @@ from twistcore.bvh import read_bvh, write_motion
 from twistcore.cli import main
 from twistcore.errors import TwistError
 from twistcore.motion import Motion
-from twistcore.quamo.pickled_arrays import Unreadable, read_pickle
+from twistcore.npz.pickled_arrays import Unreadable, read_pickle
 from twistcore.quamo.pose_files import PosesError
 from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.topology import find_topology, skeleton_24

@@ -124,7 +124,8 @@ def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Sour
         from twistcore.batch.remote_files import find_remote
 
         for path, name, size in find_remote(word):
-            if is_clip_name(name) or path == word:
+            # Whether a pickle there has poses would take reading it: one is named itself.
+            if path == word or (is_clip_name(name) and not name.lower().endswith(".pkl")):
                 yield Source(path, name, size)
     elif os.path.isdir(word):  # noqa: PTH112
         yield from _below(Path(os.path.abspath(word)), without)  # noqa: PTH100
@@ -206,7 +207,7 @@ def _is_passed_over(folder: Path, root: Path) -> bool:
 
 def _other(path: str) -> bool:
     """Whether what has a clip's name holds something else: bodies' shapes lie beside AMASS's."""
-    if not path.lower().endswith(".npz") or not os.path.isfile(path):  # noqa: PTH113
+    if not path.lower().endswith((".npz", ".pkl")) or not os.path.isfile(path):  # noqa: PTH113
         return False
     from twistcore.formats import is_other_data  # numpy
 

@@ -200,7 +200,7 @@ def _frame_time(
         rate = _meant_rate(seconds)
         text = (
             f"Frame Time {shown(word)} is {seconds:g} seconds a frame, and 1/{rate:.5g} = "
-            f"{1.0 / rate:.3g} was probably meant: --fps {rate:.5g} reads it so. "
+            f"{1.0 / rate:.3g} was probably meant: the commands' --fps {rate:.5g} reads it so. "
             f"Without it {_ASSUMED_FPS:g} frames a second are assumed."
         )
     warnings.append(ClipWarning(text, line))

@@ -1,6 +1,6 @@
-"""AMASS's .npz: poses on SMPL's joints, read with their names and rewritten where corrected."""
+"""Poses on SMPL's joints in an .npz or a pickle: read by name and rewritten where corrected."""
 
-from twistcore.npz.npz_clip import NpzClip
-from twistcore.npz.npz_reader import parse_npz, read_npz
+from twistcore.npz.npz_clip import NpzClip, PklClip
+from twistcore.npz.npz_reader import parse_npz, parse_pkl, read_npz, read_pkl
 
-__all__ = ["NpzClip", "parse_npz", "read_npz"]
+__all__ = ["NpzClip", "PklClip", "parse_npz", "parse_pkl", "read_npz", "read_pkl"]

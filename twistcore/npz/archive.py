@@ -7,7 +7,7 @@ import struct
 import warnings
 import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -55,10 +55,7 @@ class Archive:
 
     def described(self) -> str:
         """The names, for a sentence: on one line and not long."""
-        some = list(self.infos)[:12]
-        more = f" and {len(self.infos) - len(some)} more" if len(self.infos) > len(some) else ""
-        text = "".join(c if c.isprintable() else "?" for c in ", ".join(some)[:500])
-        return (text or "nothing") + more
+        return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
         """The array of a name; NpzError where it is damaged, or an object, which would be run."""
@@ -72,6 +69,10 @@ class Archive:
         as it was. NpzError where another array proves to be damaged on that way.
         """
         contents = {name: self._content(name, values) for name, values in arrays.items()}
+        return self.with_contents(contents)
+
+    def with_contents(self, contents: Mapping[str, bytes]) -> bytes:
+        """The same with members of these bytes, as many as there are."""
         if all(self.infos[name].compress_type == zipfile.ZIP_STORED for name in contents):
             return self._in_place(contents)
         return self._packed(contents)
@@ -148,6 +149,14 @@ class Archive:
                 fresh.extra = b"" if _has_zip64(info.extra) else info.extra
                 new.writestr(fresh, contents[name] if name in contents else self.raw(name))
         return out.getvalue()
+
+
+def described_names(names: Iterable[str]) -> str:
+    """Some names for a sentence: on one line and not long."""
+    every = list(names)
+    more = f" and {len(every) - 12} more" if len(every) > 12 else ""
+    text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])
+    return (text or "nothing") + more
 
 
 def open_archive(path: Path, data: bytes) -> Archive:

@@ -1,4 +1,4 @@
-"""An AMASS .npz as it was read, and how its poses are rewritten."""
+"""Poses on SMPL's joints as a file has them by name, and how they are rewritten."""
 
 from __future__ import annotations
 
@@ -10,41 +10,33 @@ from numpy.typing import NDArray
 
 from twistcore.clip import ChannelJump, Clip, Patch
 from twistcore.motion import Motion
-from twistcore.npz.archive import Archive
+from twistcore.npz.pose_names import PosePart
+from twistcore.npz.stored_arrays import Arrays
 from twistcore.npz.vector_branch import continuous_vectors
 from twistcore.rotation import Array, exponential
-
-POSES, TRANS = "poses", "trans"
-
-
-@dataclass(frozen=True)
-class SamePoses:
-    """An array that repeats some joints of `poses`, such as 'pose_body' of SMPL-X.
-
-    start, stop: which numbers of a frame of `poses` it has.
-    """
-
-    name: str
-    start: int
-    stop: int
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class NpzClip(Clip):
-    """An .npz as AMASS has them.
+    """An .npz of poses: AMASS's, and others (docs/amass.md).
 
-    archive: its members; poses: rotation vectors, radians, in the file's dtype, (frames, 3 joints);
-    trans: the root's place, metres, (frames, 3), less `rest`, (3,), where the root is at rest;
-    repeated: arrays that repeat numbers of `poses`, and go with them.
+    archive: its arrays; poses: rotation vectors, radians, in the file's dtype, (frames, 3 joints);
+    parts: arrays that hold them, together every number once; place: the array of the root's place,
+    '' where there is none; trans: that array, (frames, 3), in units of which there are `scale` in a
+    metre, less `rest`, (3,), where the root is at rest; repeated: arrays that repeat numbers of
+    `poses`, and go with them.
     """
 
     format = "npz"
 
-    archive: Archive = field(repr=False)
+    archive: Arrays = field(repr=False)
     poses: NDArray[Any]
+    parts: tuple[PosePart, ...]
+    place: str
     trans: NDArray[Any]
+    scale: float = 1.0
     rest: Array
-    repeated: tuple[SamePoses, ...] = ()
+    repeated: tuple[PosePart, ...] = ()
 
     @property
     def frames(self) -> int:
@@ -59,7 +51,7 @@ class NpzClip(Clip):
     def read_motion(self) -> Motion:
         """Rotations and the root's places in the file's axes, metres."""
         rotations = exponential(self._vectors(slice(None)))
-        places = np.asarray(self.trans, dtype=np.float64) + self.rest
+        places = np.asarray(self.trans, dtype=np.float64) / self.scale + self.rest
         return Motion(self.skeleton, rotations, (0,), places[:, None], self.frame_time)
 
     def _vectors(self, joint: int | slice) -> Array:
@@ -80,8 +72,8 @@ class NpzClip(Clip):
     ) -> Patch:
         """The bytes with the rotation vectors at `changed` (frames, joints) taken from `motion`.
 
-        positions: also `trans` where it differs. Every other number stays bit for bit, and every
-        other array, but those that repeated `poses` and go on to do so.
+        positions: also the root's place where it differs. Every other number stays bit for bit, and
+        every other array, but those that repeated `poses` and go on to do so.
         """
         arrays: dict[str, NDArray[Any]] = {}
         jumps: list[ChannelJump] = []
@@ -91,14 +83,17 @@ class NpzClip(Clip):
                 found, jumped = self._turned(joint, changed[:, joint], motion.rotations[:, joint])
                 poses[changed[:, joint], 3 * joint : 3 * joint + 3] = found
                 jumps += jumped
-            arrays[POSES] = poses
-            for other in self.repeated:
-                arrays[other.name] = poses[:, other.start : other.stop]
-        if positions:
+            for part in (*self.parts, *self.repeated):
+                here = slice(part.start, part.stop)
+                if changed[:, part.start // 3 : part.stop // 3].any():
+                    # A part may have a narrower dtype than all: what is not changed fits in it.
+                    own = self.archive.array(part.name).dtype
+                    arrays[part.name] = poses[:, here].astype(own)
+        if positions and self.place:
             there, now = self.motion.positions[:, 0], motion.positions[:, 0]
             if (moved := there != now).any():
-                arrays[TRANS] = trans = self.trans.copy()
-                trans[moved] = (now - self.rest)[moved]
+                arrays[self.place] = trans = self.trans.copy()
+                trans[moved] = self.scale * (now - self.rest)[moved]
         return Patch(self.archive.with_arrays(arrays) if arrays else self.data, tuple(jumps))
 
     def _turned(
@@ -119,3 +114,10 @@ class NpzClip(Clip):
                 name = self.skeleton.names[joint]
                 jumps.append(ChannelJump(name, first + row + 1, f"{'xyz'[axis]} rotation"))
         return np.concatenate(out), jumps
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class PklClip(NpzClip):
+    """The same in a pickle, as AIST++ has it, which is read and rewritten without running it."""
+
+    format = "pkl"

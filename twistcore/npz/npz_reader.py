@@ -1,4 +1,4 @@
-"""From the bytes of an AMASS .npz to a Clip."""
+"""From the bytes of an .npz or a pickle of poses to a Clip."""
 
 from __future__ import annotations
 
@@ -11,111 +11,154 @@ from numpy.typing import NDArray
 from twistcore.clip import LONGEST, SHORTEST, ClipWarning
 from twistcore.errors import NpzError
 from twistcore.motion import Skeleton
-from twistcore.npz.archive import LARGEST, Archive, open_archive, too_large
-from twistcore.npz.body import BODIES, BODY, MODELS
-from twistcore.npz.npz_clip import POSES, TRANS, NpzClip, SamePoses
+from twistcore.npz.archive import LARGEST, open_archive, too_large
+from twistcore.npz.body import BODIES, BODY
+from twistcore.npz.npz_clip import NpzClip, PklClip
+from twistcore.npz.pose_names import PARTS, POSES, TRANS, PoseNames, PosePart, find_pose_names
+from twistcore.npz.stored_arrays import Arrays, open_pickle
+from twistcore.npz.video_poses import PLACE, THETAS, VideoPoses, read_video_poses
 from twistcore.ordinary_files import read_file
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array
 
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
 _ASSUMED_FPS = 30.0
-_ASSUMED = f"{_ASSUMED_FPS:g} frames a second are assumed (the commands' --fps says otherwise)"
 _FRAMES = 1_000_000  # hours of motion
 # Poses as estimators name them, which another command reads.
 _ELSEWHERE = (
     "global_orient", "root_orient", "body_pose", "pose_body", "pose_world", "pose", "pred_rotmat",
     "smpl_thetas", "smpl_params_global", "outputs",
 )  # fmt: skip
-_LEFT_EYE, _RIGHT_EYE = "left_eye_smplhf", "right_eye_smplhf"
-# Arrays that may repeat the numbers of joints, from the first to the last of them.
-_PARTS = {
-    "root_orient": ("pelvis", "pelvis"), "global_orient": ("pelvis", "pelvis"),
-    "pose_body": ("left_hip", "right_wrist"), "body_pose": ("left_hip", "right_wrist"),
-    "pose_hand": ("left_index1", "right_thumb3"), "left_hand_pose": ("left_index1", "left_thumb3"),
-    "right_hand_pose": ("right_index1", "right_thumb3"), "pose_jaw": ("jaw", "jaw"),
-    "jaw_pose": ("jaw", "jaw"), "pose_eye": (_LEFT_EYE, _RIGHT_EYE),
-    "leye_pose": (_LEFT_EYE, _LEFT_EYE), "reye_pose": (_RIGHT_EYE, _RIGHT_EYE),
-}  # fmt: skip
 
 
 def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> NpzClip:
-    """Read an .npz as AMASS has them (docs/amass.md); fps: instead of the file's; tell: how far.
+    """Read an .npz of poses (docs/amass.md); fps: instead of the file's; tell: how far.
 
     Nothing in it is run. Raises NpzError, one sentence, for what is something else or damaged; what
     was assumed is in Clip.warnings.
     """
     path = Path(path)
-    try:
-        if path.stat().st_size > LARGEST:
-            raise too_large(path)
-        data = read_file(path)
-    except FileNotFoundError:
-        raise NpzError(f"{path}: expected an .npz, but there is no such file") from None
-    except IsADirectoryError:
-        raise NpzError(f"{path}: expected an .npz, but this is a folder") from None
-    except OSError as error:
-        raise NpzError(f"{path}: cannot be read ({error.strerror})") from None
-    return parse_npz(data, path, fps=fps, tell=tell)
+    return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
+
+
+def read_pkl(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> PklClip:
+    """Read a pickle of poses, as AIST++ has them, in the same way: nothing in it is run."""
+    path = Path(path)
+    return parse_pkl(_bytes_of(path, "a pickle"), path, fps=fps, tell=tell)
 
 
 def parse_npz(
     data: bytes, path: str | Path = "clip.npz", *, fps: float | None = None, tell: Tell = nobody
 ) -> NpzClip:
-    """The same from bytes in memory."""
-    path = Path(path)
-    archive = open_archive(path, data)
-    warnings: list[str] = []
-    poses = _poses(archive)
-    joints = poses.shape[1] // 3
+    """:func:`read_npz` from bytes in memory."""
+    archive = open_archive(Path(path), data)
+    names = find_pose_names(archive)
+    if names is None and (video := read_video_poses(archive)) is not None:
+        place = PLACE if PLACE in video else ""
+        names = PoseNames(24, (PosePart(THETAS, 0, 72),), place)
+        return NpzClip(**_read(data, video, names, fps, tell))
+    return NpzClip(**_read(data, archive, names, fps, tell))
+
+
+def parse_pkl(
+    data: bytes, path: str | Path = "clip.pkl", *, fps: float | None = None, tell: Tell = nobody
+) -> PklClip:
+    """:func:`read_pkl` from bytes in memory."""
+    pickled = open_pickle(Path(path), data)
+    return PklClip(**_read(data, pickled, find_pose_names(pickled), fps, tell))
+
+
+def _bytes_of(path: Path, what: str) -> bytes:
+    try:
+        if path.stat().st_size > LARGEST:
+            raise too_large(path)
+        return read_file(path)
+    except FileNotFoundError:
+        raise NpzError(f"{path}: expected {what}, but there is no such file") from None
+    except IsADirectoryError:
+        raise NpzError(f"{path}: expected {what}, but this is a folder") from None
+    except OSError as error:
+        raise NpzError(f"{path}: cannot be read ({error.strerror})") from None
+
+
+def _read(
+    data: bytes, arrays: Arrays, names: PoseNames | None, fps: float | None, tell: Tell
+) -> dict[str, Any]:
+    """What a clip is made of."""
+    path = arrays.path
+    if names is None:
+        raise _no_poses(arrays)
+    warnings: list[str] = [*arrays.notes] if isinstance(arrays, VideoPoses) else []
+    poses = _poses(arrays, names)
     tell(0.5)
-    trans = _numbers(archive, TRANS)
-    if trans.shape != (len(poses), 3):
-        raise NpzError(f"{path}: expected {TRANS} of shape ({len(poses)}, 3), found {trans.shape}")
-    _check_finite(archive, TRANS, trans)
-    frame_time = 1.0 / fps if fps is not None else _frame_time(archive, warnings)
-    skeleton, rest = _skeleton(archive, joints, warnings)
-    repeated = _repeated(archive, poses, skeleton.names, warnings)
+    trans = np.zeros((len(poses), 3))
+    if names.place:
+        trans = _numbers(arrays, names.place)
+        if trans.ndim == 3 and trans.shape[1] == 1:
+            trans = trans[:, 0]
+        if trans.shape != (len(poses), 3):
+            raise NpzError(
+                f"{path}: expected {names.place} of shape ({len(poses)}, 3), found {trans.shape}"
+            )
+        _check_finite(arrays, names.place, trans)
+    frame_time = 1.0 / fps if fps is not None else _frame_time(arrays, names, warnings)
+    skeleton, rest = _skeleton(arrays, names.joints, warnings)
+    repeated = _repeated(arrays, names, poses, skeleton.names, warnings)
     tell(1.0)
-    return NpzClip(
-        path=path,
-        data=data,
-        skeleton=skeleton,
-        frame_time=frame_time,
-        warnings=tuple(map(ClipWarning, warnings)),
-        archive=archive,
-        poses=poses,
-        trans=trans,
-        rest=rest,
-        repeated=repeated,
+    return {
+        "path": path,
+        "data": data,
+        "skeleton": skeleton,
+        "frame_time": frame_time,
+        "warnings": tuple(map(ClipWarning, warnings)),
+        "archive": arrays,
+        "poses": poses,
+        "parts": names.parts,
+        "place": names.place,
+        "trans": trans,
+        "scale": names.scale,
+        "rest": rest,
+        "repeated": repeated,
+    }
+
+
+def _no_poses(arrays: Arrays) -> NpzError:
+    also = any(name in arrays for name in _ELSEWHERE)
+    other = " (`twistcore quamo refine` reads other layouts)" if also else ""
+    return NpzError(
+        f"{arrays.path}: expected the arrays {POSES!r} and {TRANS!r} of AMASS, or another layout "
+        f"of docs/amass.md, found {arrays.described()}{other}"
     )
 
 
-def _poses(archive: Archive) -> NDArray[Any]:
-    """Rotation vectors, (frames, 3 joints); NpzError where they are none, or of another body."""
-    path = archive.path
-    if POSES not in archive:
-        also = any(name in archive for name in _ELSEWHERE)
-        other = " (`twistcore quamo refine` reads other layouts)" if also else ""
-        raise NpzError(
-            f"{path}: expected the arrays {POSES!r} and {TRANS!r} of AMASS, found "
-            f"{archive.described()}{other}"
-        )
-    poses = _numbers(archive, POSES)
-    joints = poses.shape[1] if poses.ndim == 3 and poses.shape[2] == 3 else 0
-    flat = poses.reshape(len(poses), 3 * joints) if joints else poses
-    if flat.ndim != 2 or flat.shape[1] not in {3 * n for n in BODIES}:
-        shapes = " or ".join(f"{3 * n} ({MODELS[n]})" for n in BODIES)
-        raise NpzError(
-            f"{path}: expected {POSES} as rotation vectors, frames x {shapes}, found {poses.shape}"
-        )
-    if not 1 <= len(flat) <= _FRAMES:
-        raise NpzError(f"{path}: expected from 1 to {_FRAMES} frames, found {len(flat)}")
-    _check_finite(archive, POSES, flat)
-    return flat
+def _poses(arrays: Arrays, names: PoseNames) -> NDArray[Any]:
+    """Rotation vectors, (frames, 3 joints); NpzError where some are none."""
+    path = arrays.path
+    found: list[NDArray[Any]] = []
+    for part in names.parts:
+        values = _numbers(arrays, part.name)
+        if values.size != len(values) * (part.stop - part.start):
+            raise NpzError(f"{path}: expected {part.name} of other shape than {values.shape}")
+        flat = values.reshape(len(values), part.stop - part.start)
+        if not 1 <= len(flat) <= _FRAMES:
+            raise NpzError(f"{path}: expected from 1 to {_FRAMES} frames, found {len(flat)}")
+        if found and len(flat) != len(found[0]):
+            first = names.parts[0].name
+            raise NpzError(
+                f"{path}: expected as many frames in {part.name} as in {first}, found {len(flat)} "
+                f"and {len(found[0])}"
+            )
+        _check_finite(arrays, part.name, flat)
+        found.append(flat)
+    if len(found) == 1:
+        return found[0]
+    poses = np.empty((len(found[0]), 3 * names.joints), np.result_type(*found))
+    for part, flat in zip(names.parts, found, strict=True):
+        poses[:, part.start : part.stop] = flat
+    return poses
 
 
-def _numbers(archive: Archive, name: str) -> NDArray[Any]:
+def _numbers(archive: Arrays, name: str) -> NDArray[Any]:
     if name not in archive:
         raise NpzError(f"{archive.path}: expected the array {name!r}, found {archive.described()}")
     found = archive.array(name)
@@ -126,7 +169,7 @@ def _numbers(archive: Archive, name: str) -> NDArray[Any]:
     return found
 
 
-def _check_finite(archive: Archive, name: str, values: NDArray[Any], row: str = "frame") -> None:
+def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "frame") -> None:
     good = np.abs(values.astype(np.float64)) < 1e6
     if not good.all():
         first = int(np.argwhere(~good)[0, 0])
@@ -136,23 +179,30 @@ def _check_finite(archive: Archive, name: str, values: NDArray[Any], row: str = 
         )
 
 
-def _frame_time(archive: Archive, warnings: list[str]) -> float:
-    """Seconds; where the file tells none that can be meant, those of 30 frames a second."""
+def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
+    """Seconds; where the file has none that can be meant, those of the layout or of 30 frames."""
+    rate, whose = names.rate or (_ASSUMED_FPS, "")
+    assumed = f"{rate:g} frames a second are assumed (the commands' --fps says otherwise)"
+    if whose:
+        assumed = (
+            f"{rate:g} frames a second are assumed, as {whose} has them (the commands' --fps says "
+            "otherwise)"
+        )
     for name in _RATES:
         if name not in archive:
             continue
         found = archive.array(name)
         if found.dtype.kind in "fiu" and found.size == 1:
-            rate = float(found.reshape(-1)[0])
-            if np.isfinite(rate) and rate > 0.0 and SHORTEST <= 1.0 / rate <= LONGEST:
-                return 1.0 / rate
-        warnings.append(f"{name} is not usable; {_ASSUMED}.")
-        return 1.0 / _ASSUMED_FPS
-    warnings.append(f"No frame rate; {_ASSUMED}.")
-    return 1.0 / _ASSUMED_FPS
+            told = float(found.reshape(-1)[0])
+            if np.isfinite(told) and told > 0.0 and SHORTEST <= 1.0 / told <= LONGEST:
+                return 1.0 / told
+        warnings.append(f"{name} is not usable; {assumed}.")
+        return 1.0 / rate
+    warnings.append(f"No frame rate; {assumed}.")
+    return 1.0 / rate
 
 
-def _skeleton(archive: Archive, joints: int, warnings: list[str]) -> tuple[Skeleton, Array]:
+def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skeleton, Array]:
     """The joints by name, and where the root rests, (3,): from the file, or as a template has it.
 
     'offsets': from the joint above; 'J': places at rest. Of all joints, or of the body's first.
@@ -185,12 +235,22 @@ def _skeleton(archive: Archive, joints: int, warnings: list[str]) -> tuple[Skele
 
 
 def _repeated(
-    archive: Archive, poses: NDArray[Any], names: tuple[str, ...], warnings: list[str]
-) -> tuple[SamePoses, ...]:
-    """Arrays in which numbers of `poses` stand once more, bit for bit."""
+    archive: Arrays,
+    layout: PoseNames,
+    poses: NDArray[Any],
+    names: tuple[str, ...],
+    warnings: list[str],
+) -> tuple[PosePart, ...]:
+    """Arrays in which numbers of the poses stand once more, bit for bit."""
     found = []
-    for name, (first, last) in _PARTS.items():
-        if name not in archive or last not in names:
+    parts = {part.name for part in layout.parts}
+    those = repr(POSES) if POSES in parts else "the poses that are read"
+    for name, (first, last) in PARTS.items():
+        if name not in archive or name in parts:
+            continue
+        if last not in names:
+            if name in layout.left:
+                warnings.append(f"{name!r} is not read; it is left as it is.")
             continue
         there = archive.array(name)
         start, stop = 3 * names.index(first), 3 * names.index(last) + 3
@@ -199,7 +259,7 @@ def _repeated(
         same = poses[:, start:stop]
         equal = (there.size, there.dtype) == (same.size, same.dtype)
         if equal and there.tobytes() == same.tobytes():
-            found.append(SamePoses(name, start, stop))
+            found.append(PosePart(name, start, stop))
         else:
-            warnings.append(f"{name!r} is not as in {POSES!r}; it is left as it is.")
+            warnings.append(f"{name!r} is not as in {those}; it is left as it is.")
     return tuple(found)

@@ -3,7 +3,8 @@
 A pickle may name any function and have it called. Here no name is looked up: the few that numpy and
 joblib write for arrays stand for classes of this module, all others for an object that ignores
 whatever is done to it. Bytes become arrays of plain numbers here, not in numpy's own unpickling,
-which believes what a file says about its memory.
+which believes what a file says about its memory. Where these bytes are in the file is kept, so that
+an array can be replaced by one of its size without writing the pickle anew.
 """
 
 from __future__ import annotations
@@ -139,7 +140,7 @@ def _reconstruct(*_: object) -> _Array:
 
 
 def _from_buffer(raw: Any, dtype: Any, shape: Any, order: Any) -> NDArray[Any]:
-    return _shaped(bytes(raw), dtype, shape, str(order))
+    return _shaped(raw if isinstance(raw, bytearray) else bytes(raw), dtype, shape, str(order))
 
 
 def _scalar(dtype: Any, raw: Any = b"") -> Any:
@@ -172,6 +173,26 @@ _NAMES: dict[tuple[str, str], Any] = {
 }
 
 
+class Places:
+    """Where the bytes of arrays are in the pickle that they were read from."""
+
+    def __init__(self) -> None:
+        self._starts: dict[int, tuple[Any, int]] = {}  # by identity of what holds the bytes
+
+    def note(self, held: Any, start: int) -> None:
+        """Keep where some bytes begin; they are held, so that their identity stays theirs."""
+        self._starts[id(held)] = held, start
+
+    def of(self, array: NDArray[Any]) -> int | None:
+        """Offset of an array's first byte; None where its bytes are not in the file as they are."""
+        held: Any = array
+        while isinstance(held, np.ndarray):
+            held = held.base
+        held = held.obj if isinstance(held, memoryview) else held
+        found = self._starts.get(id(held))
+        return None if found is None else found[1]
+
+
 class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand between its opcodes
     """Unpickles with the names above. source is in memory: no length in it can make it grow."""
 
@@ -180,10 +201,12 @@ class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand bet
     stack: list[Any]  # these three are made by load()
     read: Callable[[int], bytes]
     append: Callable[[Any], None]
+    _unframer: Any
 
-    def __init__(self, source: io.BytesIO) -> None:
+    def __init__(self, source: io.BytesIO, places: Places | None = None) -> None:
         super().__init__(source)
-        self.source = source
+        self.source, self.places = source, places
+        self._frame = 0  # where the frame begins that is read
 
     def find_class(self, module: str, name: str) -> Any:
         known = _NAMES.get((module, name))
@@ -206,6 +229,31 @@ class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand bet
         if len(raw) != size:
             raise pickle.UnpicklingError("bytes are missing")
         self.append(bytearray(raw))
+        self._note_place()
+
+    def _framed(self) -> None:
+        self.inherited[pickle.FRAME[0]](self)
+        self._frame = self.source.tell() - len(self._unframer.current_frame.getbuffer())
+
+    def _bytes(self) -> None:
+        self.inherited[pickle.BINBYTES[0]](self)
+        self._note_place()
+
+    def _short_bytes(self) -> None:
+        self.inherited[pickle.SHORT_BINBYTES[0]](self)
+        self._note_place()
+
+    def _long_bytes(self) -> None:
+        self.inherited[pickle.BINBYTES8[0]](self)
+        self._note_place()
+
+    def _note_place(self) -> None:
+        """Keep where the bytes are that were just read."""
+        if self.places is None:
+            return
+        frame, held = self._unframer.current_frame, self.stack[-1]
+        end = self.source.tell() if frame is None else self._frame + frame.tell()
+        self.places.note(held, end - len(held))
 
     def _setitem(self) -> None:
         _check_keys(self.stack[-2:-1])
@@ -224,6 +272,10 @@ class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand bet
     dispatch[pickle.DICT[0]] = _dict
     dispatch[pickle.BUILD[0]] = _build
     dispatch[pickle.BYTEARRAY8[0]] = _bytearray
+    dispatch[pickle.FRAME[0]] = _framed
+    dispatch[pickle.BINBYTES[0]] = _bytes
+    dispatch[pickle.SHORT_BINBYTES[0]] = _short_bytes
+    dispatch[pickle.BINBYTES8[0]] = _long_bytes
 
 
 def read_pickle(data: bytes) -> Any:
@@ -232,8 +284,14 @@ def read_pickle(data: bytes) -> Any:
     Arrays of objects come as lists, one without a shape as the object in it; what is neither of
     these as :class:`Unreadable`. ValueError where it is no whole pickle.
     """
+    return read_pickle_places(data)[0]
+
+
+def read_pickle_places(data: bytes) -> tuple[Any, Places]:
+    """The same, and where the arrays' bytes are in the pickle."""
+    places = Places()
     try:
-        return _plain(_Reader(io.BytesIO(data)).load())
+        return _plain(_Reader(io.BytesIO(data), places).load()), places
     except Exception as error:  # a damaged pickle fails in as many ways as there are opcodes
         raise ValueError(f"no whole pickle ({type(error).__name__})") from None
 
