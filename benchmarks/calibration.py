@@ -22,7 +22,8 @@ from twistcore.bvh import read_bvh
 from twistcore.chain import Chain, find_chains
 from twistcore.clip_files import BVH, clips_in
 from twistcore.detection import Interval, confidence
-from twistcore.detection.consistency import ConsistencyAnalysis, ConsistencyDetector
+from twistcore.detection.chain_analysis import ConsistencyAnalysis
+from twistcore.detection.consistency import ConsistencyDetector
 from twistcore.motion import Motion
 from twistcore.rotation import wrap
 from twistcore.synthesis import (

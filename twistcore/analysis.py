@@ -25,6 +25,7 @@ from twistcore.examination import frames_note, unexamined_limbs, why_not_examine
 from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
+from twistcore.notation import notation_notes
 from twistcore.notes import NOT_EXAMINED, UNEXAMINED, Note
 from twistcore.people import find_people
 from twistcore.progress import Tell, nobody
@@ -141,7 +142,8 @@ class ClipAnalysis:
             notes.append(Note(UNEXAMINED, left_out))
         for offset in constant_offsets(self.motion, self._of_limbs):
             notes.append(Note("constant offset", str(offset)))
-        return (*notes, *(Note("border", text) for text in border_notes(self.motion)))
+        borders = (Note("border", text) for text in border_notes(self.motion))
+        return (*notes, *notation_notes(self.motion), *borders)
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell = nobody) -> Analysis:
         """What a detector knows of the chains; made when it is first asked for.

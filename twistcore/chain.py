@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.body import (
     BONES,
@@ -82,6 +83,11 @@ class Chain:
     def sliced(self, start: int, stop: int) -> Chain:
         """The chain in frames [start, stop)."""
         axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
+        return replace(self, axis=axis, arm=arm)
+
+    def at(self, frames: NDArray[np.intp]) -> Chain:
+        """The chain in these frames alone."""
+        axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
@@ -17,6 +17,7 @@ from twistcore.atomic import is_stream, same_file, write_atomically, write_compa
 from twistcore.clip_suffixes import clip_suffix, not_written
 from twistcore.errors import TwistError
 from twistcore.motion import Motion, Skeleton, check_motion
+from twistcore.notation import angle_step
 from twistcore.rotation import Array
 
 SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
@@ -131,7 +132,8 @@ class Clip(ABC):
     @cached_property
     def motion(self) -> Motion:
         """What the bytes mean; computed when first asked for."""
-        return self.read_motion()
+        angles = (self.angles(joint) for joint in range(len(self.skeleton)))
+        return replace(self.read_motion(), angle_step=angle_step(angles))
 
     @abstractmethod
     def read_motion(self) -> Motion:

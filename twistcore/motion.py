@@ -83,7 +83,8 @@ class Motion:
 
     rotations: unit quaternions (w, x, y, z), child's into parent's coordinates, shape
     (frames, joints, 4); positioned: the joints whose translation comes from position channels;
-    positions: those translations, shape (frames, len(positioned), 3); frame_time: seconds.
+    positions: those translations, shape (frames, len(positioned), 3); frame_time: seconds;
+    angle_step: between neighbouring angles as the clip has them, radians, 0 where that is fine.
     """
 
     skeleton: Skeleton
@@ -91,6 +92,7 @@ class Motion:
     positioned: tuple[int, ...]
     positions: Array
     frame_time: float
+    angle_step: float = 0.0
 
     def __repr__(self) -> str:
         return f"<Motion: {self.frames} frames at {self.fps:g} fps, {len(self.skeleton)} joints>"

@@ -192,7 +192,7 @@ def read_only(x, y, count=1, cut=None):
     """What is asked of a surprise by those who only look at its increments."""
     rows, frames = x.shape
     cut = np.zeros(frames, dtype=bool) if cut is None else cut
-    limbs = SimpleNamespace(count=count)
+    limbs = SimpleNamespace(count=count, step=0.0)
 
     def beside(row):
         return [r for r in (row - count, row, row + count) if 0 <= r < rows]

@@ -1,9 +1,9 @@
-"""What the consistency detector knows of one chain, before any τ."""
+"""What the consistency detector knows of chains, before any τ."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
@@ -16,12 +16,16 @@ from twistcore.detection.edges import Edges
 from twistcore.detection.interval import Interval
 from twistcore.detection.offsets import Course, offsets_of
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, unpaired
+from twistcore.detection.pieces import shows
 from twistcore.detection.prediction import Mask
 from twistcore.rotation import Array, wrap
 
 # Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints.
 # Where no edge of an interval shows so in both, one joint jumps alone: that is only shown.
 SHOWN_IN_BOTH = 0.35
+# Nats below which an interval is only shown where angles are rounded: a wide σ lets two small jumps
+# of natural motion close, and the confidence, fitted on fine captures, takes that for a good sign.
+ROUNDED_GAIN = 5.0
 _FOLLOWS = ("its edges", "its events", "every frame")
 SMALLEST_TAU = float(np.radians(1.5))
 TAU_IN_SIGMA = 6.0  # an automatic τ: where natural motion's own σ would fill the table, higher
@@ -41,7 +45,8 @@ class ChainAnalysis:
     """What is known of one chain before any τ.
 
     standing: errors of straight limbs, whose jumps no table has, and soft ones; instead: frames
-    [low, high) in which soft errors stand for what jumps, and `replaced`, would explain.
+    [low, high) in which soft errors stand for what jumps, and `replaced`, would explain; rounded:
+    whether the clip's angles are written in coarse steps.
     """
 
     name: str
@@ -53,6 +58,7 @@ class ChainAnalysis:
     tables: tuple[PairTable, ...]  # one a segment between cuts
     standing: tuple[Standing, ...] = ()
     instead: tuple[tuple[int, int], ...] = ()
+    rounded: bool = False
     _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)  # τ moves: most stay
     _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
 
@@ -138,11 +144,40 @@ class ChainAnalysis:
                 len(offset),
                 beyond_tau=min(map(abs, jumps)) >= self.automatic_tau(),
             ),
-            open=not any(_shown_in_both(self.limb, self.row, table.edges, k) for k in at),
+            open=not any(_shown_in_both(self.limb, self.row, table.edges, k) for k in at)
+            or (self.rounded and gain < ROUNDED_GAIN),
             residual=residual,
             explain=partial(_explained, self.limb, self.row, table.edges, pair, course),
             followed=course.followed,
         )
+
+
+@dataclass(frozen=True, eq=False)
+class ConsistencyAnalysis:
+    """All chains before any τ.
+
+    cut: steps that are no motion, that into frame 0 too, (frames,); own_twist: of the first of two
+    pieces of one bone, as `pieces.own_twist` has it, by chain.
+    """
+
+    chains: Mapping[str, ChainAnalysis]
+    cut: Mask
+    own_twist: Mapping[str, Array] = field(default_factory=dict)
+
+    def automatic_tau(self, chain: str) -> float:
+        """max(1.5°, 6·median σ of the chain), radians."""
+        return self.chains[chain].automatic_tau()
+
+    def strength(self, chain: str) -> Array:
+        """m_c(t), radians ≥ 0, (frames,)."""
+        return self.chains[chain].strength()
+
+    def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
+        """Intervals of a chain at τ radians, by start."""
+        found = self.chains[chain].intervals(tau)
+        if (twist := self.own_twist.get(chain)) is None:
+            return found
+        return tuple(i for i in found if shows(twist, i))
 
 
 def automatic_tau(counter: CounterRotation, row: int) -> float:

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 
 from twistcore.chain import Chain
-from twistcore.detection.chain_analysis import ChainAnalysis, Standing, automatic_tau
+from twistcore.detection.chain_analysis import (
+    ChainAnalysis,
+    ConsistencyAnalysis,
+    Standing,
+    automatic_tau,
+)
 from twistcore.detection.counter_rotation import counter_rotation
 from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.edges import find_edges
-from twistcore.detection.interval import Interval
 from twistcore.detection.limbs import Limbs
+from twistcore.detection.notated import NotatedAnalysis, is_clear
 from twistcore.detection.pairing import pair_table, running_sums
-from twistcore.detection.pieces import own_twist, shows
+from twistcore.detection.pieces import own_twist
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors import Known, SoftError, soft_errors, soft_interval
 from twistcore.detection.straight_limbs import (
@@ -27,36 +31,9 @@ from twistcore.detection.straight_limbs import (
     without_errors,
 )
 from twistcore.motion import Motion
+from twistcore.notation import Keys, linear_keys, without_held
 from twistcore.progress import Tell, nobody, part
-from twistcore.rotation import Array
-
-
-@dataclass(frozen=True, eq=False)
-class ConsistencyAnalysis:
-    """All chains before any τ.
-
-    cut: steps that are no motion, that into frame 0 too, (frames,); own_twist: of the first of two
-    pieces of one bone, as `pieces.own_twist` has it, by chain.
-    """
-
-    chains: Mapping[str, ChainAnalysis]
-    cut: Mask
-    own_twist: Mapping[str, Array] = field(default_factory=dict)
-
-    def automatic_tau(self, chain: str) -> float:
-        """max(1.5°, 6·median σ of the chain), radians."""
-        return self.chains[chain].automatic_tau()
-
-    def strength(self, chain: str) -> Array:
-        """m_c(t), radians ≥ 0, (frames,)."""
-        return self.chains[chain].strength()
-
-    def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Intervals of a chain at τ radians, by start."""
-        found = self.chains[chain].intervals(tau)
-        if (twist := self.own_twist.get(chain)) is None:
-            return found
-        return tuple(i for i in found if shows(twist, i))
+from twistcore.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
 
 
 class ConsistencyDetector:
@@ -66,18 +43,47 @@ class ConsistencyDetector:
 
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell = nobody
-    ) -> ConsistencyAnalysis:
+    ) -> ConsistencyAnalysis | NotatedAnalysis:
         """Everything that does not depend on τ; tell: how far it is."""
-        cut = find_cuts(motion)
-        segments = segments_between(cut, motion.fps)
-        cut[:1] = True
-        out: dict[str, ChainAnalysis] = {}
-        for lines in _alike(_lines(chains)):
-            shares = len(out) / len(chains), (len(out) + sum(map(len, lines))) / len(chains)
-            found = _line_analyses(lines, motion, cut, segments, part(tell, *shares))
-            out |= {c.name: c for c in found}
-        pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
-        return ConsistencyAnalysis(out, cut, pieces)
+        if (held := without_held(motion)) is not None:
+            own = [c.at(held.first) for c in chains]
+            return NotatedAnalysis(held, _analysed(held.motion, own, tell))
+        if (keys := linear_keys(motion)) is not None:
+            return _by_keys(motion, chains, keys, tell)
+        return _analysed(motion, chains, tell)
+
+
+def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) -> NotatedAnalysis:
+    """What jumps in any frame, then what the keys show without that."""
+    fine = _analysed(motion, chains, part(tell, 0.0, 0.5), keys)
+    rotations = motion.rotations.copy()
+    for chain in chains:
+        for i in fine.intervals(chain.name, fine.automatic_tau(chain.name)):
+            if is_clear(i):
+                at = slice(i.start, i.stop)
+                axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+                turn = quaternion_from_axis_angle(axis, i.offset)
+                rotations[at, chain.parent] = multiply(rotations[at, chain.parent], conjugate(turn))
+                rotations[at, chain.child] = multiply(turn, rotations[at, chain.child])
+    kept = keys.alone(motion.with_rotations(rotations))
+    own = [c.at(kept.first) for c in chains]
+    return NotatedAnalysis(kept, _analysed(kept.motion, own, part(tell, 0.5, 1.0)), fine)
+
+
+def _analysed(
+    motion: Motion, chains: Sequence[Chain], tell: Tell, keys: Keys | None = None
+) -> ConsistencyAnalysis:
+    """All chains of a motion; keys: linear ones, between which jumps alone are sought."""
+    cut = find_cuts(motion)
+    segments = segments_between(cut, motion.fps)
+    cut[:1] = True
+    out: dict[str, ChainAnalysis] = {}
+    for lines in _alike(_lines(chains)):
+        shares = len(out) / len(chains), (len(out) + sum(map(len, lines))) / len(chains)
+        found = _line_analyses(lines, motion, cut, segments, keys, part(tell, *shares))
+        out |= {c.name: c for c in found}
+    pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
+    return ConsistencyAnalysis(out, cut, pieces)
 
 
 def _line_analyses(
@@ -85,14 +91,15 @@ def _line_analyses(
     motion: Motion,
     cut: Mask,
     segments: Sequence[tuple[int, int]],
+    keys: Keys | None,
     tell: Tell,
 ) -> list[ChainAnalysis]:
     """Lines of equal length: jumps, then straight limbs, then what sets in softly."""
-    fps, limbs = motion.fps, _limbs(lines, motion)
+    fps, limbs = motion.fps, _limbs(lines, motion, keys)
     strung = [c for same in zip(*lines, strict=True) for c in same]
     jumps = find_jumps(limbs, fps, cut, segments, tell)
     straight = {}
-    for row, chain in enumerate(strung):
+    for row, chain in enumerate(strung if keys is None else ()):
         by_itself = partial(_by_itself, limbs, jumps, row)
         if found := straight_limb(motion, chain, jumps[row], by_itself):
             straight[row] = found
@@ -113,10 +120,18 @@ def _line_analyses(
             standing = tuple(_standing_straight(chain.name, e) for e in straight[row].errors)
         analyses.append(
             ChainAnalysis(
-                chain.name, fps, own.counter, row, own.edges, own.step, own.tables, standing
+                chain.name,
+                fps,
+                own.counter,
+                row,
+                own.edges,
+                own.step,
+                own.tables,
+                standing,
+                rounded=limbs.step > 0.0,
             )
         )
-    return _with_soft(limbs, fps, cut, analyses)
+    return _with_soft(limbs, fps, cut, analyses) if keys is None else analyses
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
@@ -219,12 +234,12 @@ def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
     return list(kinds.values())
 
 
-def _limbs(lines: list[list[Chain]], motion: Motion) -> Limbs:
-    """Rotations and axes of lines of equal length."""
+def _limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
+    """Rotations and axes of lines of equal length; keys: linear ones."""
     parents = [[line[0].parent for line in lines]]
     children = [[c.child for c in same] for same in zip(*lines, strict=True)]
     joints = motion.rotations.transpose(1, 0, 2)[np.array(parents + children)]
     varying = any(c.axis.ndim > 1 for line in lines for c in line)
     shape = (motion.frames, 3) if varying else (3,)
     axes = [[np.broadcast_to(c.axis, shape) for c in same] for same in zip(*lines, strict=True)]
-    return Limbs(joints, np.array(axes))
+    return Limbs(joints, np.array(axes), motion.angle_step, keys)

@@ -13,9 +13,11 @@ from twistcore.detection.prediction import (
     Index,
     Mask,
     Predictor,
+    between_keys,
     coarse_residual,
     growth_at,
     half_window,
+    least_scale,
     local_scale,
 )
 from twistcore.progress import Tell, nobody
@@ -32,6 +34,9 @@ COARSE_STEPS = (4, 4, 7, 7)  # frames; 7 sees ramps of 5 frames and edges close 
 ROUNDS = 6
 RESOLVE = 4.0  # a jump in any signal of a limb, in σ, has all its chains solved together
 SAME = 1e-9  # σ; a difference that no decision turns on
+# Share of the pace between linear keys that is the least σ there: channels that go evenly turn a
+# joint unevenly, the more the farther they go.
+UNEVEN = 0.15
 STEADY_GAP = 4.0  # frames; residuals across wider gaps tell nothing of the local σ
 
 
@@ -65,7 +70,7 @@ def counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell = nobody) -
     captured = limbs.increments()
     live = np.broadcast_to(~cut, captured.shape[1:])
     half = half_window(fps)
-    good = _coarsely_good(captured, live, half)
+    good = _coarsely_good(captured, live, half, limbs)
     rounds = _Rounds(captured, limbs, cut, half)
     moving = np.ones(len(good), dtype=bool)  # chains of limbs that have not settled
     for turn in range(ROUNDS):
@@ -98,6 +103,7 @@ class _Rounds:
     def __init__(self, captured: Array, limbs: Limbs, cut: Mask, half: int) -> None:
         self._captured, self._limbs, self._half = captured, limbs, half
         self._live = np.tile(~cut, limbs.count)
+        self._least = least_scale(limbs.step)
         self._predictor = Predictor(captured)
         self._signals = captured
         self._changed = np.zeros(captured.shape[1:], dtype=bool)
@@ -109,6 +115,8 @@ class _Rounds:
 
     def next(self, good: Mask, turn: int) -> tuple[Array, Array]:
         """Residuals and their scales, (2, chains, frames)."""
+        if self._limbs.keys is not None:
+            return self._between_keys(good, turn)
         captured, flat = self._captured, (2, -1)
         frames = captured.shape[-1]
         p = self._predictor.irregular(good, self._changed, self._signals)
@@ -126,11 +134,25 @@ class _Rounds:
         root.reshape(flat)[:, p.at] = np.sqrt(np.abs(wrap(at_signals - at_predicted)))
         steady = good.copy()
         steady.ravel()[p.at] &= p.gap < STEADY_GAP
-        sigma = local_scale(root, steady, self._half)
+        sigma = local_scale(root, steady, self._half, self._least)
         wide = p.gap > 1.0
         at = p.at[wide]
         sigma.reshape(flat)[:, at] *= growth_at(self._growth, chain[wide], p.gap[wide])
-        residual = wrap(captured - predicted)
+        return self._without_images(predicted, sigma, turn)
+
+    def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
+        """The same between linear keys, where nothing but a key changes the pace."""
+        assert self._limbs.keys is not None
+        keys = self._limbs.keys
+        predicted = between_keys(self._signals, good, keys)
+        root = np.sqrt(np.abs(wrap(self._signals - predicted)))
+        sigma = local_scale(root, good, self._half, self._least)
+        sigma = np.maximum(sigma, UNEVEN * np.abs(predicted))
+        return self._without_images(predicted, sigma, turn)
+
+    def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
+        """Residuals without the images of the neighbours' errors, from the second round on."""
+        residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
             self._undo_images(residual, predicted, sigma)
         return residual, sigma
@@ -221,17 +243,20 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
     return d, disagreement, np.sqrt(variance[0] * variance[1] / both), np.sqrt(both)
 
 
-def _coarsely_good(signals: Array, live: Mask, half: int) -> Mask:
+def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
     """Frames without a sign of a jump, before anything is known; rather too few than too many."""
     good = live.copy()
     residual = root = signals
     known = 0
     for step in COARSE_STEPS:
         if step != known:
-            residual = coarse_residual(signals, step)
+            if limbs.keys is None:
+                residual = coarse_residual(signals, step)
+            else:
+                residual = wrap(signals - between_keys(signals, good, limbs.keys))
             root = np.sqrt(np.abs(residual))
             known = step
-        sigma = local_scale(root, good, half)
+        sigma = local_scale(root, good, half, least_scale(limbs.step))
         event, lone, _ = _jumps(residual, sigma, SIGNIFICANT_COARSE, LONE_JUMP_COARSE)
         good &= ~event & ~lone
     return good

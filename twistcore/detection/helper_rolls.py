@@ -86,7 +86,9 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
         rolls.append(np.cumsum(roll))
     # The helper against its own mirror image: its whole roll counts, as x and as −y.
     turned = np.array([quaternion_from_axis_angle(_AXIS, r) for r in rolls])
-    limbs = Limbs(np.array([turned, turned * (1.0, -1.0, -1.0, -1.0)]), _axes(len(rolls)))
+    limbs = Limbs(
+        np.array([turned, turned * (1.0, -1.0, -1.0, -1.0)]), _axes(len(rolls)), motion.angle_step
+    )
     jumps = find_jumps(limbs, motion.fps, cut, segments, nobody)
     known = {
         h.name: ChainAnalysis(h.name, motion.fps, j.counter, row, j.edges, j.step, j.tables)

@@ -16,6 +16,7 @@ import numpy as np
 
 from twistcore.detection.prediction import Index
 from twistcore.detection.twist_increments import twist_increments
+from twistcore.notation import Keys
 from twistcore.rotation import (
     Array,
     conjugate,
@@ -52,11 +53,14 @@ class Limbs:
 
     Limbs of equal length, such as both arms, are solved at once, their frames one after the other.
     joints: local rotations, (n + 1, limbs, frames, 4); axes: (n, limbs, 3) or
-    (n, limbs, frames, 3).
+    (n, limbs, frames, 3); step: of the angles as written, radians, 0 where that is fine; keys:
+    linear ones between which natural motion goes on evenly.
     """
 
-    def __init__(self, joints: Array, axes: Array) -> None:
-        self.joints, self.axes = joints, axes
+    def __init__(
+        self, joints: Array, axes: Array, step: float = 0.0, keys: Keys | None = None
+    ) -> None:
+        self.joints, self.axes, self.step, self.keys = joints, axes, step, keys
         self.count, self.frames = joints.shape[1:3]
 
     def __len__(self) -> int:
@@ -84,7 +88,11 @@ class Limbs:
             axis = self.axes[k, i] if self.axes.ndim == 3 else self.axes[k, i, at]
             turn = quaternion_from_axis_angle(axis, angle)
             joints[k + 1, i, at] = normalise(multiply(turn, joints[k + 1, i, at]))
-        return Limbs(joints, self.axes)
+        return self.with_joints(joints)
+
+    def with_joints(self, joints: Array) -> Limbs:
+        """The same lines with other rotations."""
+        return Limbs(joints, self.axes, self.step, self.keys)
 
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
         """How errors of runs of chains, first … first + length − 1, show in their neighbours.

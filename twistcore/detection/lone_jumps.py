@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import groupby
 
@@ -17,6 +18,7 @@ from twistcore.chain import Chain
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.interval import Interval, Kind
 from twistcore.motion import Motion, Skeleton, forward_kinematics
+from twistcore.notation import Kept, without_held
 from twistcore.rotation import Array, conjugate, multiply, twist_angle
 
 FASTEST = math.radians(7500.0)  # a second
@@ -41,12 +43,15 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
+    if (held := without_held(motion)) is not None:
+        found = lone_jumps(held.motion, [chain.at(held.first) for chain in chains])
+        return {name: tuple(_as_written(i, held) for i in own) for name, own in found.items()}
     cut = find_cuts(motion)
     cut[:1] = True
     in_room = forward_kinematics(motion)[0]
     least = limit(motion.fps)
     names = motion.skeleton.names
-    found: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
+    jumps: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
     for joint, chain in _joints(chains).items():
         axis = own_axis(motion.skeleton, joint)
         if axis is None:
@@ -56,7 +61,7 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
         fast = (np.abs(turn) > least) & (np.abs(own) > _OWN_SHARE * least) & ~cut
         for start, stop in _runs(np.flatnonzero(fast).tolist()):
             most = max(turn[start:stop].tolist(), key=abs)
-            found[chain.name].append(
+            jumps[chain.name].append(
                 Interval(
                     chain.name,
                     start,
@@ -69,7 +74,13 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
                     joint=names[joint],
                 )
             )
-    return {name: tuple(sorted(own, key=lambda i: i.start)) for name, own in found.items()}
+    return {name: tuple(sorted(own, key=lambda i: i.start)) for name, own in jumps.items()}
+
+
+def _as_written(jump: Interval, held: Kept) -> Interval:
+    """A jump among frames that differ, from its first to its last in the clip."""
+    start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
+    return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
 
 
 def own_axis(skeleton: Skeleton, joint: int) -> Array | None:

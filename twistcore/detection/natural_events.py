@@ -17,15 +17,15 @@ that share P or E with it as well, and an event of theirs for the limb: it alter
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from twistcore.chain import Chain
 from twistcore.detection import Analysis, Interval, Kind
-from twistcore.detection.chain_analysis import ChainAnalysis
-from twistcore.detection.consistency import ConsistencyAnalysis
+from twistcore.detection.chain_analysis import ChainAnalysis, ConsistencyAnalysis
+from twistcore.detection.notated import NotatedAnalysis
 from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 
@@ -63,6 +63,12 @@ def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalE
             events.append(NaturalEvent(chain.name, kind, i.start, i.stop, degrees, chain.parent))
         if isinstance(analysis, ConsistencyAnalysis):
             events += flips(chain, analysis.chains[chain.name])
+        if isinstance(analysis, NotatedAnalysis):
+            kept = analysis.kept
+            events += [
+                replace(e, start=kept.end(e.start), stop=kept.end(e.start) + 1)
+                for e in flips(chain, analysis.coarse.chains[chain.name])
+            ]
     return events
 
 

@@ -14,12 +14,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.notation import Keys
 from twistcore.rotation import Array, wrap
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
 
 FLOOR = float(np.radians(0.005))  # rounding of BVH text; keeps σ > 0 where a joint does not twist
+ROUNDED = 0.76  # steps of written angles: σ of an increment's residual, from rounding alone
 WINDOW_SECONDS, WINDOW_FRAMES = 0.15, 12  # half window of σ: motion changes its pace within ~0.3 s
 _DISTANCES = (1, 2, 3, 5)  # to the nearer neighbour, where the growth of σ is measured
 _GAPS = np.log(np.array([2.0 * k - 1.0 for k in _DISTANCES]))
@@ -60,8 +62,10 @@ def _box_sum(values: Array | Mask, half: int) -> Array:
     return sums
 
 
-def local_scale(root: Array, good: Mask, half: int) -> Array:
+def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Array:
     """σ = 1.48·(mean √|r|)² over the good frames near t, radians; root = √|r|, (2, chains, frames).
+
+    least: what it never falls below.
 
     The mean of square roots is a standard deviation that few jumps move (1.48 makes it one for a
     normal distribution). Where few good frames are near it borrows from a window four times as
@@ -78,7 +82,36 @@ def local_scale(root: Array, good: Mask, half: int) -> Array:
     mean /= many
     mean *= mean
     mean *= 1.48
-    return np.maximum(mean, FLOOR, out=mean)
+    return np.maximum(mean, least, out=mean)
+
+
+def least_scale(step: float) -> float:
+    """The least σ of an increment's residual, radians; step: of the angles as written."""
+    return max(FLOOR, ROUNDED * step)
+
+
+def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
+    """Increments as linear keys have them: the median of each piece between two keys.
+
+    signals: (2, chains, frames); good: frames that tell it, (chains, frames), where a piece has
+    any. Radians, the shape of `signals`.
+    """
+    frames, n = signals.shape[-1], keys.spacing
+    before = (-keys.first - 1) % n  # the piece that the clip begins in began so long before it
+    behind = -(before + frames) % n
+    pad = (*[(0, 0)] * (signals.ndim - 1), (before, behind))
+    told = np.where(good, signals, np.nan)
+    pieces, every = (
+        np.pad(v, pad, constant_values=np.nan).reshape(*signals.shape[:-1], -1, n)
+        for v in (told, signals)
+    )
+    none = ~np.isfinite(pieces).any(axis=-1, keepdims=True)
+    pieces = np.sort(np.where(none, every, pieces), axis=-1)  # NaN last
+    last = np.maximum(np.isfinite(pieces).sum(axis=-1, keepdims=True) - 1, 0)
+    low, high = (np.take_along_axis(pieces, k, axis=-1) for k in (last // 2, (last + 1) // 2))
+    median = np.broadcast_to(np.nan_to_num(0.5 * (low + high)), pieces.shape)
+    flat: Array = median.reshape(*signals.shape[:-1], -1)[..., before : before + frames]
+    return flat
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,8 +11,7 @@ import numpy as np
 
 from twistcore.chain import Chain
 from twistcore.detection import Interval
-from twistcore.detection.chain_analysis import ChainAnalysis
-from twistcore.detection.consistency import ConsistencyAnalysis
+from twistcore.detection.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.detection.counter_rotation import AGREE_SHARE, SIGNIFICANT
 from twistcore.detection.edges import Edges
 from twistcore.detection.pairing import OPEN_GAIN, PRIOR, PairTable

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -9,14 +11,15 @@ import numpy as np
 from twistcore.analysis import REPAIRED, Detection
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
-from twistcore.detection.consistency import ConsistencyAnalysis
+from twistcore.detection.chain_analysis import ConsistencyAnalysis
+from twistcore.detection.notated import NotatedAnalysis
 from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 from twistcore.why_not.counter_twist import no_counter_twist
 from twistcore.why_not.limb_flip import no_limb_flip
 from twistcore.why_not.paper_event import no_event
-from twistcore.why_not.reason import Place, Reason, Why, signed
+from twistcore.why_not.reason import EdgesIn, Place, Reason, Why, signed
 
 _ENOUGH = 0.5  # of a strength: by so much a soft error must change to account for it
 BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
@@ -47,6 +50,8 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
     if isinstance(chain, Helper):
         return _no_helper_roll(place, float(clip.helper_rolls.own[name][frame]))
     analysis = clip.by(found.method)
+    if isinstance(analysis, NotatedAnalysis):
+        return _in_notation(place, analysis, near, clip.chains)
     if isinstance(analysis, ConsistencyAnalysis):
         return no_counter_twist(place, analysis, near, clip.chains)
     return no_event(place, clip.signals[name])
@@ -60,6 +65,31 @@ def _no_helper_roll(place: Place, own: float) -> Reason:
     if own == 0.0:
         return place.reason(Why.IMAGE, f"{driver}, or the joint that both hang on, turns there too")
     return place.reason(Why.NO_PARTNER, f"no later jump of {helper} turns it back")
+
+
+def _in_notation(
+    place: Place, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
+) -> Reason:
+    """The reason as the kept frames have it, or all frames where linear keys do not tell it."""
+    kept, frame = analysis.kept, place.frame
+    at = kept.of(frame)
+    if analysis.fine is not None:
+        by_key = analysis.coarse.strength(place.chain.name)[at] if kept.end(at) == frame else 0.0
+        if by_key < place.strength or not by_key:
+            return no_counter_twist(place, analysis.fine, near, chains)
+    elif kept.end(at) != frame:
+        because = f"it repeats {place.called(kept.end(at))}"
+        return place.reason(Why.MOTION if place.strength >= place.tau else Why.BELOW, because)
+
+    def near_kept(start: int, stop: int) -> list[tuple[Interval, Chain]]:
+        found = near(kept.begin(start), kept.end(stop - 1) + 1)
+        return [
+            (replace(i, start=kept.of(i.start), stop=kept.of(i.stop - 1) + 1), c) for i, c in found
+        ]
+
+    counted = replace(place, frame=at, fps=kept.motion.fps, kept=kept)
+    own = [c.at(kept.first) for c in chains]
+    return no_counter_twist(counted, analysis.coarse, near_kept, own)
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:

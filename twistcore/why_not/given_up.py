@@ -8,8 +8,7 @@ from typing import Any
 
 from twistcore.chain import Chain
 from twistcore.detection import Interval
-from twistcore.detection.chain_analysis import ChainAnalysis
-from twistcore.detection.consistency import ConsistencyAnalysis
+from twistcore.detection.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.why_not.reason import Place, Reason, Why, signed
 
 _BESIDE = 1  # frames from an interval's edge: a jump there belongs to it

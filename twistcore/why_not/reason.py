@@ -11,6 +11,7 @@ from typing import Any
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import limit
+from twistcore.notation import Kept
 
 
 class Why(StrEnum):
@@ -28,6 +29,8 @@ class Why(StrEnum):
     NO_PARTNER = "no partner"
     OTHER = "other interval"  # its partner serves an interval that explains more
 
+
+_FRAMES = ("start", "stop", "partner")  # numbers that are frames
 
 # The cause lies elsewhere or is named already: nothing for a person to look at twice.
 _SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Why.IMAGE})
@@ -72,7 +75,8 @@ class Reason:
 class Place:
     """A frame that is asked about.
 
-    joints: names of the chain's parent and child; first: what people call the clip's first frame.
+    joints: names of the chain's parent and child; first: what people call the clip's first frame;
+    kept: the frames that are counted, where not all of the clip's are.
     """
 
     chain: Chain
@@ -82,6 +86,11 @@ class Place:
     tau: float
     fps: float
     first: int = 0
+    kept: Kept | None = None
+
+    def in_clip(self, frame: int) -> int:
+        """A frame as the clip counts it, from 0."""
+        return frame if self.kept is None else self.kept.end(frame)
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
         """The sentence: the strength against τ as the curve has it, then the cause."""
@@ -93,21 +102,29 @@ class Place:
             if past
             else f"{strength} at {here} is below τ = {tau}: {because}."
         )
+        numbers |= {k: self.in_clip(numbers[k]) for k in _FRAMES if k in numbers}
         alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)  # a body may do that
         suspicious = past and why not in _SETTLED and not alone
         return Reason(
-            self.chain.name, self.frame, why, self.strength, self.tau, text, numbers, suspicious
+            self.chain.name,
+            self.in_clip(self.frame),
+            why,
+            self.strength,
+            self.tau,
+            text,
+            numbers,
+            suspicious,
         )
 
     def called(self, frame: int) -> str:
         """A frame as people count."""
-        return f"frame {frame + self.first}"
+        return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:
         """Frames [start, stop) as tables have them: 'frames 323–329', up to 329."""
         if stop - start == 1:
             return self.called(start)
-        return f"frames {start + self.first}–{stop + self.first}"
+        return f"frames {self.in_clip(start) + self.first}–{self.in_clip(stop) + self.first}"
 
     def named(self, interval: Interval) -> str:
         """An interval, or a lone jump, which has no offset."""

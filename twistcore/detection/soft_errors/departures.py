@@ -64,6 +64,12 @@ class Span:
                 out[k] -= weight * node
         return out
 
+    def noise(self) -> Array:
+        """How much larger than of a level σ of white noise is in the departures, (probes,)."""
+        _, weights = self.nodes(0, 0)
+        noise: Array = np.sqrt(1.0 + (weights**2).sum(axis=0))
+        return noise
+
     def nodes(self, first: int, many: int) -> tuple[Index, Array]:
         """The frames that departures at so many positions from `first` on are told by, and how.
 

@@ -7,6 +7,7 @@ and u is x; where C does not, β is 1 and u is −y; elsewhere u is what nothing
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,7 @@ GROWTH = 1.7  # of σ with the length of a span, where it cannot be measured
 SAMPLES, STEPS = 800, 8  # of the fit of β
 QUIET_SHARE, QUIET = 0.35, 2.2  # the quantile of |u| that errors leave alone, as a share of σ
 BEYOND = 6.0  # σ from which an increment is no natural one
+ROUNDED = 0.29  # of the step of written angles: σ of what rounding does to a level
 CAP = 14.0  # nats: beyond, one departure is as unlikely as another
 
 
@@ -56,9 +58,12 @@ class Natural:
 
 
 def natural_scales(
-    x: Array, y: Array, fps: float, spans: tuple[Span, ...], bad: Mask
+    x: Array, y: Array, fps: float, spans: tuple[Span, ...], bad: Mask, step: float = 0.0
 ) -> list[Natural]:
-    """Scales at every span from the frames that are not bad; all (chains, frames), radians."""
+    """Scales at every span from the frames that are not bad; all (chains, frames), radians.
+
+    step: of the angles as written: no scale is below what their rounding makes.
+    """
     frames = x.shape[1]
     level_x, level_y = np.cumsum(x, axis=1), np.cumsum(y, axis=1)
     counts = np.zeros((len(x), frames + 1), dtype=np.int32)
@@ -93,6 +98,10 @@ def natural_scales(
                     :, lacking
                 ]
                 sigma_sum[:, lacking] = _scales(total, everything, window)[:, lacking]
+        if step:
+            least = step * ROUNDED * span.noise()[:, None]
+            sigma = np.maximum(sigma, (least * np.hypot(beta, 1.0 - beta))[..., None])
+            sigma_sum = np.maximum(sigma_sum, math.sqrt(2.0) * least[..., None])
         found.append(Natural(span, beta, sigma, sigma_sum))
     return found
 
@@ -139,18 +148,22 @@ def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array
     return sums[0], sums[1]
 
 
-def unlikely_increments(x: Array, y: Array, fps: float) -> Mask:
-    """Frames whose increments stand out by themselves, (chains, frames): not to measure by."""
+def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Mask:
+    """Frames whose increments stand out by themselves, (chains, frames): not to measure by.
+
+    step: of the angles as written.
+    """
+    least = max(0.5 * FLOOR, math.sqrt(2.0) * ROUNDED * step)
     everywhere = np.ones(x.shape, dtype=bool)
     total = x + y
     u = x - fitted_share(x, total, everywhere)[:, None] * total
     size, half = np.abs(u), round(LOCAL_SECONDS * fps)
     quiet = QUIET * np.quantile(size, QUIET_SHARE, axis=1)[:, None]
-    sigma = np.maximum(quiet, 0.5 * FLOOR)
+    sigma = np.maximum(quiet, least)
     root = np.sqrt(size)
     for _ in range(3):
         fine = size < BEYOND * sigma
         mean, share = _box_mean_parts(root * fine, fine, half)
         local = (mean + 0.1 * np.sqrt(quiet / 1.48)) / (share + 0.1)
-        sigma = np.maximum(1.48 * local * local, 0.5 * FLOOR)
+        sigma = np.maximum(1.48 * local * local, least)
     return np.asarray(size > BEYOND * sigma)

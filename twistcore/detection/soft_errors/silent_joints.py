@@ -71,6 +71,8 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
     silent joint too: or there were nobody to tell the two apart.
     """
     many = surprise.limbs.count
+    if surprise.limbs.step:  # where angles are rounded every joint stands still now and then
+        return {}
     still: dict[tuple[int, int], float] = {}
     for row in range(surprise.rows):
         for side, own, other in _both_ways(surprise, row):

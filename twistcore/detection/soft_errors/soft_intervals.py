@@ -88,7 +88,7 @@ def soft_errors(
                 unnatural[row, k.start : k.stop] = True
     bad = np.zeros_like(unnatural)
     if lively.any():
-        bad = unlikely_increments(surprise.x, surprise.y, fps)
+        bad = unlikely_increments(surprise.x, surprise.y, fps, limbs.step)
         surprise.measure(bad)
         unnatural |= _unnatural(surprise) & lively[:, None]
     if not unnatural.any():
@@ -184,7 +184,7 @@ def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
 
 def _lively_errors(surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]) -> list[SoftError]:
     """Soft errors of chains whose joints both twist."""
-    bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps)
+    bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)
     joints = surprise.joints.copy()
     found: list[SoftError] = []
     for turn in range(ROUNDS):
@@ -207,7 +207,7 @@ def _lively_errors(surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]) -> 
 
 def _refresh(surprise: Surprise) -> None:
     """Increments of all rows from the rotations as they are."""
-    limbs = Limbs(surprise.joints, surprise.limbs.axes)
+    limbs = surprise.limbs.with_joints(surprise.joints)
     surprise.x, surprise.y = limbs.increments()
     surprise.x[:, surprise.cut] = surprise.y[:, surprise.cut] = 0.0
 

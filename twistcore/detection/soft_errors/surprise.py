@@ -103,7 +103,7 @@ class Surprise:
 
     def measure(self, bad: Mask) -> None:
         """Natural scales from frames that are not bad, (rows, frames); departures of all."""
-        natural = natural_scales(self.x, self.y, self.fps, self.spans, bad)
+        natural = natural_scales(self.x, self.y, self.fps, self.spans, bad, self.limbs.step)
         level_x, level_y = np.cumsum(self.x, axis=1), np.cumsum(self.y, axis=1)
         across = np.concatenate([[0], np.cumsum(self.cut)])
         self.at = []

@@ -149,7 +149,8 @@ def straight_limb(
     unsaid = [j for j in found if _hinge_says(j, bend) is None]
     errors: list[StraightError] = []
     claimed = np.zeros(motion.frames, dtype=bool)
-    scales = scale_of(left[0]), scale_of(left[1])
+    step = motion.angle_step
+    scales = scale_of(left[0], step), scale_of(left[1], step)
     for table in tables:
         beside = [j for j in unsaid if table.low <= j.start < table.high]
         for spell in spells(left, bend, table.low, table.high, fps):
@@ -170,7 +171,7 @@ def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
         back = quaternion_from_axis_angle(axis, -offset)
         joints[chain, at] = multiply(joints[chain, at], back)
         joints[chain + 1, at] = multiply(conjugate(back), joints[chain + 1, at])
-    return Limbs(joints, limbs.axes)
+    return limbs.with_joints(joints)
 
 
 def _error_of(

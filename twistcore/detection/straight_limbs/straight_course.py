@@ -21,6 +21,7 @@ ROUNDS = 12  # of weights
 SELDOM, STEP = 0.05, float(np.radians(12.0))  # price of a change of δ, and its size a second
 SETTLES = 0.25  # seconds in which a twist of its own comes to rest where nothing tells it
 LEAST_SCALE = float(np.radians(0.02))  # of the change of an increment from frame to frame
+ROUNDED = 0.71  # steps of written angles: σ of such a change, from three rounded angles
 SAME = 1e-5  # radians: a round that changes less was the last
 
 
@@ -52,10 +53,14 @@ def course(
     return _seldom_changing(band, right, start > low, stop < high, STEP / fps)
 
 
-def scale_of(increments: Array) -> float:
-    """How much an increment differs from the one before, as a rule; radians."""
+def scale_of(increments: Array, step: float = 0.0) -> float:
+    """How much an increment differs from the one before, as a rule; radians.
+
+    step: of the angles as written: what rounding does to them is no less.
+    """
     bends = np.abs(np.diff(increments[2:]))
-    return max(LEAST_SCALE, 1.4826 * float(np.median(bends))) if len(bends) else LEAST_SCALE
+    least = max(LEAST_SCALE, ROUNDED * step)
+    return max(least, 1.4826 * float(np.median(bends))) if len(bends) else least
 
 
 def _smooth(
