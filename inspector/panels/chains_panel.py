@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QHeaderView, QLabel, QStackedWidget, QWidget
+from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QStackedWidget, QWidget
 
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.limb_words import end_in_words
@@ -23,6 +23,7 @@ from inspector.widgets.tables import BesideDelegate, Index, Row, RowDelegate, Ro
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.limb_flips import BENT
+from twistcore.encoding import legible
 from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
@@ -162,7 +163,16 @@ class ChainsPanel(QWidget):
             margins=(_PAD, _PAD, _PAD, _PAD),
         )
         self._notice.hide()
-        vbox(self._notice, (self._stack, 1), owner=self, margins=(0, 0, 0, 0), spacing=0)
+        self.people = QComboBox()
+        self.people.setToolTip(tr("Whose chains and intervals are listed"))
+        self.people.setAccessibleName(tr("Person"))
+        self.people.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self.people.activated.connect(
+            lambda _: self._document.show_person(self.people.currentData())
+        )
+        self.people.hide()
+        parts = self.people, self._notice, (self._stack, 1)
+        vbox(*parts, owner=self, margins=(0, 0, 0, 0), spacing=0)
         self._stack.addWidget(self._hint)
         self._stack.addWidget(self.table)
         self.table.selectionModel().currentRowChanged.connect(self._row_selected)
@@ -216,8 +226,19 @@ class ChainsPanel(QWidget):
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
             self._hint.setText(_blind(self._document.data))
+        self._list_people()
         self._show_unexamined()
         self._select_row()
+
+    def _list_people(self) -> None:
+        """Offer the people of the clip to choose from, if there are several."""
+        data = self._document.data
+        people = data.analysis.people if data else ()
+        self.people.clear()
+        self.people.addItem(tr("Everyone"), "")
+        for person in people:
+            self.people.addItem(legible(person), person)
+        self.people.setVisible(bool(people))
 
     def _show_unexamined(self) -> None:
         """Name what was not examined; the first limb, and how many more there are."""

@@ -249,6 +249,15 @@ class OpenClip(QObject):
         self.hidden = self.hidden | {chain} if hidden else self.hidden - {chain}
         self.hidden_changed.emit()
 
+    def show_person(self, person: str) -> None:
+        """Show the intervals of one person only, of everyone for ''; select a chain of theirs."""
+        chains = self.data.chains_and_limbs if self.data else ()
+        own = [c.name for c in chains if not person or c.person == person]
+        self.hidden = frozenset(c.name for c in chains) - frozenset(own)
+        self.hidden_changed.emit()
+        if own and self.chain not in own:
+            self.select_chain(own[0])
+
     def set_show(self, show: Show) -> None:
         """Show before, after or both."""
         if show != self.show:
