@@ -8,6 +8,7 @@ from types import MappingProxyType
 
 from twistcore.body.by_names import ROLES, named_lines
 from twistcore.body.by_shape import lines_by_shape, unnamed_lines
+from twistcore.body.offsets import ancestors
 from twistcore.body.parts import LIMBS, Body, LimbLine, Unexamined
 from twistcore.body.shape import Shape
 from twistcore.joint_names import joint_as_said
@@ -48,10 +49,12 @@ def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined
 
 def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterable[Unexamined]:
     """Limbs of the four that were not found, and bones of those found that make no chain."""
+    inside = {j for line in lines.values() for j in line.joints}
+    known = inside.union(*(ancestors(shape.skeleton, j) for j in inside))
     for side, kind in LIMBS:
         limb = f"{side.lower()} {kind}"
         if (side, kind) not in lines:
-            yield Unexamined(limb, _why_missing(shape, side, kind), side, kind)
+            yield Unexamined(limb, _why_missing(shape, side, kind, known), side, kind)
             continue
         have = {bone.segment for bone in lines[side, kind].bones}
         if kind == "arm" and "ForeArm" not in have:
@@ -62,11 +65,12 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
             yield Unexamined(f"{side.lower()} shin", why, side, kind)
 
 
-def _why_missing(shape: Shape, side: str, kind: str) -> str:
+def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
+    """Return a clause with the joints of that side that nothing was made of; known: all others."""
     end = ROLES[kind][-1]
     unknown = [
         shape.skeleton.names[j]
-        for j in sorted(shape.joints)
+        for j in sorted(shape.joints - known)
         if shape.names[j].side == side
         and not (shape.names[j].roles or shape.names[j].helper or shape.names[j].other)
     ]
