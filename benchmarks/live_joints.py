@@ -24,6 +24,7 @@ from twistcore.chain import Chain
 from twistcore.clip_files import BVH, clips_in
 from twistcore.detection import counter_rotation
 from twistcore.detection.consistency import ConsistencyDetector
+from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.motion import Motion
@@ -67,8 +68,8 @@ def told_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iter
     usual = counter_rotation._coarsely_good
     rows = {chain.name: row for row, chain in enumerate(chains)}
 
-    def told(signals: Array, live: Mask, half: int) -> Mask:
-        good = usual(signals, live, half)
+    def told(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
+        good = usual(signals, live, half, limbs)
         for e in errors:
             steps = np.diff(np.concatenate([[0.0], e.offset, [0.0]])) != 0.0
             at = e.start + np.flatnonzero(steps)

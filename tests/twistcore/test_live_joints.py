@@ -1,5 +1,7 @@
 """The experiment on silent joints: what it takes away, and what it leaves."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -35,8 +37,9 @@ def test_told_edges_are_no_motion_and_the_detector_is_as_before_afterwards():
     usual = counter_rotation._coarsely_good
     error = InjectedError(CHAINS[1].name, 50, 55, np.array([0.1, 0.2, 0.2, 0.2, 0.1]))
     signals, live = np.zeros((2, 2, 100)), np.ones((2, 100), dtype=bool)
+    plain = SimpleNamespace(step=0.0, keys=None)
     with told_edges(CHAINS[:2], [error]):
-        good = counter_rotation._coarsely_good(signals, live, 12)
+        good = counter_rotation._coarsely_good(signals, live, 12, plain)
     assert np.flatnonzero(~good[1]).tolist() == [50, 51, 54, 55]
     assert good[0].all()
     assert counter_rotation._coarsely_good is usual

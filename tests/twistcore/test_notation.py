@@ -9,9 +9,11 @@ import pytest
 
 from benchmarks.notation import NOTATIONS, Notation, kept, sound, with_errors
 from tests.conftest import ASSETS
+from tests.twistcore.test_first_frames import blended
 from twistcore import analyse, read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection.chain_analysis import ROUNDED_GAIN, ConsistencyAnalysis
+from twistcore.detection.cuts import find_cuts, leading_frames
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.natural_events import natural_events
 from twistcore.detection.notated import NotatedAnalysis
@@ -351,6 +353,25 @@ def test_fast_turns_of_held_frames_are_no_lone_jumps():
         held = replace(slow.at(np.repeat(np.arange(120), 4)), frame_time=1 / 120)
         found = lone_jumps(held, chains)[chain.name]
         assert [(i.start, i.stop) for i in found] == [(160, 161), (280, 281)][:jumps]
+
+
+def test_cuts_of_a_held_clip_are_those_of_its_frames():
+    """At the rate of the file every joint seems to jump in every fourth frame."""
+    motion = HELD.written(kept(clip("basketball"), HELD), 4).motion
+    own = find_cuts(without_held(motion).motion)
+    cut = find_cuts(motion)
+    np.testing.assert_array_equal(np.flatnonzero(cut), 4 * np.flatnonzero(own))
+    assert not analyse(motion).not_examined
+
+
+def test_a_blend_in_a_held_clip_is_one_piece():
+    capture = kept(clip("walk"), HELD).motion
+    capture = capture.sliced(1, capture.frames)
+    own = blended(capture, 4)
+    held = replace(own.at(np.repeat(np.arange(own.frames), 4)), frame_time=own.frame_time / 4)
+    first = leading_frames(own)
+    assert first >= 3
+    assert leading_frames(held) == 4 * first
 
 
 def test_natural_events_of_a_held_clip_are_in_its_frames():

@@ -10,6 +10,7 @@ from twistcore.detection.bends import bend_steps
 from twistcore.detection.leading_blend import blend_end, held_frames, rest_frames
 from twistcore.detection.prediction import Mask
 from twistcore.motion import Motion
+from twistcore.notation import Kept, without_held
 
 SHORTEST_SEGMENT = 0.25  # seconds between cuts: in less no error can be told from motion
 JUMP = 5.0  # times a joint's own pace
@@ -26,6 +27,8 @@ def find_cuts(motion: Motion) -> Mask:
 
     That is a cut, or a step of a blend out of the clip's first pose or into a rest pose at its end.
     """
+    if (held := without_held(motion)) is not None:
+        return _among_held(find_cuts(held.motion), held)
     rotations, fps = motion.rotations, motion.fps
     cut = _jumps(motion)
     first = held_frames(rotations)
@@ -34,6 +37,14 @@ def find_cuts(motion: Motion) -> Mask:
     if last := rest_frames(rotations, fps):
         cut[-last:] = True
     return cut
+
+
+def _among_held(cut: Mask, held: Kept) -> Mask:
+    """Cuts of the frames that differ in all frames; a blend goes on while a frame is held."""
+    full = np.zeros(held.frames, dtype=bool)
+    full[held.first] = cut
+    full[held.first[0] : held.first[-1]] |= np.repeat(cut[:-1] & cut[1:], np.diff(held.first))
+    return full
 
 
 def _jumps(motion: Motion) -> Mask:
