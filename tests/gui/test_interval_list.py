@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QValidator
+from PySide6.QtGui import QAction, QValidator
 
 from inspector.panels.chains_panel import ChainsPanel
 from inspector.panels.interval_columns import COLUMNS, PLACE, shown_by_room
@@ -215,7 +215,7 @@ def test_the_ends_of_flips_are_a_column(opened, monkeypatch):
 
 @pytest.mark.parametrize("width", [300, 350])
 def test_chains_fit_into_a_narrow_dock(qtbot, open_document, width):
-    panel = ChainsPanel(open_document(INJECTED), LIGHT)
+    panel = ChainsPanel(open_document(INJECTED), LIGHT, QAction("Joint names…"))
     qtbot.addWidget(panel)
     panel.resize(width, 400)
     panel.show()

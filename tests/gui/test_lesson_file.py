@@ -117,7 +117,11 @@ BAD = {
     "look: after, skin": ("look: after, before", 19, "one of before, after, both"),
     "done: counter,": ("done: counted,", 20, "a condition of moved, seen, lit, swing"),
     "twist >= 60": ("twist > 60", 20, "'twist >= number of degrees'"),
-    "accepted limb-flip": ("accepted flip", 35, "one of counter-twist, limb-flip, lone-jump"),
+    "accepted limb-flip": (
+        "accepted flip",
+        35,
+        "one of counter-twist, limb-flip, helper-roll, lone-jump",
+    ),
     "limb-flip\n```": ("limb-flip", 32, "'```' after the settings that begin here"),
     "camera: limb": ("```\n```lesson", 34, "one block of settings a page"),
 }

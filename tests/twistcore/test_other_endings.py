@@ -11,7 +11,7 @@ from twistcore.clip import write_clip
 from twistcore.clip_suffixes import CLIP_SUFFIXES, other_format
 from twistcore.errors import TwistError
 
-SCENES = ("out.fbx", "out.GLB", "out.usda", "out.blend", "out.c3d", "out.pkl", "out.asf")
+SCENES = ("out.fbx", "out.GLB", "out.usda", "out.blend", "out.c3d", "out.asf")
 
 
 def writers():
