@@ -207,3 +207,8 @@ def test_of_a_wrist_next_to_the_hand_the_one_with_fingers_is_the_hand():
     motion = rigged(WALK, rigs["Source engine (ValveBiped)"])
     hands = [motion.skeleton.names[c.child] for c in find_chains(motion) if c.segment == "ForeArm"]
     assert hands == ["ValveBiped.Bip01_L_Hand", "ValveBiped.Bip01_R_Hand"]
+
+
+def test_a_leg_of_which_only_the_hip_joint_is_known_is_examined_whole():
+    names = {"LeftUpLeg": "bako", "LeftLeg": "timu", "LeftFoot": "pezo", "LeftToeBase": "kadu"}
+    assert pairs(renamed(WALK, **names)) >= pairs(WALK)

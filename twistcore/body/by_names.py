@@ -11,6 +11,7 @@ from twistcore.body.shape import Shape
 from twistcore.joint_names import FEET, HANDS, TOES
 
 ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
+_STUB = 0.4  # of the next bone: a hip joint or a collar bone, no thigh and no upper arm
 _WORDS = {"hand": HANDS, "foot": FEET}  # the first word first
 
 # Joints of a limb from its end up to the root, and the index of the bone that the first one ends.
@@ -110,9 +111,15 @@ def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> P
             break
         line.insert(0, below)
         here = below
-        at += not helper and shape.solid[below]
+        at += not helper and shape.solid[below] and not (at == 0 and _is_stub(shape, below))
     # From here up the hierarchy decides, as it does above a hand.
     return (line, at - 1) if at > 0 else None
+
+
+def _is_stub(shape: Shape, joint: int) -> bool:
+    """True for a joint at the end of a bone far shorter than the next: LHipJoint → LeftUpLeg."""
+    below = _main_child(shape, joint)
+    return below is not None and shape.lengths[joint] < _STUB * shape.lengths[below]
 
 
 def _called(shape: Shape, side: str, role: str) -> list[int]:
