@@ -35,7 +35,7 @@ SAME = set(
         system quaternion markdown blender html json toml xml csv png svg bvh amc npz gif mp4 fps
         fsr tpr auc roc hmm tau sin cos log exp max min rad inspector quamo twistcore batch
         choi jang kim sens sci technol mocap cmu edu nsf eia deutsch english esc azim format hand
-        swivel dpi recall
+        swivel dpi recall person
         """,
     )
 )
