@@ -159,10 +159,10 @@ class ChainsPanel(QWidget):
         self._stack = QStackedWidget()
         self.unexamined = QLabel(wordWrap=True)
         self.unexamined.setObjectName("warning")
-        self._notice = QWidget()
+        self._notice, self._names = QWidget(), action_button(joint_names)
         hbox(
             (self.unexamined, 1),
-            action_button(joint_names),
+            self._names,
             owner=self._notice,
             margins=(_PAD, _PAD, _PAD, _PAD),
         )
@@ -250,6 +250,8 @@ class ChainsPanel(QWidget):
         self.unexamined.setText(in_a_line(told))
         self.unexamined.setToolTip(as_tip("\n".join(told)) if len(told) > 1 else "")
         self._notice.setVisible(bool(told))
+        data = self._document.data  # names help where chains are missing, not frames
+        self._names.setVisible(bool(data and not (data.chains and data.analysis.not_examined)))
 
     def _select_row(self) -> None:
         if (row := self._model.row_of(self._document.chain)) is not None:

@@ -59,6 +59,13 @@ _SAID = {  # what a person may say of a joint, as a rig keeps it, in words
     "other": tr("not part of an arm or leg"),
     "unknown": tr_as("a joint", "unknown"),
 }
+_SEGMENTS = {"forearm": "ForeArm", "upleg": "UpLeg"}  # as chains are called
+_PIECE = "piece of "
+_UNNAMED = {  # joints of limbs that no name says more of
+    "limb": tr_as("a joint", "limb"),
+    "end": tr_as("a joint", "end of a limb"),
+    "below the end": tr_as("a joint", "below the end of a limb"),
+}
 _ENTER = Qt.Key.Key_Return, Qt.Key.Key_Enter
 
 
@@ -187,7 +194,7 @@ class JointNamesDialog(QDialog):
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Enter in the search goes to the first joint that is found; elsewhere it ends the form."""
-        if event.key() in _ENTER and self.search.hasFocus():
+        if event.key() in _ENTER and self.focusWidget() is self.search:
             rows = range(self.table.rowCount())
             shown = [box for row, box in zip(rows, self.choices.values(), strict=True)
                      if not self.table.isRowHidden(row)]  # fmt: skip
@@ -232,12 +239,14 @@ class JointNamesDialog(QDialog):
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):
             name, helper = body.names[joint], helpers.get(joint)
-            by = tr_as("by", "its name")
-            if body.skeleton.names[joint] in said:
+            by = tr_as("by", "its name") if name.roles or not taken else tr_as("by", "its place")
+            if own := said.get(body.skeleton.names[joint], ""):
                 by = tr_as("by", "you")
+                side, _, part = own.partition(" ")
+                taken = f"{side.title()} {_SEGMENTS.get(part, part.title())}" if part else ""
             elif joint in by_shape or (helper is not None and not name.helper):
                 by = tr_as("by", "the skeleton's shape")
-            words = of_core(taken) if taken else _outside(name)
+            words = _within(taken) if taken else _outside(name)
             if helper is not None and helper.segment:
                 bone = of_core(f"{helper.side} {helper.segment}")
                 words = tr("twist bone of {bone}", bone=bone)
@@ -257,6 +266,13 @@ def _counted(chains: Sequence[Chain]) -> str:
     helpers = sum(isinstance(chain, Helper) for chain in chains)
     told = plural("{n} chain", "{n} chains", len(chains) - helpers)
     return f"{told}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else told
+
+
+def _within(taken: str) -> str:
+    """What a joint of a limb was taken for."""
+    whole = taken.removeprefix(_PIECE)
+    words = _UNNAMED.get(whole) or of_core(whole)
+    return words if whole == taken else tr("piece of {bone}", bone=words)
 
 
 def _outside(name: JointName) -> str:
