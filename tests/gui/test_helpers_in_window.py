@@ -45,6 +45,10 @@ def shown(view):
     return {name for name in PARTS if circle is not None and getattr(circle, name).shown}
 
 
+def title_of(pane):
+    return "".join(text for text, _ in pane.front.title)
+
+
 def middle(view, name):
     points = getattr(view.scene._circle, name).points.astype(float)
     return (points.min(axis=0) + points.max(axis=0)) / 2.0
@@ -145,3 +149,17 @@ def test_it_is_reviewed_to_the_end_and_exported(qtbot, show_window, tmp_path, po
     export(window, ExportChoice(out))
     written, j = read_bvh(out).motion, UNREAL.skeleton.index(HELPER)
     assert np.degrees(geodesic_angle(written.rotations, UNREAL.rotations)[:, j].max()) < 4.0
+
+
+def test_it_has_one_detector_and_the_plots_say_so(qtbot, show_window, tmp_path, popped):
+    clip = tmp_path / "popped.bvh"
+    clip.write_bytes(popped.read_bytes())
+    window = show_window(Settings(), tmp_path / "settings.json")
+    open_clip(qtbot, window, clip)
+    document, other = window.document, window.timeline.other
+    act(window, "both_detectors")
+    document.select_chain("upperarm_l")
+    qtbot.waitUntil(lambda: "interval" in title_of(other), timeout=60_000)
+    document.select_chain(HELPER)
+    qtbot.waitUntil(lambda: "one detector" in title_of(other))
+    assert other.intervals == ()
