@@ -7,6 +7,7 @@ from PySide6.QtCore import Qt
 from inspector.session.export_files import ExportChoice
 from inspector.session.open_clip import Show
 from inspector.session.settings import Settings
+from inspector.tuning.tuning_panel import Scope
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.limb_circle import helper_circle
 from tests.gui.pictures import changed, picture, settle
@@ -163,3 +164,24 @@ def test_it_has_one_detector_and_the_plots_say_so(qtbot, show_window, tmp_path, 
     document.select_chain(HELPER)
     qtbot.waitUntil(lambda: "one detector" in title_of(other))
     assert other.intervals == ()
+
+
+def test_tuning_measures_chains_and_leaves_twist_bones_their_own_tau(
+    qtbot, show_window, tmp_path, popped
+):
+    clip = tmp_path / "popped.bvh"
+    clip.write_bytes(popped.read_bytes())
+    window = show_window(Settings(), tmp_path / "settings.json")
+    open_clip(qtbot, window, clip)
+    document, tuning = window.document, window.tuning
+    document.select_chain("upperarm_l")
+    tuning.set_scope(Scope.ALL)
+    assert len(tuning.chains_in_scope()) == 10
+    assert HELPER not in tuning.costs.names
+    document.select_chain(HELPER)
+    assert len(tuning.chains_in_scope()) == 12
+    act(window, "show_tuning")
+    qtbot.waitUntil(lambda: bool(tuning.costs.curves or tuning.costs.trouble), timeout=120_000)
+    assert not tuning.costs.trouble
+    assert not tuning.curves.cost.isVisible()
+    assert "twist bone" in tuning.curves.cost_words.text()
