@@ -219,7 +219,8 @@ class ClipAnalysis:
         """The intervals of these kinds: those of chains, then flips of limbs.
 
         τ: for all chains, or by the name of a chain or limb; else the automatic one. A limb's is
-        another quantity, so that one τ for all is for chains only; lone jumps have none.
+        another quantity, as is that of a twist bone: one τ for all is for other chains only; lone
+        jumps have none.
         TwistError for a kind, a method or a name that there is not.
         """
         wanted = {kinds} if isinstance(kinds, str) else set(kinds)
@@ -242,7 +243,7 @@ class ClipAnalysis:
             return {name: math.radians(t) for name, t in self._given(degrees, None).items()}
         if isinstance(radians, Mapping):
             return {self.chain(name).name: float(t) for name, t in radians.items()}
-        return {} if radians is None else {c.name: float(radians) for c in self.chains}
+        return {} if radians is None else {c.name: float(radians) for c in self._of_limbs}
 
 
 @dataclass(frozen=True, eq=False)

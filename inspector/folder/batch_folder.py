@@ -101,6 +101,7 @@ class BatchFolder(QObject):
             reason=glance.unchecked,
             unchecked=bool(glance.unchecked),
             missing=glance.missing_frames,
+            unexamined=glance.unexamined,
         )
 
     # -- decisions ----------------------------------------------------------------------------

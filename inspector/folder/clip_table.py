@@ -19,6 +19,7 @@ _COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {
     "exported_as": lambda c: c.exported,
     "to_restore": lambda c: c.waits,
     "missing_frames": lambda c: c.missing if c.state == ClipState.READY else "",
+    "unexamined": lambda c: c.unexamined if c.state == ClipState.READY else "",
     "reason": lambda c: c.reason,
 }
 

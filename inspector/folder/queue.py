@@ -355,6 +355,7 @@ class FolderQueue(QObject):
                 reason=answer.unchecked,
                 unchecked=bool(answer.unchecked),
                 missing=answer.missing_frames,
+                unexamined=answer.unexamined,
             )
 
     def _end(self, worker: _Worker, reason: str) -> None:

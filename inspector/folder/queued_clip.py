@@ -42,7 +42,8 @@ class QueuedClip:
     could be checked in it (`unchecked`); decided: of how many intervals, by its review if that is
     open, else by its session, None without either; exported: the name of its latest export, or '';
     label: its name in a batch, or ''; waits: a review that ended without saving can be restored;
-    missing: frames that its header declares and it does not have.
+    missing: frames that its header declares and it does not have; unexamined: how many of its arms
+    and legs no chain examines.
     """
 
     path: Path
@@ -56,6 +57,7 @@ class QueuedClip:
     waits: bool = False
     label: str = ""
     missing: int = 0
+    unexamined: int = 0
 
     @property
     def title(self) -> str:
@@ -75,8 +77,9 @@ class QueuedClip:
 
     @property
     def clean(self) -> bool:
-        """It was checked to its end and nothing was found."""
-        ready = self.state == ClipState.READY and not (self.unchecked or self.missing)
+        """All of it was checked to its end and nothing was found."""
+        lacks = self.unchecked or self.missing or self.unexamined
+        ready = self.state == ClipState.READY and not lacks
         return ready and not self.counts[1] and not self.waits
 
     @property

@@ -33,6 +33,7 @@ LABELS = (
         for side in ("Left", "Right")
         for segment in ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg", "arm", "leg")
     ),
+    *(f"{side} {end}" for side in ("Left", "Right") for end in ("Hand", "Foot", "Toe")),
     *("elbow", "knee", "hand", "foot"),
 )
 _HOLE = re.compile(r"\{(\d+)\}")

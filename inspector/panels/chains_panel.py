@@ -12,18 +12,21 @@ from PySide6.QtCore import QModelIndex, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QStackedWidget, QWidget
 
-from inspector.language import of_core, plural, tr, tr_as
+from inspector.language import of_core, tr, tr_as
+from inspector.panels.interval_filter import KINDS
 from inspector.panels.limb_words import end_in_words
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
-from inspector.session.opening import Analysed
+from inspector.session.examined import in_a_line, left_out, not_examined
 from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import BesideDelegate, Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.detection import Kind
 from twistcore.detection.limb_flips import BENT
 from twistcore.encoding import legible
+from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.refinement import children_off_axis
 from twistcore.review import Decision
@@ -84,6 +87,7 @@ class _Shown:
 class _ChainModel(RowModel[_Shown]):
     heads, head_tips = _HEADS, _TIPS
     right = range(1, len(_HEADS))
+    middle = (0,)
 
     def __init__(self, document: Document, theme: Theme) -> None:
         super().__init__(theme)
@@ -155,10 +159,10 @@ class ChainsPanel(QWidget):
         self._stack = QStackedWidget()
         self.unexamined = QLabel(wordWrap=True)
         self.unexamined.setObjectName("warning")
-        self._notice = QWidget()
+        self._notice, self._names = QWidget(), action_button(joint_names)
         hbox(
             (self.unexamined, 1),
-            action_button(joint_names),
+            self._names,
             owner=self._notice,
             margins=(_PAD, _PAD, _PAD, _PAD),
         )
@@ -225,7 +229,7 @@ class ChainsPanel(QWidget):
         self._refresh()
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
-            self._hint.setText(_blind(self._document.data))
+            self._hint.setText(not_examined(self._document.data))
         self._list_people()
         self._show_unexamined()
         self._select_row()
@@ -242,14 +246,12 @@ class ChainsPanel(QWidget):
 
     def _show_unexamined(self) -> None:
         """Name what was not examined; the first limb, and how many more there are."""
-        data = self._document.data
-        told = [_blind(data)] if data and data.analysis.not_examined else []
-        if data and not told:
-            told = [of_core(str(limb)) for limb in data.analysis.unexamined]
-        more = plural("{n} more", "{n} more", len(told) - 1) if len(told) > 1 else ""
-        self.unexamined.setText(f"{told[0]} ({more})" if more else "".join(told))
-        self.unexamined.setToolTip(as_tip("\n".join(told)) if more else "")
+        told = left_out(self._document.data)
+        self.unexamined.setText(in_a_line(told))
+        self.unexamined.setToolTip(as_tip("\n".join(told)) if len(told) > 1 else "")
         self._notice.setVisible(bool(told))
+        data = self._document.data  # names help where chains are missing, not frames
+        self._names.setVisible(bool(data and not (data.chains and data.analysis.not_examined)))
 
     def _select_row(self) -> None:
         if (row := self._model.row_of(self._document.chain)) is not None:
@@ -258,11 +260,6 @@ class ChainsPanel(QWidget):
     def _row_selected(self, current: QModelIndex) -> None:
         if self._document.data and current.isValid() and not self._showing:
             self._document.select_chain(self._model.things[current.row()].chain)
-
-
-def _blind(data: Analysed) -> str:
-    """Why nothing can be examined in a clip."""
-    return tr("The clip could not be examined: {why}.", why=of_core(data.analysis.not_examined))
 
 
 def _peak(document: Document, chain: Chain) -> float:
@@ -295,11 +292,13 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         reliability, least = data.analysis.reliability[chain.name], _RELIABLE
     else:
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
-    label = of_core(chain.list_label)
+    label, joints = of_core(chain.list_label), own_joints(chain, skeleton)
+    if isinstance(chain, Helper):
+        label, joints = of_core(chain.label), KINDS[Kind.HELPER_ROLL][0]
     return _Shown(
         chain=chain.name,
         label=tr("{chain} (fixed)", chain=label) if stuck else label,
-        joints=own_joints(chain, skeleton),
+        joints=joints,
         decided=0,
         found=0,
         peak=np.nan if data.blind else _peak(document, chain),

@@ -38,8 +38,9 @@ _HEADS = (tr("Clip"), tr("Severity"), tr_as("of a clip", "Review"), tr_as("of a 
 _NAME_WIDTH = 90  # pixels
 _WIDTHS = (72, 84, 66)  # pixels of the other columns, at least
 _PAD = 8  # pixels beside a word
-_CLEAN, _CUT, _UNCHECKED, _FAILED = (
+_CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "clean"),
+    tr_as("a clip or clips", "partly checked"),
     tr_as("a clip or clips", "cut short"),
     tr_as("a clip or clips", "not checked"),
     tr_as("a clip or clips", "failed"),
@@ -103,7 +104,9 @@ def _review(clip: QueuedClip) -> str:
     if clip.counts[1] and (clip.decided or clip.state == ClipState.READY):
         return f"{clip.counts[0]} / {clip.counts[1]}"
     if clip.state == ClipState.READY:
-        return _UNCHECKED if clip.unchecked else _CUT if clip.missing else _CLEAN
+        if clip.unchecked or clip.missing:
+            return _UNCHECKED if clip.unchecked else _CUT
+        return _PARTLY if clip.unexamined else _CLEAN
     return "…" if clip.state == ClipState.ANALYSING else ""
 
 
@@ -123,6 +126,14 @@ def _tip(clip: QueuedClip) -> str:
                 "{n} frame that its header declares is missing",
                 "{n} frames that its header declares are missing",
                 clip.missing,
+            )
+        )
+    if clip.unexamined:
+        told.append(
+            plural(
+                "{n} arm or leg was not examined: open the clip to see why",
+                "{n} arms and legs were not examined: open the clip to see why",
+                clip.unexamined,
             )
         )
     if clip.waits:
@@ -229,7 +240,7 @@ class ClipsPanel(QWidget):
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         advance = self.fontMetrics().horizontalAdvance
-        words = (_HEADS[1],), (_HEADS[2], _CLEAN, _CUT, _UNCHECKED, _FAILED), (_HEADS[3],)
+        words = (_HEADS[1],), (_HEADS[2], _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED), (_HEADS[3],)
         for column, (least, said) in enumerate(zip(_WIDTHS, words, strict=True), start=1):
             header.resizeSection(column, max(least, *(advance(word) + _PAD for word in said)))
         self.table.keep_room(_NAME_WIDTH, (_EXPORT, _SEVERITY))
@@ -326,6 +337,7 @@ class ClipsPanel(QWidget):
             told.append(words)
         counts = (
             (sum(c.clean for c in clips), _CLEAN),
+            (sum(bool(c.unexamined) and not c.unchecked for c in clips), _PARTLY),
             (sum(bool(c.missing) for c in clips), _CUT),
             (sum(c.unchecked for c in clips), _UNCHECKED),
             (sum(c.state == ClipState.FAILED for c in clips), _FAILED),

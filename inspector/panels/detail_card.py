@@ -25,6 +25,7 @@ from inspector.panels.limb_words import middle_of
 from inspector.panels.reject_reasons import REASONS, kept_reason, told_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
+from inspector.session.examined import not_examined
 from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption, Headline, as_tip, bold
@@ -199,6 +200,8 @@ class DetailCard(QWidget):
         asked, none = tr("Why is nothing found here?"), tr("No interval selected")
         self.title.setText(asked if outside else none)
         nothing = _NEXT if document.data is not None else _OPEN
+        if not document.intervals:
+            nothing = not_examined(document.data) or nothing
         text = told(document, reason) if reason else nothing
         self.why.set_plain(text)
 

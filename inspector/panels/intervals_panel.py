@@ -15,6 +15,7 @@ from inspector.panels.interval_filter import KINDS, OF_CHAIN, FilteredRows, Filt
 from inspector.panels.reject_reasons import told_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
+from inspector.session.examined import left_out, not_examined
 from inspector.session.settings import Settings
 from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
@@ -22,6 +23,7 @@ from inspector.widgets.signed_numbers import signed
 from inspector.widgets.tables import Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.detection import Kind
+from twistcore.helper import Helper
 from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, overlapping
 
@@ -44,6 +46,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
     heads = tuple(column.head for column in COLUMNS)
     head_tips = tuple(column.tip or column.name for column in COLUMNS)
     right = tuple(k for k, column in enumerate(COLUMNS) if column.figures)
+    middle = (PLACE["chain"],)
 
     def __init__(self, document: Document, theme: Theme) -> None:
         super().__init__(theme)
@@ -67,7 +70,8 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         sure = -1.0 if interval.confidence is None else interval.confidence
         chain = document.find_chain(interval.chain)
         joints = joints_of(chain, document.data.motion.skeleton)
-        label, end = of_core(chain.list_label), _end(judged)
+        end = _end(judged)
+        label = of_core(chain.label if isinstance(chain, Helper) else chain.list_label)
         note = " · ".join(filter(None, (told_reason(judged.reason), judged.note)))[:_NOTED]
         cells: dict[str, tuple[str, object]] = {  # what is shown, and what it is sorted by
             "chain": (label, interval.chain),
@@ -316,12 +320,11 @@ class IntervalsPanel(QWidget):
         self.count.setText(self._counted())
         if not self._document.data:
             told = tr("Open a clip: its suspicious intervals are listed here.")
-        elif not intervals and (why := self._document.data.analysis.not_examined):
-            told = tr("The clip could not be examined: {why}.", why=of_core(why))
+        elif not intervals and (blind := not_examined(self._document.data)):
+            told = blind
         elif not intervals:
             told = tr("Nothing found at this τ.\nLower the τ line to look closer.")
-            if limbs := self._document.data.analysis.unexamined:
-                told += "\n" + "\n".join(of_core(str(limb)) for limb in limbs)
+            told = "\n".join((told, *left_out(self._document.data)))
         else:
             told = tr("No interval passes this filter.")
         self._hint.setText(told)

@@ -75,7 +75,10 @@ class OffscreenRenderer:
                 before, after = ((rotations[t], positions[t]) for t in (pair.first, pair.second))
                 facing = heading(after[1], chains, up)
                 above = int(motion.skeleton.parents[chain.parent])
-                side = limb_side(chain, bones, before, after, facing, up, above=above)
+                side = limb_side(
+                    chain, bones, before, after, facing, up,
+                    skeleton=motion.skeleton, height=height, above=above,
+                )  # fmt: skip
                 camera = OrbitCamera(np.zeros(3), 0.0, 0.0, height, up, facing)
                 if side is not None:
                     camera = side.camera(camera, height, self._aspect, _MARGIN)

@@ -16,6 +16,7 @@ from inspector.widgets.background import OneTask
 from inspector.widgets.theme import Theme
 from twistcore.analysis import ClipAnalysis
 from twistcore.detection import DETECTORS
+from twistcore.helper import Helper
 from twistcore.review import Judged
 
 _NAMES = {"paper": tr("Paper's detector"), "consistency": tr("Our detector")}
@@ -77,6 +78,11 @@ class OtherDetector(Pane):
         data = self._document.data
         if data is None or not self._document.chain or self._document.limb is not None:
             return  # flips of a limb have one detector
+        if isinstance(self._document.find_chain(self._document.chain), Helper):
+            self.forget()
+            self.show_title([(tr("The roll of a twist bone has one detector"), "soft")])
+            self.touch()
+            return
         analysis = data.analysis.kept(self.method)
         if analysis is None:
             self._begin(data.analysis)

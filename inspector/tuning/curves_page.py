@@ -20,9 +20,11 @@ from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Theme
+from twistcore.helper import Helper
+from twistcore.limb import Limb
 from twistcore.tuning.cost_words import band_words, count_words, fsr_words
 
-_NO_COSTS = tr("What τ costs is measured for chains; a limb has its automatic τ.")
+_NO_COSTS = tr("What τ costs is measured for chains; a limb or a twist bone has its automatic τ.")
 
 
 class CurvesPage(QWidget):
@@ -100,7 +102,7 @@ class CurvesPage(QWidget):
             plot.show_floor(self._floor)
         curve = self._costs.curves.get(name)
         self.cost.show_curve(curve, self._wishes.suggested(curve) if curve else 0.0)
-        self.cost.setVisible(document.limb is None)
+        self.cost.setVisible(self._has_costs)
         self._say_where()
 
     def _frames_that_count(self) -> NDArray[np.bool_]:
@@ -125,8 +127,7 @@ class CurvesPage(QWidget):
             "{n} frame is left out (Suggestion)", "{n} frames are left out (Suggestion)", left
         )
         self.strength_words.setToolTip(out if left else "")
-        limb = self._document.limb is not None
-        self.cost_words.set_text(_NO_COSTS if limb else self._cost_text())
+        self.cost_words.set_text(self._cost_text() if self._has_costs else _NO_COSTS)
         found = len(self._document.review.state.of_chain(self._document.chain))
         at = plural(
             "{n} interval at τ {tau:.2f}°", "{n} intervals at τ {tau:.2f}°", found, tau=degrees
@@ -137,7 +138,7 @@ class CurvesPage(QWidget):
             alarms = tr("false alarms {count}", count=count_words(cost))
             parts += [f"FSR {fsr_words(cost)}", alarms]
             self.state.setToolTip(of_core(band_words(cost)))
-        if not limb and (progress := self.progress()):
+        if self._has_costs and (progress := self.progress()):
             parts.append(progress)
         self.state.set_plain(" · ".join(parts))
         self.histogram.setAccessibleDescription(plain_text(self.strength_words.text()))
@@ -168,6 +169,14 @@ class CurvesPage(QWidget):
             told = tr("▼ suggested {tau:.2f}°", tau=suggested)
             words.append(_inked(told, theme.accepted))
         return "  ".join([tr("Errors put into this clip"), *words])
+
+    @property
+    def _has_costs(self) -> bool:
+        """False at a limb or a twist bone, whose τ is another quantity."""
+        document = self._document
+        if document.data is None or not document.chain:
+            return True
+        return not isinstance(document.find_chain(document.chain), Limb | Helper)
 
     def progress(self) -> str:
         """What is being measured, or why it is not; '' when all is known."""

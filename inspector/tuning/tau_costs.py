@@ -16,6 +16,7 @@ from inspector.session.document import Document
 from inspector.tuning.cost_worker import Capture, Request, measure
 from inspector.tuning.wishes import Wishes
 from twistcore.chain import uncorrectable_joints
+from twistcore.helper import Helper
 from twistcore.review import Decision, Judged, ReviewState
 from twistcore.tuning import TauCurve
 from twistcore.tuning.verdicts_of import is_verdict, said_in
@@ -97,7 +98,8 @@ class Costs(QObject):
         data = self._document.data
         if data is None:
             return ()
-        return tuple(c.name for c in data.chains if not uncorrectable_joints(data.motion, c))
+        chains = (c for c in data.chains if not isinstance(c, Helper))
+        return tuple(c.name for c in chains if not uncorrectable_joints(data.motion, c))
 
     def coming(self, method: str) -> bool:
         """Whether curves by a detector are still to come."""

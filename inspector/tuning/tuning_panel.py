@@ -225,8 +225,8 @@ class TuningPanel(QWidget):
         if data is None or not self._document.chain:
             return ()
         own = self._document.find_chain(self._document.chain)
-        # τ of a limb is another quantity than that of a chain.
-        alike = data.chains if self._document.limb is None else data.analysis.limbs
+        # τ of a limb or a twist bone is another quantity than that of a chain.
+        alike = [c for c in data.chains_and_limbs if type(c) is type(own)]
         if self.scope == Scope.ALL:
             return tuple(c.name for c in alike)
         if self.scope == Scope.SEGMENT and own.segment:

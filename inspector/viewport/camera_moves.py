@@ -142,7 +142,10 @@ class Steering(QWidget):
         if scene.style == Style.SKIN and chain.segment in ("ForeArm", "Leg"):
             above = int(data.motion.skeleton.parents[chain.parent])  # it is wrung as well
         facing = scene.facing(after[1])
-        side = limb_side(chain, scene.bones, before, after, facing, scene.up, above=above)
+        side = limb_side(
+            chain, scene.bones, before, after, facing, scene.up,
+            skeleton=data.motion.skeleton, height=scene.height, above=above,
+        )  # fmt: skip
         return None if side is None else side.camera(camera, scene.height, self._aspect())
 
     def _turned(self, share: float) -> None:

@@ -14,7 +14,7 @@ from inspector.viewport.bodies import Bone
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.dashed_figure import Companion
-from inspector.viewport.limb_circle import circle_of, limb_bones
+from inspector.viewport.limb_circle import circle_of, helper_circle, limb_bones
 from inspector.viewport.mesh_actor import Index
 from inspector.viewport.overlays import legend_text, trails_text
 from inspector.viewport.scene import Scene
@@ -23,6 +23,7 @@ from inspector.widgets.labels import inked
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
+from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 from twistcore.rotation import Array
@@ -101,15 +102,26 @@ class FrameDrawing:
             self.guest.draw(scene, pose, camera)
 
     def _draw_circle(self, scene: Scene, pose: Pose, *, before: bool, after: bool) -> None:
-        """Of the selected limb; before, after: which are seen, after as the pose has it."""
-        document, limb = self._document, selected_limb(self._document)
-        if limb is None or self.guest is not None:
+        """Draw the circle of the selected limb or twist bone.
+
+        before, after: which marks are seen, after as the pose has it.
+        """
+        document, chain = self._document, selected_chain(self._document)
+        if not isinstance(chain, Limb | Helper) or self.guest is not None:
             scene.draw_circle(None)
             return
-        circle = circle_of(limb, document.pose(document.frame, after=False)[1])
-        offset = float(document.offset(limb.name)[document.frame])
-        there = pose.positions[limb.child] if after else None
-        scene.draw_circle(circle, offset, before=before, after=there)
+        now = document.pose(document.frame, after=False)
+        offset = float(document.offset(chain.name)[document.frame])
+        if isinstance(chain, Limb):
+            circle = circle_of(chain, now[1])
+            there = pose.positions[chain.child]
+        else:
+            skeleton = scene.data.motion.skeleton
+            circle = helper_circle(chain, skeleton, now, scene.height)
+            turned = pose.rotations, pose.positions
+            placed = helper_circle(chain, skeleton, turned, scene.height) or circle
+            there = np.zeros(3) if placed is None else placed.centre + placed.aside
+        scene.draw_circle(circle, offset, before=before, after=there if after else None)
 
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
         """What is to be seen of the frame; show: else the document's choice."""
@@ -211,13 +223,20 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
 def _roles(bones: tuple[Bone, ...], chain: Chain | None, skeleton: Skeleton) -> Index:
     """Chosen are the selected chain's bones, P→C and, where there is one, C→G; (bones,).
 
-    Of a limb all from P to E.
+    Of a limb all from P to E; of a twist bone its own, and the bone that it lies in.
     """
     pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)} if chain else set()
     if isinstance(chain, Limb):
         pairs = set(limb_bones(chain, skeleton))
+    elif isinstance(chain, Helper):
+        pairs = {*_own_bones(chain, skeleton), (skeleton.parents[chain.parent], chain.child)}
     chosen = np.array([(b.parent, b.child) in pairs for b in bones], dtype=bool)
     return np.where(chosen, Role.CHOSEN, Role.PLAIN).astype(np.int64)
+
+
+def _own_bones(helper: Helper, skeleton: Skeleton) -> list[tuple[int, int]]:
+    """What hangs on a twist bone, by joints; −1 is its End Site."""
+    return [(helper.parent, joint) for joint in (*skeleton.children[helper.parent], -1)]
 
 
 def _bone_offsets(document: Document, scene: Scene) -> Array:
@@ -230,6 +249,8 @@ def _bone_offsets(document: Document, scene: Scene) -> Array:
         pairs = [(chain.parent, chain.child)]
         if isinstance(chain, Limb):
             pairs = limb_bones(chain, scene.data.motion.skeleton)
+        elif isinstance(chain, Helper):
+            pairs = _own_bones(chain, scene.data.motion.skeleton)
         offset = abs(float(document.offset(chain.name)[document.frame]))
         by_pair |= {pair: max(offset, by_pair.get(pair, 0.0)) for pair in pairs}
     return np.array([by_pair.get((b.parent, b.child), 0.0) for b in scene.bones])

@@ -1,6 +1,8 @@
 """The circle about the line from a limb's first joint to its end that its middle joint moves on.
 
-A flip takes knee or elbow round it and leaves hip and ankle, shoulder and wrist.
+A flip takes knee or elbow round it and leaves hip and ankle, shoulder and wrist. A twist bone next
+to a chain has a circle about the bone that it lies in: a mark on it shows its roll, as a twist bone
+often has no body of its own.
 """
 
 from __future__ import annotations
@@ -16,10 +18,13 @@ from inspector.viewport.mesh_actor import Piece, segments
 from inspector.viewport.solid_and_ghost import SAME
 from inspector.widgets.theme import Theme
 from twistcore.detection.limb_flips import BENT
+from twistcore.helper import Helper
 from twistcore.limb import Limb, path
 from twistcore.motion import Skeleton
-from twistcore.rotation import Array, quaternion_from_axis_angle, rotate
+from twistcore.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
+_DIAL = 0.06  # radius of a twist bone's circle, of the figure's height
+_DIAL_AT = 0.25, 0.75  # of its bone: nearer to an end the joint there hides it
 _FOLDED = 0.02  # of the limb's length: an end nearer to the first joint leaves no line
 _STEPS = 72  # of the circle
 _ARC = 40  # steps of the way from before to after
@@ -68,6 +73,30 @@ def circle_of(limb: Limb, positions: Array) -> Circle | None:
     aside = middle - centre
     bent = np.linalg.norm(aside) >= BENT * length
     return Circle(first, end, axis, centre, aside) if bent else None
+
+
+def helper_circle(
+    helper: Helper, skeleton: Skeleton, pose: tuple[Array, Array], height: float
+) -> Circle | None:
+    """The circle of a twist bone in a pose; None where its bone has no length in it.
+
+    pose: global rotations (joints, 4) and positions (joints, 3); height: of the figure. The mark is
+    at a direction that the twist bone takes along, seen from the bone's line.
+    """
+    rotations, positions = pose
+    upper = int(skeleton.parents[helper.parent])
+    first, end = positions[upper], positions[helper.child]
+    length = float(np.linalg.norm(end - first))
+    if length <= _FOLDED * height:
+        return None
+    axis = (end - first) / length
+    share = np.clip((positions[helper.parent] - first) @ axis / length, *_DIAL_AT)
+    own = np.mean(np.atleast_2d(helper.axis), axis=0)
+    across = np.eye(3)[int(np.argmin(np.abs(own)))]
+    across = rotate(rotations[helper.parent], across - (across @ own) * own)
+    across = across - (across @ axis) * axis
+    radius = min(_DIAL * height, 0.4 * length)
+    return Circle(first, end, axis, first + share * length * axis, radius * normalise(across))
 
 
 def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:

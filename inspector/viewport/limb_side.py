@@ -9,9 +9,11 @@ import numpy as np
 
 from inspector.viewport.bodies import Bone
 from inspector.viewport.camera import OrbitCamera, circle_direction, roll_direction
-from inspector.viewport.limb_circle import circle_of
+from inspector.viewport.limb_circle import Circle, circle_of, helper_circle
 from twistcore.chain import Chain
+from twistcore.helper import Helper
 from twistcore.limb import Limb
+from twistcore.motion import Skeleton
 from twistcore.rotation import Array, normalise, rotate
 
 _AIR = 0.045  # round the limb, of the figure's height
@@ -47,17 +49,28 @@ def limb_side(
     facing: Array,
     up: Array,
     *,
+    skeleton: Skeleton,
+    height: float,
     above: int = -1,
 ) -> LimbSide | None:
     """The best side of a chain or limb; None where it has no body.
 
+    Where it turns on a circle, as a limb and a twist bone do, that is seen open.
+
     before, after: global rotations (joints, 4) and positions (joints, 3); facing, up: unit vectors
-    (3,) of the figure; above: a joint that is to be in the picture as well, −1 for none.
+    (3,) of the figure; height: of the figure; above: a joint that is to be in the picture as well,
+    −1 for none.
     """
     rotations, positions = after
     limb = limb_joints(chain, positions)
+    circle: Circle | None = None
+    if isinstance(chain, Helper):
+        limb = np.vstack([limb, positions[int(skeleton.parents[chain.parent])]])
+        circle = helper_circle(chain, skeleton, before, height)
+    elif isinstance(chain, Limb):
+        circle = circle_of(chain, before[1])
     outward = limb.mean(axis=0) - positions.mean(axis=0)
-    if isinstance(chain, Limb) and (circle := circle_of(chain, before[1])):
+    if circle is not None:
         direction = circle_direction(circle.axis, circle.aside, outward, facing, up)
         around = circle.at(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False))
         return LimbSide(direction, np.vstack([limb, around]))

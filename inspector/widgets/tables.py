@@ -76,6 +76,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
     heads: tuple[str, ...] = ()
     head_tips: tuple[str, ...] = ()
     right: Collection[int] = ()  # columns of figures
+    middle: Collection[int] = ()  # of names that differ in their last letters: the middle is elided
 
     def __init__(self, theme: Theme) -> None:
         super().__init__()
@@ -325,6 +326,8 @@ class RowDelegate(QStyledItemDelegate):
         option.index = index
         option.displayAlignment = self._model.alignment(column)
         option.text = row.texts[column]
+        if column in self._model.middle:
+            option.textElideMode = Qt.TextElideMode.ElideMiddle
         option.features |= _Feature.HasDisplay
         if (colour := row.colours.get(column)) is not None:
             option.palette.setColor(QPalette.ColorRole.Text, QColor(colour))

@@ -84,10 +84,12 @@ class ChainActions:
         """Use names of joints, and keep them for this skeleton."""
         if rig == self._rig:
             return
-        self.document.change_chains(rig, tr("Joint names"))
+        told = tr("Clips of this skeleton that have no session open with these names from now on.")
         data = self.document.data
-        if data is not None:
-            self._keep(replace(kept_rig(data.motion)[0], names=rig.names))
+        if data is not None and self._keep(replace(kept_rig(data.motion)[0], names=rig.names)):
+            self.document.change_chains(rig, tr("Joint names"), told)
+        else:
+            self.document.change_chains(rig, tr("Joint names"))
 
     def remove_chain(self) -> None:
         """Take the selected chain away, and say what goes with it."""

@@ -12,6 +12,7 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.session.document import Document
+from inspector.session.examined import in_a_line, left_out, not_examined
 from inspector.session.export_files import (
     ExportChoice,
     check_targets,
@@ -84,6 +85,9 @@ class ExportDialog(WriteDialog):
         form.addRow(tr("Write to"), self.where)
         self.count = QLabel(", ".join(words))
         form.addRow(tr("Intervals"), self.count)
+        blind = not document.intervals and not_examined(document.data)
+        if said := blind or in_a_line(left_out(document.data)):
+            form.addRow("", QLabel(said, wordWrap=True))
         if document.data is not None and (stuck := uncorrected(document)):
             form.addRow("", QLabel(stuck, wordWrap=True))
         tracking = document.review.state.tracking if document.data else None

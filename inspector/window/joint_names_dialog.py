@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import QSignalBlocker, Qt, Signal
+from PySide6.QtGui import QFocusEvent, QKeyEvent, QWheelEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -23,9 +24,12 @@ from inspector.language import of_core, plural, tr, tr_as
 from inspector.session.document import Document
 from inspector.widgets.building import soft, vbox
 from twistcore.body import Body
+from twistcore.chain import Chain
 from twistcore.encoding import legible
 from twistcore.errors import TwistError
 from twistcore.examination import unexamined_limbs
+from twistcore.helper import Helper
+from twistcore.joint_names import JointName
 from twistcore.limb import Limb
 from twistcore.rig import Rig
 
@@ -36,25 +40,48 @@ _SIZE = 820, 620  # pixels
 _SAID = {  # what a person may say of a joint, as a rig keeps it, in words
     "": tr_as("a joint", "as found"),
     "left shoulder": tr("left shoulder (collar bone)"),
-    "left arm": tr("left upper arm"),
+    "left arm": tr("left upper arm (Arm)"),
     "left forearm": tr("left forearm"),
     "left hand": tr("left hand"),
-    "left upleg": tr("left thigh"),
-    "left leg": tr("left shin"),
+    "left upleg": tr("left thigh (UpLeg)"),
+    "left leg": tr("left shin (Leg)"),
     "left foot": tr("left foot"),
     "left toe": tr("left toe"),
     "right shoulder": tr("right shoulder (collar bone)"),
-    "right arm": tr("right upper arm"),
+    "right arm": tr("right upper arm (Arm)"),
     "right forearm": tr("right forearm"),
     "right hand": tr("right hand"),
-    "right upleg": tr("right thigh"),
-    "right leg": tr("right shin"),
+    "right upleg": tr("right thigh (UpLeg)"),
+    "right leg": tr("right shin (Leg)"),
     "right foot": tr("right foot"),
     "right toe": tr("right toe"),
     "helper": tr("twist bone"),
     "other": tr("not part of an arm or leg"),
     "unknown": tr_as("a joint", "unknown"),
 }
+_SEGMENTS = {"forearm": "ForeArm", "upleg": "UpLeg"}  # as chains are called
+_PIECE = "piece of "
+_UNNAMED = {  # joints of limbs that no name says more of
+    "limb": tr_as("a joint", "limb"),
+    "end": tr_as("a joint", "end of a limb"),
+    "below the end": tr_as("a joint", "below the end of a limb"),
+}
+_ENTER = Qt.Key.Key_Return, Qt.Key.Key_Enter
+
+
+class _Choice(QComboBox):
+    """What a joint is changed to."""
+
+    reached = Signal()  # by the keyboard: its row is to be seen
+
+    def focusInEvent(self, event: QFocusEvent) -> None:
+        """Bring the row into view."""
+        super().focusInEvent(event)
+        self.reached.emit()
+
+    def wheelEvent(self, event: QWheelEvent) -> None:
+        """Leave the wheel to the table, which scrolls."""
+        event.ignore()
 
 
 class JointNamesDialog(QDialog):
@@ -76,6 +103,7 @@ class JointNamesDialog(QDialog):
         self.table = QTableWidget(0, len(_HEADS))
         self.table.setHorizontalHeaderLabels(list(_HEADS))
         self.table.setAccessibleName(tr("Joints and what they were taken for"))
+        self.table.setTabKeyNavigation(False)  # Tab goes from choice to choice
         self.table.verticalHeader().hide()
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
         self.table.setSelectionBehavior(QAbstractItemView.SelectionBehavior.SelectRows)
@@ -83,6 +111,7 @@ class JointNamesDialog(QDialog):
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(_JOINT, QHeaderView.ResizeMode.Stretch)
+        header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self.told = soft(QLabel(wordWrap=True))
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok
@@ -106,9 +135,11 @@ class JointNamesDialog(QDialog):
         self.resize(*_SIZE)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.choices: dict[str, QComboBox] = {}
+        self._known: Mapping[str, str] = {}  # what the review says, without changes made here
         self._fill()
         self.search.textChanged.connect(self._find)
         document.opened.connect(self.reject)
+        document.chains_changed.connect(self._follow)
         self._check()
         self.search.setFocus()
 
@@ -116,6 +147,7 @@ class JointNamesDialog(QDialog):
         data = self._document.data
         assert data is not None
         skeleton, said = data.motion.skeleton, self._document.review.state.rig.names
+        self._known = said
         depth = [0] * len(skeleton)
         self.table.setRowCount(len(skeleton))
         for joint, name in enumerate(skeleton.names):
@@ -124,15 +156,14 @@ class JointNamesDialog(QDialog):
             item = QTableWidgetItem(_INDENT * depth[joint] + legible(name))
             item.setToolTip(legible(name))
             self.table.setItem(joint, _JOINT, item)
-            choice = QComboBox()
+            choice = _Choice()
             choice.setAccessibleName(tr("{joint} is the", joint=legible(name)))
             for key, words in _SAID.items():
                 choice.addItem(words, key)
             choice.setCurrentIndex(max(0, choice.findData(said.get(name, ""))))
             choice.currentIndexChanged.connect(self._check)
-            # The wheel scrolls the table, not the choice under the mouse.
             choice.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-            choice.wheelEvent = lambda event: event.ignore()  # type: ignore[method-assign]
+            choice.reached.connect(lambda row=joint: self.table.selectRow(row))
             self.table.setCellWidget(joint, _CHANGE, choice)
             self.choices[name] = choice
 
@@ -144,11 +175,33 @@ class JointNamesDialog(QDialog):
 
     def reset(self) -> None:
         """Take every joint for what was found."""
-        for box in self.choices.values():
-            box.blockSignals(True)
-            box.setCurrentIndex(0)
-            box.blockSignals(False)
+        self._choose({})
+
+    def _choose(self, names: Mapping[str, str]) -> None:
+        for name, box in self.choices.items():
+            with QSignalBlocker(box):
+                box.setCurrentIndex(max(0, box.findData(names.get(name, ""))))
         self._check()
+
+    def _follow(self) -> None:
+        """Show names that the review has got meanwhile, by an undo for instance."""
+        said = self._document.review.state.rig.names
+        if said != self._known:
+            self._known = said
+            self._choose(said)
+        else:
+            self._check()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Enter in the search goes to the first joint that is found; elsewhere it ends the form."""
+        if event.key() in _ENTER and self.focusWidget() is self.search:
+            rows = range(self.table.rowCount())
+            shown = [box for row, box in zip(rows, self.choices.values(), strict=True)
+                     if not self.table.isRowHidden(row)]  # fmt: skip
+            if shown:
+                shown[0].setFocus(Qt.FocusReason.TabFocusReason)
+            return
+        super().keyPressEvent(event)
 
     def _find(self, text: str) -> None:
         for row, name in enumerate(self.choices):
@@ -172,27 +225,34 @@ class JointNamesDialog(QDialog):
             self._rig = rig
             body = rig.body(data.motion)
             missing = unexamined_limbs(body, chains)
-            told = plural("{n} chain", "{n} chains", len(chains))
+            told = _counted(chains)
             if missing:
                 told += " · " + " ".join(of_core(str(limb)) for limb in missing)
             else:
                 told += " · " + tr("all arms and legs are examined")
             self.told.setText(told)
-            self._show(body, names)
+            self._show(body, names, {c.parent: c for c in chains if isinstance(c, Helper)})
         self._use.setEnabled(self._rig is not None)
 
-    def _show(self, body: Body, said: Mapping[str, str]) -> None:
+    def _show(self, body: Body, said: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
+        """Fill in what the joints are taken for and by what; helpers: by joint."""
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):
-            name = body.names[joint]
-            by = tr_as("by", "its name")
-            if body.skeleton.names[joint] in said:
+            name, helper = body.names[joint], helpers.get(joint)
+            by = tr_as("by", "its name") if name.roles or not taken else tr_as("by", "its place")
+            if own := said.get(body.skeleton.names[joint], ""):
                 by = tr_as("by", "you")
-            elif joint in by_shape:
+                side, _, part = own.partition(" ")
+                taken = f"{side.title()} {_SEGMENTS.get(part, part.title())}" if part else ""
+            elif joint in by_shape or (helper is not None and not name.helper):
                 by = tr_as("by", "the skeleton's shape")
-            words = of_core(taken) if taken else _not_in_a_limb(name.helper, name.other)
+            words = _within(taken) if taken else _outside(name)
+            if helper is not None and helper.segment:
+                bone = of_core(f"{helper.side} {helper.segment}")
+                words = tr("twist bone of {bone}", bone=bone)
+            known = taken or helper or name.helper or name.other or name.trunk
             self.table.setItem(joint, _TAKEN, QTableWidgetItem(words))
-            self.table.setItem(joint, _BY, QTableWidgetItem(by if taken else ""))
+            self.table.setItem(joint, _BY, QTableWidgetItem(by if known else ""))
 
     def accept(self) -> None:
         """Hand the rig on."""
@@ -201,7 +261,24 @@ class JointNamesDialog(QDialog):
             super().accept()
 
 
-def _not_in_a_limb(helper: bool, other: bool) -> str:
-    if helper:
+def _counted(chains: Sequence[Chain]) -> str:
+    """'10 chains, 12 twist bones'."""
+    helpers = sum(isinstance(chain, Helper) for chain in chains)
+    told = plural("{n} chain", "{n} chains", len(chains) - helpers)
+    return f"{told}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else told
+
+
+def _within(taken: str) -> str:
+    """What a joint of a limb was taken for."""
+    whole = taken.removeprefix(_PIECE)
+    words = _UNNAMED.get(whole) or of_core(whole)
+    return words if whole == taken else tr("piece of {bone}", bone=words)
+
+
+def _outside(name: JointName) -> str:
+    """What a joint is that is in no arm or leg."""
+    if name.helper:
         return tr("twist bone")
-    return tr("not part of an arm or leg") if other else "–"
+    if name.other:
+        return tr("head, finger or prop")
+    return tr("trunk") if name.trunk else tr_as("a joint", "unknown")

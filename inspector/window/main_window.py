@@ -331,7 +331,9 @@ class MainWindow(Parts):
         intervals = self.document.intervals
         decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
         told = tr("{done} of {total} decided", done=decided, total=len(intervals))
-        self.decided.setText(told if intervals else "")
+        if not intervals:
+            told = tr("not examined") if data and data.analysis.not_examined else ""
+        self.decided.setText(told)
 
     # -- Qt events ----------------------------------------------------------------------------
 

@@ -16,6 +16,7 @@ from inspector.panels.reason_palette import ReasonPalette
 from inspector.panels.reject_reasons import REASONS
 from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import BLIND, Document
+from inspector.session.examined import in_a_line, left_out, not_examined
 from inspector.session.player import Player
 from inspector.session.settings import Settings
 from inspector.session.why_here import peaks, reason_here, reason_near, told
@@ -108,6 +109,8 @@ class ReviewActions:
         To any where none is undecided, or back (−1) where none before it is: a look at the last.
         """
         order = self.intervals.shown_ids()
+        if self._tell_not_examined():
+            return
         if direction < 0 and not self._undecided_before(order):
             self.step_any(direction)
             return
@@ -119,6 +122,13 @@ class ReviewActions:
             else:
                 self.bar.show_message(tr("This is the last one to decide."), False)
         self._arrive(zoom=True)
+
+    def _tell_not_examined(self) -> bool:
+        """Say so where nothing is found because nothing could be examined."""
+        blind = "" if self.document.intervals else not_examined(self.document.data)
+        if blind:
+            self.bar.show_message(blind, False)
+        return bool(blind)
 
     def begin(self) -> None:
         """Go to the first interval to decide of a clip that nobody has gone about in yet."""
@@ -172,7 +182,8 @@ class ReviewActions:
                 if self.more_clips()
                 else "",
             )
-        self.bar.show_message(text, False)
+        rest = in_a_line(left_out(self.document.data))
+        self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def set_order(self, order: str) -> None:
         """Go through the intervals by 'time' or by 'chain'; remembered."""
@@ -297,6 +308,8 @@ class ReviewActions:
         if data.blind:
             self.bar.show_message(BLIND, False)
             return
+        if self._tell_not_examined():
+            return
         past = list(peaks(document))
         faint = faint_intervals(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
@@ -337,6 +350,8 @@ class ReviewActions:
         document, frame = self.document, self.document.frame
         if document.data is not None and document.data.blind:
             document.answered.emit(BLIND)
+        elif not self.document.intervals and (blind := not_examined(document.data)):
+            document.answered.emit(blind)
         elif reason := reason_near(document, frame) or reason_here(document, frame):
             document.answered.emit(told(document, reason))
 

@@ -145,24 +145,30 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     c, d = known("c", 1.0, intervals=1), known("d", 0.0)
     nothing = known("e", 0.0, unchecked=True)
     cut = known("g", 0.0, missing=286)
+    partly = known("h", 0.0, unexamined=2)
     assert [queue.next_after(p) for p in (None, a, b, c, d, nothing)] == [a, c, c, a, a, a]
     assert queue.totals == (1, 3, 2, 5), "clips with nothing to decide are not among those decided"
     failed = known("f", -1.0)
     queue.clips[failed] = replace(queue.clips[failed], state=ClipState.FAILED)
     panel = ClipsPanel(queue, Document(), LIGHT)
-    told = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 cut short; 1 not checked; 1 failed"
+    told = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 cut short; "
+    told += "1 not checked; 1 failed"
     assert panel.status.text() == told
     queue.clips[b] = replace(queue.clips[b], waits=True)  # decisions of it are to be restored first
     queue.changed.emit()
     assert panel.status.text() == told.replace("1 of 3", "0 of 3")
-    row = next(k for k, one in enumerate(panel._model.things) if one.path == cut)
-    shown = panel._model.describe(panel._model.things[row])
-    assert shown.texts[2] == "cut short"
-    assert "286 frames that its header declares are missing" in shown.tips[0]
+    for clip, state, told in (
+        (cut, "cut short", "286 frames that its header declares are missing"),
+        (partly, "partly checked", "2 arms and legs were not examined"),
+    ):
+        (thing,) = [one for one in panel._model.things if one.path == clip]
+        shown = panel._model.describe(thing)
+        assert shown.texts[2] == state
+        assert told in shown.tips[0]
     panel.deleteLater()
-    assert [queue.clips[p].clean for p in (a, b, c, d, nothing, cut)] == [False] * 3 + [True] + [
-        False
-    ] * 2
+    assert [queue.clips[p].clean for p in (a, b, c, d, nothing, cut, partly)] == [
+        *[False] * 3, True, *[False] * 3
+    ]  # fmt: skip
 
 
 def test_the_list_sorts_and_filters(qtbot, show_window, tmp_path):

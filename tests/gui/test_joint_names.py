@@ -1,13 +1,19 @@
 """What joints were taken for, what was not examined, and whose chains are shown."""
 
 import pytest
-from PySide6.QtWidgets import QDialogButtonBox
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QDialogButtonBox, QLabel
 
+from benchmarks._rigs import rigged
 from inspector.session.rig_profiles import rig_path
 from inspector.session.settings import Settings
+from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
+from tests.twistcore.test_strangers import BY_NAME, UNREAL, WALK
 from tests.twistcore.two_people import two_people
+from twistcore.bvh.compose import bvh_text
 from twistcore.rig import read_rig
 
 FINGERS = "LeftFingerPlate"  # a hand whose name is that of a part of one
@@ -97,4 +103,99 @@ def test_a_clip_that_cannot_be_examined_says_so(qtbot, show_window, tmp_path):
     window = opened(qtbot, show_window, tmp_path, "\n".join(short).encode())
     assert window.document.data.analysis.not_examined
     assert window.chains.unexamined.isVisible()
-    assert window.chains.unexamined.text() == window.intervals._hint.text()
+    said = window.chains.unexamined.text()
+    assert "too few" in said
+    assert said == window.intervals._hint.text()
+    assert window.detail.says(said)
+    assert window.decided.text() == "not examined"
+    assert not window.chains._names.isVisible()  # no name of a joint helps
+    for action in ("next_interval", "next_faint", "why_not"):
+        window.bar.clear()
+        act(window, action)
+        assert window.bar.label.text() == said, action
+    dialog = ExportDialog(window.document, window)
+    assert said in [label.text() for label in dialog.findChildren(QLabel)]
+
+
+def test_what_was_not_examined_is_said_where_all_is_decided(qtbot, odd):
+    limb = odd.chains.unexamined.text()
+    odd.document.go_to(100)
+    odd.document.select_chain("RightArm")
+    act(odd, "insert_interval")
+    act(odd, "accept")
+    assert all(j.decision == "accepted" for j in odd.document.intervals)
+    assert odd.bar.label.text().endswith(limb)
+
+
+def words(dialog, joint):
+    """What a joint was taken for, and by what."""
+    row = list(dialog.choices).index(joint)
+    return tuple(dialog.table.item(row, column).text() for column in (1, 2))
+
+
+def test_each_joint_says_what_it_was_taken_for_and_by_what(qtbot, odd):
+    act(odd, "joint_names")
+    dialog = odd.chain_actions.names
+    assert words(dialog, "RightArm") == ("Right Arm", "its name")
+    assert words(dialog, "Spine") == ("trunk", "its name")
+    assert words(dialog, FINGERS) == ("head, finger or prop", "its name")
+    for said, taken in (("left hand", "Left Hand"), ("unknown", "unknown")):
+        box = dialog.choices[FINGERS]
+        box.setCurrentIndex(box.findData(said))
+        assert words(dialog, FINGERS)[0] == taken
+    dialog.reject()
+
+
+def test_twist_bones_and_pieces_are_called_so(qtbot, show_window, tmp_path):
+    clip = tmp_path / "unreal.bvh"
+    clip.write_text(bvh_text(UNREAL), "utf-8")
+    window = show_window(Settings(), tmp_path / "settings.json")
+    open_clip(qtbot, window, clip)
+    act(window, "joint_names")
+    dialog = window.chain_actions.names
+    assert words(dialog, "upperarm_twist_01_l") == ("twist bone of Left Arm", "its name")
+    assert dialog.told.text().startswith("10 chains, 12 twist bones")
+    clip.with_name("human.bvh").write_text(bvh_text(rigged(WALK, BY_NAME["MakeHuman"])), "utf-8")
+    open_clip(qtbot, window, clip.with_name("human.bvh"))
+    act(window, "joint_names")
+    dialog = window.chain_actions.names
+    assert words(dialog, "upperarm02.L")[0] == "piece of Left Arm"
+
+
+def test_the_table_is_gone_through_by_keys(qtbot, odd):
+    act(odd, "joint_names")
+    dialog = odd.chain_actions.names
+    assert QTest.qWaitForWindowActive(dialog, 5000)
+    qtbot.waitUntil(dialog.search.hasFocus)
+    qtbot.keyClicks(dialog.search, "LeftU")
+    qtbot.keyClick(dialog.search, Qt.Key.Key_Return)  # to the joint, not out of the form
+    assert odd.chain_actions.names is dialog
+    assert dialog.focusWidget() is dialog.choices["LeftUpLeg"]
+    assert dialog.table.currentRow() == list(dialog.choices).index("LeftUpLeg")
+    dialog.search.clear()
+    for joint in ("LeftLeg", "LeftFoot"):
+        qtbot.keyClick(dialog.focusWidget(), Qt.Key.Key_Tab)
+        assert dialog.focusWidget() is dialog.choices[joint]
+    last = list(dialog.choices)[-1]
+    dialog.choices[last].setFocus()
+    shown = dialog.table.viewport().rect()
+    row = dialog.table.visualItemRect(dialog.table.item(len(dialog.choices) - 1, 0))
+    assert shown.contains(row.center())  # it has been scrolled to
+
+
+def test_an_undo_is_followed_by_the_open_table(qtbot, odd):
+    act(odd, "joint_names")
+    dialog = odd.chain_actions.names
+    box = dialog.choices[FINGERS]
+    box.setCurrentIndex(box.findData("left hand"))
+    with qtbot.waitSignal(odd.document.chains_changed, timeout=60_000):
+        dialog.accept()
+    qtbot.waitUntil(lambda: odd.chain_actions.names is None)
+    assert "open with these names" in odd.bar.label.text()
+    act(odd, "joint_names")
+    dialog = odd.chain_actions.names
+    assert dialog.names == {FINGERS: "left hand"}
+    with qtbot.waitSignal(odd.document.chains_changed, timeout=60_000):
+        act(odd, "undo")
+    assert dialog.names == {}
+    assert "forearm" in dialog.told.text()

@@ -17,6 +17,7 @@ from twistcore.bvh.compose import bvh_text
 from twistcore.chain import make_chain
 from twistcore.detection import Kind
 from twistcore.rotation import geodesic_angle, multiply, normalise, quaternion_from_axis_angle
+from twistcore.tuning.clip_curves import clip_tuning
 from twistcore.twist_removal import applied_unasked, refine, remove_twist
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
@@ -219,6 +220,18 @@ def test_a_driver_that_flips_is_found_at_its_helper():
     assert {i.kind for i in found} == {Kind.HELPER_ROLL}
     borders = {t for i in found for t in (i.start, i.stop)}
     assert borders >= set(range(40, 320, 20))
+
+
+def test_one_tau_for_all_chains_is_not_that_of_helpers():
+    found = analyse(UNREAL).detect(tau_degrees=3.0)
+    assert found.tau["upperarm_l"] == pytest.approx(np.radians(3.0))
+    assert found.tau["upperarm_twist_01_l"] > np.radians(10.0)
+
+
+def test_tuning_leaves_helpers_out():
+    tuned = clip_tuning(UNREAL.sliced(0, 120), "walk", seeds=(0,))
+    assert len(tuned.names) == 10
+    assert tuned.curve("upperarm_l").minutes > 0.0
 
 
 def test_an_error_of_the_limb_is_none_of_its_helpers():

@@ -12,6 +12,7 @@ from twistcore.chain import uncorrectable_joints
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.formats import read_clip
+from twistcore.helper import Helper
 from twistcore.motion import Motion
 from twistcore.own_words import with_own_words
 from twistcore.review import read_session
@@ -78,7 +79,7 @@ def clip_tuning(
     given = analyse(motion, analyse(motion, rig=rig).chains)
     without = cleaned(given, verdicts)
     first, stop = capture(without)
-    chains = given.chains
+    chains = tuple(c for c in given.chains if not isinstance(c, Helper))
     if (first, stop) != (0, motion.frames):
         without = without.sliced(first, stop)
         chains = tuple(c.sliced(first, stop) for c in chains)
