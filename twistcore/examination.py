@@ -16,6 +16,7 @@ from twistcore.detection.cuts import (
     segments_between,
     trailing_frames,
 )
+from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion
 
@@ -71,10 +72,11 @@ def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
 
 def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
     """The limbs of a body that no chain examines; chains: those of a person among them."""
+    found = {(bone.parent, bone.child) for line in body.lines for bone in line.bones}
     covered = {
         (c.person, body.names[c.parent].side or body.names[c.child].side, _kind_of(body, c))
         for c in chains
-        if not c.segment
+        if not (c.segment or isinstance(c, Helper)) and (c.parent, c.child) not in found
     }
     return tuple(u for u in body.missing if (u.person, u.side, u.kind) not in covered)
 

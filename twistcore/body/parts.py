@@ -67,8 +67,14 @@ class Unexamined:
     person: str = ""
 
     def __str__(self) -> str:
-        whose = f" of {self.person}" if self.person else ""
-        return f"The {self.limb}{whose} was not examined: {self.why}."
+        if self.limb.endswith("s"):
+            return f"The {self.title} were not examined: {self.why}."
+        return f"The {self.title} was not examined: {self.why}."
+
+    @property
+    def title(self) -> str:
+        """The limb with its person: 'left arm of B'."""
+        return f"{self.limb} of {self.person}" if self.person else self.limb
 
     def to_json(self) -> dict[str, str]:
         """The limb, its side ('Left', 'Right' or ''), its person and why, by name."""

@@ -149,7 +149,9 @@ def _say_info(info: _Info) -> None:
         names = [entry[k] for k in ("parent", "child", "end") if k in entry]
         say(f"  {entry['label']:<{width}} {' → '.join(names)}{note}")
     for one in () if document["not_examined"] else document["unexamined"]:
-        say(f"  {one['limb'].capitalize():<{width}} not examined: {one['why']}")
+        limb = f"{one['person']} · " if "person" in one else ""
+        limb += one["limb"].capitalize()
+        say(f"  {limb:<{width}} not examined: {one['why']}")
     if entries:
         parts = (f"{part} {_listed(names)}" for part, names in document["outside_chains"].items())
         say(f"  outside chains: {'; '.join(parts)}")
