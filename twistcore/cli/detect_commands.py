@@ -46,7 +46,7 @@ Document = dict[str, Any]
 
 _NAME = 20  # columns for a chain's name, or more
 _LABEL = 16  # and for a label
-_LISTED = 6  # joints of a part of the body by name
+_LISTED = 4  # joints of a part of the body by name
 
 
 def info(arguments: argparse.Namespace) -> int:

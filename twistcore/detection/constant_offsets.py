@@ -57,30 +57,52 @@ class _Usual:
     varies: float
 
 
+@dataclass(frozen=True)
+class _Pair:
+    """The same bone of both sides, with the usual twists of P and C: left P, left C, right P …"""
+
+    left: Chain
+    right: Chain
+    usual: tuple[_Usual, _Usual, _Usual, _Usual] | None
+
+
 def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantOffset, ...]:
-    """Return the chains that are off by a constant, as far as the other side shows it."""
-    pairs = (_compared(motion, *pair) for pair in _pairs(chains))
-    return tuple(found for found in pairs if found is not None)
+    """Return the chains that are off by a constant, as far as the other side shows it.
+
+    An error of a bone turns the C of the bone above it, too: of two such bones the lower one is
+    off.
+    """
+    pairs = [_Pair(*sides, _usual_of_both(motion, *sides)) for sides in _pairs(chains)]
+    above = {pair.left.child: pair for pair in pairs}
+    below = {id(above[p.left.parent]): p for p in pairs if p.left.parent in above}
+    found = {id(pair): _compared(pair, below.get(id(pair))) for pair in pairs}
+    return tuple(
+        offset
+        for pair in pairs
+        if (offset := found[id(pair)]) is not None
+        and (id(pair) not in below or found[id(below[id(pair)])] is None)
+    )
 
 
-def _compared(motion: Motion, left: Chain, right: Chain) -> ConstantOffset | None:
-    """What the same bone of both sides shows of an offset."""
-    usual = [_usual(motion, c, j) for c in (left, right) for j in (c.parent, c.child)]
-    known = [u for u in usual if u is not None]
-    if len(known) < len(usual):
+def _compared(pair: _Pair, below: _Pair | None) -> ConstantOffset | None:
+    """What a bone of both sides shows of an offset; below: the next bone of the limb."""
+    if pair.usual is None:
         return None
-    left_p, left_c, right_p, right_c = known
+    left_p, left_c, right_p, right_c = pair.usual
     of_p = float(wrap(left_p.angle + right_p.angle))
     of_c = -float(wrap(left_c.angle + right_c.angle))
     apart, least = float(wrap(of_p - of_c)), min(abs(of_p), abs(of_c))
-    if least < LEAST or abs(apart) > max(_AGREE * least, min(_POSE, least)):
+    pose = min(_POSE, least)
+    if below is not None and below.usual is None:
+        pose = 0.0  # a twist of the bone below could be taken for C's
+    if least < LEAST or abs(apart) > max(_AGREE * least, pose):
         return None
     # A joint that hardly turns shows the offset; how a joint is usually held, blurs it.
     blur = [left_p.varies + right_p.varies, left_c.varies + right_c.varies]
     share = blur[0] / sum(blur) if sum(blur) > 0.0 else 0.5
     offset = math.degrees(float(wrap(of_p - share * apart)))
     far = [abs(p.angle) + abs(c.angle) for p, c in ((left_p, left_c), (right_p, right_c))]
-    sides = (left, right) if far[0] >= far[1] else (right, left)
+    sides = (pair.left, pair.right) if far[0] >= far[1] else (pair.right, pair.left)
     return ConstantOffset(*sides, offset, abs(far[0] - far[1]) >= _CLEARLY)
 
 
@@ -97,6 +119,20 @@ def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
     for sides in places.values():
         if len(sides) == 2:
             yield sides["Left"], sides["Right"]
+
+
+def _usual_of_both(
+    motion: Motion, left: Chain, right: Chain
+) -> tuple[_Usual, _Usual, _Usual, _Usual] | None:
+    """The usual twists of P and C of both sides, None if one of them has none."""
+    left_p, left_c, right_p, right_c = (
+        _usual(motion, chain, joint)
+        for chain in (left, right)
+        for joint in (chain.parent, chain.child)
+    )
+    if left_p is None or left_c is None or right_p is None or right_c is None:
+        return None
+    return left_p, left_c, right_p, right_c
 
 
 def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:
