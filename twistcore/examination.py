@@ -30,8 +30,9 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
     if not chains:
         return "no arm or leg was found in its skeleton"
     if motion.frames < max(FEWEST_FRAMES, round(SHORTEST_SEGMENT * motion.fps)):
-        one = motion.frames == 1
-        return f"{motion.frames} frame{' is' if one else 's are'} too few to tell error from motion"
+        if motion.frames == 1:
+            return "1 frame is too few to tell error from motion"
+        return f"{motion.frames} frames are too few to tell error from motion"
     joints = sorted({j for c in chains for j in (c.parent, c.child)})
     if np.ptp(motion.rotations[:, joints], axis=0).max() < _STILL:
         return "no joint of its arms and legs moves"

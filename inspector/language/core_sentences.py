@@ -33,6 +33,7 @@ LABELS = (
         for side in ("Left", "Right")
         for segment in ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg", "arm", "leg")
     ),
+    *(f"{side} {bone}" for side in ("left", "right") for bone in ("arm", "leg", "forearm", "shin")),
     *("elbow", "knee", "hand", "foot"),
 )
 _HOLE = re.compile(r"\{(\d+)\}")

@@ -270,7 +270,8 @@ def test_the_page_of_a_clip_that_is_gone_has_it(clips):
 def test_rules_count_limbs_by_clip_or_over_the_run(rule, clip):
     limb = {"limb": "left arm", "side": "Left", "why": "no hand"}
     records = [
-        done(f"{n}.bvh", result={"unexamined": [limb] * k}) for n, k in zip("abc", (1, 2, 0), strict=True)
+        done(f"{n}.bvh", result={"unexamined": [limb] * k})
+        for n, k in zip("abc", (1, 2, 0), strict=True)
     ]
     (found,) = broken([parse_rule(rule)], [*records, done("older.bvh")])
     assert (found.clip, found.value) == (clip, 2 if clip else 3)
