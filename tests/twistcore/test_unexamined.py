@@ -2,6 +2,7 @@
 
 import csv
 import json
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from tests.twistcore.made_records import record_of
 from twistcore.analysis import analyse
 from twistcore.batch.clip_survey import survey, survey_folder
 from twistcore.batch.gates import broken, parse_rule
+from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.result_files import clip_row
 from twistcore.body import Unexamined
@@ -275,6 +277,23 @@ def test_rules_count_limbs_by_clip_or_over_the_run(rule, clip):
     ]
     (found,) = broken([parse_rule(rule)], [*records, done("older.bvh")])
     assert (found.clip, found.value) == (clip, 2 if clip else 3)
+
+
+def test_junit_shows_no_clip_as_passed_that_was_not_examined():
+    limb = {"limb": "left arm", "side": "Left", "why": "no hand"}
+    records = [
+        done("blind.bvh", result={"unchecked": "3 frames are too few"}),
+        done("part.bvh", result={"unexamined": [limb]}),
+        done("whole.bvh", result={"unexamined": []}),
+    ]
+    blind, part, whole = ElementTree.fromstring(junit_xml(records, [], ())).iter("testcase")
+    (error,) = blind
+    assert (error.tag, error.get("message")) == ("error", "could not be examined")
+    assert error.text == "3 frames are too few"
+    assert [(one.tag, one.text) for one in part] == [
+        ("system-out", "left arm not examined: no hand")
+    ]
+    assert not [*whole]
 
 
 def test_a_survey_counts_them(clips):
