@@ -138,10 +138,11 @@ class ClipAnalysis:
         notes = [Note(UNEXAMINED, str(limb)) for limb in self.unexamined]
         if self.not_examined:
             notes = [Note(NOT_EXAMINED, f"The clip could not be examined: {self.not_examined}.")]
-        elif left_out := frames_note(self.motion):
-            notes.append(Note(UNEXAMINED, left_out))
-        for offset in constant_offsets(self.motion, self._of_limbs):
-            notes.append(Note("constant offset", str(offset)))
+        else:
+            if left_out := frames_note(self.motion):
+                notes.append(Note(UNEXAMINED, left_out))
+            offsets = constant_offsets(self.motion, self._of_limbs)
+            notes += (Note("constant offset", str(offset)) for offset in offsets)
         borders = (Note("border", text) for text in border_notes(self.motion))
         return (*notes, *notation_notes(self.motion), *borders)
 

@@ -16,6 +16,7 @@ from twistcore.detection.cuts import (
     segments_between,
     trailing_frames,
 )
+from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion
 
@@ -29,8 +30,9 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
     if not chains:
         return "no arm or leg was found in its skeleton"
     if motion.frames < max(FEWEST_FRAMES, round(SHORTEST_SEGMENT * motion.fps)):
-        one = motion.frames == 1
-        return f"{motion.frames} frame{' is' if one else 's are'} too few to tell error from motion"
+        if motion.frames == 1:
+            return "1 frame is too few to tell error from motion"
+        return f"{motion.frames} frames are too few to tell error from motion"
     joints = sorted({j for c in chains for j in (c.parent, c.child)})
     if np.ptp(motion.rotations[:, joints], axis=0).max() < _STILL:
         return "no joint of its arms and legs moves"
@@ -71,10 +73,11 @@ def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
 
 def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
     """The limbs of a body that no chain examines; chains: those of a person among them."""
+    found = {(bone.parent, bone.child) for line in body.lines for bone in line.bones}
     covered = {
         (c.person, body.names[c.parent].side or body.names[c.child].side, _kind_of(body, c))
         for c in chains
-        if not c.segment
+        if not (c.segment or isinstance(c, Helper)) and (c.parent, c.child) not in found
     }
     return tuple(u for u in body.missing if (u.person, u.side, u.kind) not in covered)
 

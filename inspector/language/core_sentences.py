@@ -34,6 +34,7 @@ LABELS = (
         for segment in ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg", "arm", "leg")
     ),
     *(f"{side} {end}" for side in ("Left", "Right") for end in ("Hand", "Foot", "Toe")),
+    *(f"{side} {bone}" for side in ("left", "right") for bone in ("arm", "leg", "forearm", "shin")),
     *("elbow", "knee", "hand", "foot"),
 )
 _HOLE = re.compile(r"\{(\d+)\}")

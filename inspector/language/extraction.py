@@ -26,8 +26,8 @@ _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "tex
 _ROOMS_OF_CORE = (
     *("detection", "why_not", "review", "tuning", "quality", "refinement", "twist_removal"),
     *("quamo/response", "quamo/track_clip", "errors", "formats", "clip_files", "clip", "chain"),
-    *("limb", "rig", "motion", "analysis", "notation", "bvh", "amc", "npz", "atomic"),
-    *("file_lock", "file_kinds", "wide_text", "clip_suffixes"),
+    *("body", "examination", "limb", "rig", "motion", "analysis", "notation", "bvh", "amc", "npz"),
+    *("atomic", "file_lock", "file_kinds", "wide_text", "clip_suffixes"),
     *("encoding", "document_values", "ordinary_files", "processes", "synthesis/truth"),
     *("report/clip_report", "batch/inputs"),
     *("batch/batch_run", "batch/clip_task", "batch/clip_survey"),

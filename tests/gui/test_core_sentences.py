@@ -11,6 +11,7 @@ from inspector.bundled import FLIPPED, SAMPLE
 from inspector.language import catalogue, of_core, tr, use_language
 from inspector.language.extraction import texts_in_code
 from twistcore import analyse, read_bvh
+from twistcore.body import Unexamined
 from twistcore.bvh.reader import parse_bvh
 from twistcore.errors import TwistError
 from twistcore.review import Decide, Decision, LeaveOut, Redetect
@@ -80,6 +81,30 @@ def test_what_is_joined_is_translated_part_by_part():
     assert of_core("Hips: the bone's direction varies by more than 1°. of my own") == (
         "Hips: Die Richtung des Knochens schwankt um mehr als 1°. of my own"
     )
+
+
+@pytest.mark.parametrize(
+    "note",
+    [
+        Unexamined("left arm", "no joint is known as its hand; unknown: 'X', 'Y' …"),
+        Unexamined("right shin", "no foot joint hangs on it", person="B"),
+        Unexamined(
+            "other limbs", "no joint has a known name and 2 of four limbs were found by shape"
+        ),
+        "The clip could not be examined: no arm or leg was found in its skeleton.",
+        "The clip could not be examined: no joint of its arms and legs moves.",
+        "The clip could not be examined: 3 frames are too few to tell error from motion.",
+        "7 frames were not examined for twists, since their pieces between two cuts are too short: "
+        "25–28, 30, 40–41.",
+        "Left Arm · upper is turned by about +60° against its child in every frame, compared with "
+        "Right Arm.",
+        "Left Leg or Right Leg is turned by about 60° against its child in every frame: the sides "
+        "differ.",
+    ],
+    ids=str,
+)
+def test_what_was_not_examined_has_no_words_of_english(note):
+    assert not _ENGLISH.search(of_core(str(note)).replace("unter", "")), of_core(str(note))
 
 
 def test_a_sentence_that_nobody_knows_stays_and_english_is_as_it_was():

@@ -72,7 +72,8 @@ def _result(clip, found, name):
         "counts": {kind.value: sum(i.kind == kind for i in found) for kind in Kind},
         "affected_frames": int(wrong.sum()), "severity": sum(degrees) / motion.frames,
         "degrees": {"max": max(degrees), "rms": float(np.sqrt(np.mean(np.square(degrees))))},
-        "chains": [c.name for c in found.chains_and_limbs], "unchecked": "", "warnings": [],
+        "chains": [c.name for c in found.chains_and_limbs], "unchecked": found.not_examined,
+        "unexamined": [limb.to_json() for limb in found.analysis.unexamined], "warnings": [],
         "applied": None, "left": None, "quality": {},
     }  # fmt: skip
 

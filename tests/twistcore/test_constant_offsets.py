@@ -8,6 +8,7 @@ from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection.constant_offsets import constant_offsets
+from twistcore.rotation import wrap
 from twistcore.twist_removal import remove_twist
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
@@ -33,6 +34,39 @@ def test_the_bone_and_the_angle_are_named(name, degrees):
     assert found.chain.name == name
     assert found.other.segment == found.chain.segment
     assert found.degrees == pytest.approx(degrees, abs=12.0)
+
+
+@pytest.mark.parametrize(("clip", "least"), [("walk", 10), ("kick", 4)])
+@pytest.mark.parametrize("degrees", [60.0, -60.0, 120.0, 170.0])
+def test_the_bone_is_named_or_none(clip, least, degrees):
+    """In a kick some are hidden: its arms are held differently, and a wrist turns all around."""
+    motion = read_bvh(ASSETS / f"{clip}.bvh").motion
+    chains, named = find_chains(motion), 0
+    for chain in chains:
+        offset = {chain.name: np.full(motion.frames, np.radians(-degrees))}
+        for one in constant_offsets(remove_twist(motion, [chain], offset), chains):
+            assert (one.chain.name, one.clear) == (chain.name, True)
+            assert abs(wrap(np.radians(one.degrees - degrees))) < np.radians(12.0)
+            named += 1
+    assert named >= least
+
+
+def test_where_no_side_is_clearly_off_both_are_named():
+    """Halves of an offset on both sides differ from rest alike."""
+    off = offset_by("LeftUpLeg", 30.0)
+    right = {"RightUpLeg": np.full(WALK.frames, np.radians(-30.0))}
+    (found,) = constant_offsets(
+        remove_twist(off, [CHAINS["RightUpLeg"]], right), [*CHAINS.values()]
+    )
+    assert not found.clear
+    assert {found.chain.name, found.other.name} == {"LeftUpLeg", "RightUpLeg"}
+    assert "Left UpLeg" in str(found)
+    assert "Right UpLeg" in str(found)
+
+
+def test_a_clip_that_could_not_be_examined_has_none():
+    analysis = analyse(offset_by("LeftUpLeg", 60.0).sliced(100, 104))
+    assert [note.kind for note in analysis.notes] == ["not examined"]
 
 
 def test_what_turns_along_or_is_small_is_none():

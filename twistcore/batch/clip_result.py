@@ -98,7 +98,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "unexamined": [limb.to_json() for limb in found.analysis.unexamined],
         "warnings": [
             *map(str, clip.warnings),
-            *map(str, found.analysis.notes),
+            *map(str, found.notes),
             *(warning for chain in found.chains for warning in chain.warnings),
         ],
         "applied": None,

@@ -1,11 +1,13 @@
-"""How bad a clip is."""
+"""How bad a clip is, and what of it was not examined."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 
+from twistcore.body import Unexamined
 from twistcore.detection import Interval
 from twistcore.rotation import wrap
 from twistcore.twist_removal import applied_unasked
@@ -27,3 +29,14 @@ def severity(intervals: Iterable[Interval], frames: int) -> float:
 def percent_affected(affected: int, frames: int) -> float:
     """The share of a clip's or a batch's frames in which anything is wrong, percent; 0 of none."""
     return 100.0 * affected / frames if frames else 0.0
+
+
+def limbs_left_out(result: Mapping[str, Any]) -> tuple[str, ...]:
+    """The limbs of a clip's result that no chain examines, as 'left arm of B not examined: …'."""
+    return tuple(
+        f"{_limb(entry)} not examined: {entry['why']}" for entry in result.get("unexamined") or ()
+    )
+
+
+def _limb(entry: Mapping[str, str]) -> str:
+    return Unexamined(entry["limb"], entry["why"], person=entry.get("person", "")).title

@@ -14,6 +14,7 @@ from pathlib import PurePosixPath
 from xml.etree import ElementTree
 
 from twistcore.batch.gates import Broken, Rule
+from twistcore.batch.how_bad import limbs_left_out
 from twistcore.batch.manifest import ClipRecord
 from twistcore.encoding import escaped
 
@@ -26,8 +27,9 @@ def junit_xml(
 ) -> bytes:
     """The document, UTF-8.
 
-    A clip is a failure where it breaks a rule, an error where it could not be processed, skipped
-    where it has not been looked at. rules: all that were asked for; broken: as
+    A clip is a failure where it breaks a rule, an error where it could not be processed or
+    examined, skipped where it has not been looked at; limbs of it that were not examined are its
+    output. rules: all that were asked for; broken: as
     :func:`twistcore.batch.gates.broken` gives it. Characters that XML cannot hold are written as
     their escapes.
     """
@@ -45,6 +47,10 @@ def junit_xml(
             ElementTree.SubElement(case, "skipped", message="not processed yet")
         elif by_clip[record.name]:
             _fails(case, by_clip[record.name])
+        elif why := (record.result or {}).get("unchecked"):
+            _ending(case, "error", "could not be examined", [why])
+        if limbs := limbs_left_out(record.result or {}):
+            ElementTree.SubElement(case, "system-out").text = _legal("\n".join(limbs))
     for rule in (rule for rule in rules if rule.total):
         case = _case(suite, rule.text, 0.0, "total")
         if breaks := [one for one in by_clip[""] if one.rule == rule]:

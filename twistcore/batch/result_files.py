@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.atomic import write_atomically, writing_atomically
-from twistcore.batch.how_bad import percent_affected
+from twistcore.batch.how_bad import limbs_left_out, percent_affected
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 from twistcore.encoding import csv_text, encoded, escaped, json_text
@@ -41,7 +41,7 @@ CLIP_COLUMNS: Mapping[str, type] = {
     "corrected": str,  # its path in the folder of the batch
     "format": str,
     "method": str,
-    "reason": str,  # why it could not be processed, nothing can be found in it, or something stays
+    "reason": str,  # why it, or a limb, was not processed or examined, or something stays
     "sha256": str,
     "source": str,
 }
@@ -83,9 +83,8 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
         row["affected_percent"] = percent_affected(result["affected_frames"], result["frames"])
         row |= {f"{name}_deg": result["degrees"][name] for name in ("max", "rms")}
         row["left"] = None if result["left"] is None else len(result["left"])
-        left = "; ".join(result.get("uncorrected") or ())
-        why = "; ".join(f"{limb['limb']} not examined: {limb['why']}" for limb in limbs or ())
-        row["reason"] = record.reason or result["unchecked"] or left or why
+        left = (*(result.get("uncorrected") or ()), *limbs_left_out(result))
+        row["reason"] = record.reason or result["unchecked"] or "; ".join(left)
     return row
 
 

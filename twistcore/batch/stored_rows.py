@@ -137,8 +137,9 @@ def _quality(value: Any, what: str) -> None:
 def _limbs(value: Any, what: str) -> None:
     """Limbs that were not examined, each with the reason."""
     for entry in items(value, what):
-        text(has(entry, "limb", "why", what="a limb")["limb"], "limb")
-        text(entry["why"], "why")
+        has(entry, "limb", "why", what="a limb")
+        for key in ("limb", "why", "side", "person"):
+            text(entry.get(key, ""), key)
 
 
 _RESULT: Mapping[str, _Check] = {

@@ -74,11 +74,10 @@ def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
         if shape.names[j].side == side
         and not (shape.names[j].roles or shape.names[j].helper or shape.names[j].other)
     ]
-    why = f"no joint is known as its {end}"
-    if unknown:
-        some = ", ".join(repr(name) for name in unknown[:3])
-        why += f"; unknown: {some}" + (" …" if len(unknown) > 3 else "")
-    return why
+    if not unknown:
+        return f"no joint is known as its {end}"
+    some = ", ".join(repr(name) for name in unknown[:3]) + (" …" if len(unknown) > 3 else "")
+    return f"no joint is known as its {end}; unknown: {some}"
 
 
 def _few_limbs(found: int) -> tuple[Unexamined, ...]:

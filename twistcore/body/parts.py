@@ -67,8 +67,19 @@ class Unexamined:
     person: str = ""
 
     def __str__(self) -> str:
-        whose = f" of {self.person}" if self.person else ""
-        return f"The {self.limb}{whose} was not examined: {self.why}."
+        limb, whose, why = self.limb, self.person, self.why
+        if limb.endswith("s"):
+            if whose:
+                return f"The {limb} of {whose} were not examined: {why}."
+            return f"The {limb} were not examined: {why}."
+        if whose:
+            return f"The {limb} of {whose} was not examined: {why}."
+        return f"The {limb} was not examined: {why}."
+
+    @property
+    def title(self) -> str:
+        """The limb with its person: 'left arm of B'."""
+        return " of ".join(word for word in (self.limb, self.person) if word)
 
     def to_json(self) -> dict[str, str]:
         """The limb, its side ('Left', 'Right' or ''), its person and why, by name."""

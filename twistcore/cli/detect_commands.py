@@ -46,7 +46,7 @@ Document = dict[str, Any]
 
 _NAME = 20  # columns for a chain's name, or more
 _LABEL = 16  # and for a label
-_LISTED = 6  # joints of a part of the body by name
+_LISTED = 4  # joints of a part of the body by name
 
 
 def info(arguments: argparse.Namespace) -> int:
@@ -149,7 +149,9 @@ def _say_info(info: _Info) -> None:
         names = [entry[k] for k in ("parent", "child", "end") if k in entry]
         say(f"  {entry['label']:<{width}} {' → '.join(names)}{note}")
     for one in () if document["not_examined"] else document["unexamined"]:
-        say(f"  {one['limb'].capitalize():<{width}} not examined: {one['why']}")
+        limb = f"{one['person']} · " if "person" in one else ""
+        limb += one["limb"].capitalize()
+        say(f"  {limb:<{width}} not examined: {one['why']}")
     if entries:
         parts = (f"{part} {_listed(names)}" for part, names in document["outside_chains"].items())
         say(f"  outside chains: {'; '.join(parts)}")

@@ -50,7 +50,7 @@ def without_limbs(unexamined: Sequence[Unexamined]) -> str:
     """'; left arm and right arm not examined' where there are such limbs."""
     if not unexamined:
         return ""
-    *first, last = (one.limb for one in unexamined)
+    *first, last = (one.title for one in unexamined)
     return f"; {', '.join(first)}{' and ' if first else ''}{last} not examined"
 
 

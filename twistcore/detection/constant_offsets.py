@@ -19,43 +19,91 @@ from twistcore.motion import Motion
 from twistcore.rotation import Array, twist_angle, wrap
 
 LEAST = math.radians(30.0)
-_AGREE = 0.25  # of the offset, by which P's sum and C's may miss each other
+_AGREE = 0.25  # of the offset, by which P's sum and C's may miss each other …
+_POSE = math.radians(50.0)  # … or this: so far are the usual poses of both sides from symmetric
 _STEADY = 0.5  # length of the mean direction: with less a twist has no usual angle
+_CLEARLY = math.radians(30.0)  # one side is farther from the rest pose than the other
 
 
 @dataclass(frozen=True)
 class ConstantOffset:
-    """A chain whose P is turned by `degrees` against C in every frame; other: the other side's."""
+    """A chain whose P is turned by `degrees` against C in every frame; other: the other side's.
+
+    clear: whether it is this chain that is off, and not the other one, by their rest poses.
+    """
 
     chain: Chain
     other: Chain
     degrees: float
+    clear: bool = True
 
     def __str__(self) -> str:
+        if not self.clear:
+            return (
+                f"{self.chain.label} or {self.other.label} is turned by about "
+                f"{abs(self.degrees):.0f}° against its child in every frame: the sides differ."
+            )
         return (
             f"{self.chain.label} is turned by about {self.degrees:+.0f}° against its child in "
             f"every frame, compared with {self.other.label}."
         )
 
 
+@dataclass(frozen=True)
+class _Usual:
+    """The usual angle of a joint's twist, radians, and how much it varies, 0…1."""
+
+    angle: float
+    varies: float
+
+
+@dataclass(frozen=True)
+class _Pair:
+    """The same bone of both sides, with the usual twists of P and C: left P, left C, right P …"""
+
+    left: Chain
+    right: Chain
+    usual: tuple[_Usual, _Usual, _Usual, _Usual] | None
+
+
 def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantOffset, ...]:
-    """Return the chains that are off by a constant, as far as the other side shows it."""
-    return tuple(_found(motion, chains))
+    """Return the chains that are off by a constant, as far as the other side shows it.
+
+    An error of a bone turns the C of the bone above it, too: of two such bones the lower one is
+    off.
+    """
+    pairs = [_Pair(*sides, _usual_of_both(motion, *sides)) for sides in _pairs(chains)]
+    above = {pair.left.child: pair for pair in pairs}
+    below = {id(above[p.left.parent]): p for p in pairs if p.left.parent in above}
+    found = {id(pair): _compared(pair, below.get(id(pair))) for pair in pairs}
+    return tuple(
+        offset
+        for pair in pairs
+        if (offset := found[id(pair)]) is not None
+        and (id(pair) not in below or found[id(below[id(pair)])] is None)
+    )
 
 
-def _found(motion: Motion, chains: Sequence[Chain]) -> Iterator[ConstantOffset]:
-    for left, right in _pairs(chains):
-        usual = [_usual(motion, chain) for chain in (left, right)]
-        if None in usual:
-            continue
-        (left_p, left_c), (right_p, right_c) = (u for u in usual if u is not None)
-        of_p, of_c = (float(wrap(a + b)) for a, b in ((left_p, right_p), (left_c, right_c)))
-        if abs(of_p) < LEAST or abs(float(wrap(of_p + of_c))) > _AGREE * abs(of_p):
-            continue
-        # The side that is farther from its rest pose, in both joints together.
-        far = [abs(p) + abs(c) for p, c in ((left_p, left_c), (right_p, right_c))]
-        sides = (left, right) if far[0] >= far[1] else (right, left)
-        yield ConstantOffset(*sides, math.degrees(of_p))
+def _compared(pair: _Pair, below: _Pair | None) -> ConstantOffset | None:
+    """What a bone of both sides shows of an offset; below: the next bone of the limb."""
+    if pair.usual is None:
+        return None
+    left_p, left_c, right_p, right_c = pair.usual
+    of_p = float(wrap(left_p.angle + right_p.angle))
+    of_c = -float(wrap(left_c.angle + right_c.angle))
+    apart, least = float(wrap(of_p - of_c)), min(abs(of_p), abs(of_c))
+    pose = min(_POSE, least)
+    if below is not None and below.usual is None:
+        pose = 0.0  # a twist of the bone below could be taken for C's
+    if least < LEAST or abs(apart) > max(_AGREE * least, pose):
+        return None
+    # A joint that hardly turns shows the offset; how a joint is usually held, blurs it.
+    blur = [left_p.varies + right_p.varies, left_c.varies + right_c.varies]
+    share = blur[0] / sum(blur) if sum(blur) > 0.0 else 0.5
+    offset = math.degrees(float(wrap(of_p - share * apart)))
+    far = [abs(p.angle) + abs(c.angle) for p, c in ((left_p, left_c), (right_p, right_c))]
+    sides = (pair.left, pair.right) if far[0] >= far[1] else (pair.right, pair.left)
+    return ConstantOffset(*sides, offset, abs(far[0] - far[1]) >= _CLEARLY)
 
 
 def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
@@ -73,19 +121,28 @@ def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
             yield sides["Left"], sides["Right"]
 
 
-def _usual(motion: Motion, chain: Chain) -> tuple[float, float] | None:
-    """The usual twist of P and of C about the bone, radians; None if one has none."""
+def _usual_of_both(
+    motion: Motion, left: Chain, right: Chain
+) -> tuple[_Usual, _Usual, _Usual, _Usual] | None:
+    """The usual twists of P and C of both sides, None if one of them has none."""
+    left_p, left_c, right_p, right_c = (
+        _usual(motion, chain, joint)
+        for chain in (left, right)
+        for joint in (chain.parent, chain.child)
+    )
+    if left_p is None or left_c is None or right_p is None or right_c is None:
+        return None
+    return left_p, left_c, right_p, right_c
+
+
+def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:
+    """The circular median of a joint's twist about a chain's bone, None where it has none."""
     if chain.axis.ndim > 1:
         return None
-    p, c = (twist_angle(motion.rotations[:, j], chain.axis) for j in (chain.parent, chain.child))
-    usual = [_middle(angle) for angle in (p, c)]
-    return None if usual[0] is None or usual[1] is None else (usual[0], usual[1])
-
-
-def _middle(angle: Array) -> float | None:
-    """The circular median of angles, None where they point everywhere."""
+    angle: Array = twist_angle(motion.rotations[:, joint], chain.axis)
     mean = np.exp(1j * angle).mean()
     if abs(mean) < _STEADY:
         return None
     centre = float(np.angle(mean))
-    return float(wrap(centre + np.median(wrap(angle - centre))))
+    median = float(wrap(centre + np.median(wrap(angle - centre))))
+    return _Usual(median, 1.0 - float(abs(mean)))

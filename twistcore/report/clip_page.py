@@ -15,6 +15,7 @@ from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.limb import Limb
+from twistcore.notes import NOT_EXAMINED, UNEXAMINED
 from twistcore.refinement import Corrected, refine
 from twistcore.report.changes import (
     found_again,
@@ -65,7 +66,8 @@ def clip_page(
         curves_left_out=left_out,
         rows=_decisions(document, report),
         assumptions=list(map(str, report.clip.warnings)),
-        notes=list(map(str, analysis.notes)),
+        left_out=[str(note) for note in report.notes if note.kind in (NOT_EXAMINED, UNEXAMINED)],
+        notes=[str(n) for n in report.notes if n.kind not in (NOT_EXAMINED, UNEXAMINED)],
         not_corrected=report.not_corrected,
         parameters=dict(report.parameters),
         **moves_to_tell(document, report),

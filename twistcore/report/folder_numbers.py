@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from twistcore.batch.how_bad import percent_affected
+from twistcore.batch.how_bad import limbs_left_out, percent_affected
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
 
@@ -172,9 +172,7 @@ def _row(record: ClipRecord, result: Mapping[str, Any]) -> ClipRow:
         reviewers=tuple(decisions.get("reviewers", ())),
         unchecked=result["unchecked"],
         missing=result.get("missing_frames") or 0,
-        unexamined=tuple(
-            f"{limb['limb']} not examined: {limb['why']}" for limb in result.get("unexamined") or ()
-        ),
+        unexamined=limbs_left_out(result),
     )
 
 

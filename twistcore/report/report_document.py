@@ -20,6 +20,7 @@ from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.export.replay import uncorrected
 from twistcore.limb import Limb
 from twistcore.motion import Motion
+from twistcore.notes import NOT_EXAMINED, Note
 from twistcore.quamo.track_clip import placed_joint
 from twistcore.refinement import children_off_axis, stuck_joints
 from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
@@ -84,6 +85,17 @@ class Report:
         return self.analysis or ClipAnalysis(
             self.clip.motion, self.chains, self.clip.name, self.state.rig
         )
+
+    @property
+    def not_examined(self) -> str:
+        """Why nothing could be found in the clip: a clause, or '' where that means something."""
+        return "" if self.state.intervals else self.analysed.not_examined
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What people should know about the clip."""
+        notes = self.analysed.notes
+        return tuple(n for n in notes if n.kind != NOT_EXAMINED or self.not_examined)
 
     @cached_property
     def stuck(self) -> Mapping[int, tuple[str, ...]]:
@@ -155,7 +167,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
             for chain in report.chains
             if chain.name in state.tau
         ],
-        "not_examined": "" if state.intervals else report.analysed.not_examined,
+        "not_examined": report.not_examined or None,
         "unexamined": [limb.to_json() for limb in report.analysed.unexamined],
         "intervals": [_row(j, report) for j in state.intervals],
         "tracking": state.tracking and tracking_to_json(state.tracking),
@@ -171,7 +183,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
             "rest_of_height": difference.rest_of_height,
         },
         "warnings": [
-            *map(str, (*report.clip.warnings, *report.analysed.notes)),
+            *map(str, (*report.clip.warnings, *report.notes)),
             *report.not_corrected,
         ],
     }

@@ -31,7 +31,7 @@
   const find = document.getElementById("find"), kind = document.getElementById("kind");
   const state = document.getElementById("state"), shown = document.getElementById("shown");
   const column = (name) => heads.findIndex((head) => head.textContent.trim() === name);
-  const first = 2, kinds = 3; // columns of the kinds of errors
+  const first = 2, kinds = Number(table.dataset.kinds); // columns of the kinds of errors
   const left = column("Left"), decided = column("Decided");
 
   function fits(row) {
