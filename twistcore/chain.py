@@ -6,7 +6,7 @@ P's own children. Of a bone in pieces every piece has a chain of its own.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -181,6 +181,11 @@ def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False)
     if rotatable is None:
         return ()
     return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])
+
+
+def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
+    """What was assumed for chains, each sentence once: two chains may share a joint."""
+    return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
 
 
 def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:

@@ -12,7 +12,7 @@ from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import kept_sessions, set_aside
 from twistcore import analysis as core
 from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.chain import Chain, chain_notes, uncorrectable_joints
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
 from twistcore.detection.limb_flips import LimbFlips
@@ -282,7 +282,6 @@ def opening_notes(
         yield told, False
     if rig := data.analysis.rig:
         yield tr("Chains of this rig: {summary}.", summary=of_core(rig.summary())), False
-    chain_notes = dict.fromkeys(w for c in data.chains_and_limbs for w in c.warnings)
     name, notices = data.clip.name, []
     if away is not None:
         told = tr(
@@ -291,7 +290,8 @@ def opening_notes(
             folder=away,
         )
         notices.append(told)
-    warned = (*map(str, data.clip.warnings), *map(str, data.analysis.notes), *chain_notes)
+    warned = (*map(str, data.clip.warnings), *map(str, data.analysis.notes))
+    warned = (*warned, *chain_notes(data.chains_and_limbs))
     notices += [f"{name}: {of_core(w)}" for w in warned]
     motion, every = data.motion, data.chains_and_limbs
     stuck = [of_core(c.label) for c in every if uncorrectable_joints(motion, c, carried=True)]

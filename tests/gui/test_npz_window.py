@@ -13,6 +13,7 @@ from inspector.window.export_dialog import ExportDialog
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
 from tests.twistcore.amass_files import write_amass
+from tests.twistcore.pose_layout_files import write_aist
 from twistcore.bvh import read_bvh
 from twistcore.cli import main as twistcore
 from twistcore.export.exports_beside import exports_among
@@ -91,6 +92,34 @@ def test_an_export_is_told_from_a_clip_by_its_arrays_where_nothing_else_says(wal
     other = read_bvh(INJECTED).motion.sliced(0, 100)
     write_amass(out, other)
     assert exports_among([out, walk]) == {}
+
+
+def test_a_pickle_of_aist_is_judged_and_exported(qtbot, window, tmp_path):
+    path = write_aist(tmp_path / "gBR_sBM.pkl", read_bvh(INJECTED).motion)
+    open_clip(qtbot, window, path)
+    document = window.document
+    assert document.intervals
+    act(window, "next_interval")
+    act(window, "accept")
+    act(window, "export_dialog")
+    qtbot.waitUntil(lambda: window.findChild(ExportDialog) is not None)
+    dialog = window.findChild(ExportDialog)
+    out = tmp_path / "gBR_sBM_refined.pkl"
+    assert (dialog.path.text(), dialog.pattern()) == (str(out), "PKL (*.pkl)")
+    for ending in (".fbx", ".npz"):
+        dialog.path.setText(str(out.with_suffix(ending)))
+        qtbot.waitUntil(lambda: not dialog.do_it.isEnabled())
+        assert "ends in .pkl" in dialog.obstacle.text()
+    dialog.path.setText(str(out))
+    dialog.session.setChecked(False)
+    dialog.report.setChecked(False)
+    QTest.keyClick(dialog, Qt.Key.Key_Return)
+    qtbot.waitUntil(out.exists)
+    assert window.exporter.finish()
+    was, now = path.read_bytes(), out.read_bytes()
+    assert len(was) == len(now)
+    assert was != now
+    assert exports_among([out, path]) == {out: path.name}
 
 
 def test_what_is_taught_of_a_joint_without_euler_angles(qtbot, window, walk):

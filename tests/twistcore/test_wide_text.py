@@ -15,6 +15,7 @@ from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.clip import rewritten
 from twistcore.errors import AmcError, BvhError
+from twistcore.export.exports_beside import exports_among
 from twistcore.file_kinds import BVH, kind_of
 from twistcore.twist_removal import remove_twist
 from twistcore.wide_text import wide_codec, wide_text
@@ -143,6 +144,15 @@ def test_commands_keep_the_encoding(tmp_path, capsys):
     assert again.skeleton.names == read_bvh(path).skeleton.names
     [page] = (tmp_path / "r").glob("*.html")
     assert "byte for byte" in page.read_text("utf-8")
+
+
+@CODECS
+def test_an_export_is_told_from_a_clip_by_what_is_before_its_motion(codec, tmp_path):
+    source, export = tmp_path / "walk.bvh", tmp_path / "walk_refined.bvh"
+    source.write_bytes(encoded(walk(), codec, True))
+    clip = read_bvh(source)
+    export.write_bytes(rewritten(clip, turned(clip)).data)
+    assert exports_among([source, export]) == {export: source.name}
 
 
 @CODECS

@@ -15,6 +15,7 @@ from twistcore.analysis import ALL_KINDS, Detection, analyse
 from twistcore.batch.how_bad import severity
 from twistcore.batch.parameters import Parameters
 from twistcore.bvh import parse_bvh
+from twistcore.chain import chain_notes
 from twistcore.clip import Clip, rewritten
 from twistcore.detection import Kind
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
@@ -99,7 +100,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "warnings": [
             *map(str, clip.warnings),
             *map(str, found.notes),
-            *(warning for chain in found.chains for warning in chain.warnings),
+            *chain_notes(found.chains),
         ],
         "applied": None,
         "uncorrected": None,

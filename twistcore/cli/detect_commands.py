@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from twistcore.analysis import ClipAnalysis, Detection
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.chain import Chain, chain_notes, uncorrectable_joints
 from twistcore.cli.clip_inputs import (
     analysed,
     clip_name,
@@ -113,7 +113,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
         "warnings": [
             *map(str, clip.warnings),
             *map(str, analysis.notes),
-            *(w for chain in chains for w in chain.warnings),
+            *chain_notes(chains),
         ],
     }
     if arguments.names:

@@ -14,6 +14,9 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePath
 
+from twistcore.file_kinds import PICKLE, kind_of
+from twistcore.wide_text import narrow_head
+
 EXPORT_MARK = "_refined"  # behind a clip's name, where a person gives no other
 REPLAY_SUFFIX = ".replay.json"  # what an export did: never a review that goes on
 _REPORT_SUFFIX = ".report.json"
@@ -134,13 +137,16 @@ def _head(clip: str) -> bytes:
 
 @lru_cache(maxsize=10_000)
 def _read_head(clip: str, modified: int, size: int) -> bytes:
-    del modified, size
+    del modified
     import zipfile  # takes a while, and few need it
 
     with Path(clip).open("rb") as file:
         if not zipfile.is_zipfile(file):
             file.seek(0)
-            return file.read(_HEAD).partition(b"MOTION")[0]
+            head = narrow_head(file.read(_HEAD))
+            if kind_of(head) is PICKLE:  # whose arrays are replaced by others of their size
+                return str(size).encode() + head.partition(b"smpl_poses")[0]
+            return head.partition(b"MOTION")[0]
         with suppress(zipfile.BadZipFile), zipfile.ZipFile(file) as archive:
             return repr([(i.filename, i.file_size) for i in archive.infolist()]).encode()
     return b""
