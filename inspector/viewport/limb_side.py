@@ -48,22 +48,25 @@ def limb_side(
     up: Array,
     *,
     above: int = -1,
+    body: Sequence[int] = (),
 ) -> LimbSide | None:
     """The best side of a chain or limb; None where it has no body.
 
     before, after: global rotations (joints, 4) and positions (joints, 3); facing, up: unit vectors
-    (3,) of the figure; above: a joint that is to be in the picture as well, −1 for none.
+    (3,) of the figure; above: a joint that is to be in the picture as well, −1 for none; body: the
+    joints of the limb's person, all by default.
     """
     rotations, positions = after
     limb = limb_joints(chain, positions)
-    outward = limb.mean(axis=0) - positions.mean(axis=0)
+    middle = positions[list(body) or slice(None)].mean(axis=0)
+    outward = limb.mean(axis=0) - middle
     if isinstance(chain, Limb) and (circle := circle_of(chain, before[1])):
         direction = circle_direction(circle.axis, circle.aside, outward, facing, up)
         around = circle.at(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False))
         return LimbSide(direction, np.vstack([limb, around]))
     if above >= 0:
         limb = np.vstack([limb, positions[above]])
-        outward = limb.mean(axis=0) - positions.mean(axis=0)
+        outward = limb.mean(axis=0) - middle
     own = [b for b in bones if b.parent == chain.parent]
     bone = min(own, key=lambda b: b.child != chain.child, default=None)
     if bone is None:
