@@ -211,7 +211,7 @@ class ChainsPanel(QWidget):
                     tau=float(np.degrees(state.tau[c.name])),
                     ticked=c.name not in document.hidden,
                 )
-                for c in data.chains_and_limbs
+                for c in document.listed_chains
             ]
         )
 
@@ -242,6 +242,7 @@ class ChainsPanel(QWidget):
         self.people.addItem(tr("Everyone"), "")
         for person in people:
             self.people.addItem(legible(person), person)
+        self.people.setCurrentIndex(max(self.people.findData(self._document.person), 0))
         self.people.setVisible(bool(people))
 
     def _show_unexamined(self) -> None:

@@ -28,6 +28,7 @@ from twistcore.chain import Chain
 from twistcore.figure import figure_size, guess_up, heading
 from twistcore.limb import Limb
 from twistcore.motion import forward_kinematics
+from twistcore.people import find_people
 from twistcore.report.picture_job import Figure, Pair, picture_path, read_job
 
 _SAMPLES = 8  # a pixel
@@ -60,7 +61,8 @@ class OffscreenRenderer:
         up = guess_up(positions, chains, motion.skeleton)
         height = figure_size(positions, motion.skeleton)
         bones = find_bones(motion, up, height)
-        ground = lowest(positions, up, height)
+        people = {p.name: p.joints for p in find_people(motion.skeleton)}
+        ground = lowest(positions, up, height, [joints[0] for joints in people.values()])
         points, lines, strength = ground_lines(ground)
         grid = Piece(len(points), lines=lines).unlit().add_to(self._renderer)
         grid.move(points)
@@ -73,11 +75,12 @@ class OffscreenRenderer:
             for k, pair in enumerate(figure.pairs):
                 chain = _named(figure, pair)
                 before, after = ((rotations[t], positions[t]) for t in (pair.first, pair.second))
-                facing = heading(after[1], chains, up)
+                own = tuple(c for c in chains if c.person == chain.person)
+                facing, body = heading(after[1], own, up), people.get(chain.person, ())
                 above = int(motion.skeleton.parents[chain.parent])
                 side = limb_side(
                     chain, bones, before, after, facing, up,
-                    skeleton=motion.skeleton, height=height, above=above,
+                    skeleton=motion.skeleton, height=height, above=above, body=body,
                 )  # fmt: skip
                 camera = OrbitCamera(np.zeros(3), 0.0, 0.0, height, up, facing)
                 if side is not None:

@@ -88,7 +88,7 @@ class Document(OpenClip):
         self.learned = None  # another clip may be another rig's
         self.frame = 0
         self.interval_id = None
-        self.hidden = frozenset()
+        self.hidden, self.person = frozenset(), ""
         self._unsigned.clear()
         if aside is not None:
             self.keeper.go_on(aside)
@@ -135,6 +135,7 @@ class Document(OpenClip):
             other.method = self.method
         other.chain, other.interval_id, other.frame = self.chain, self.interval_id, self.frame
         other.show, other.hidden, other.first_frame = self.show, self.hidden, self.first_frame
+        other.person = self.person
         return other
 
     def close_clip(self) -> None:
@@ -376,7 +377,7 @@ class Document(OpenClip):
         self._corrected = Corrected(self.data.analysis)
         self.method = state.method
         names, before = ([c.name for c in d.chains_and_limbs] for d in (self.data, data))
-        self.hidden &= frozenset(names)
+        self.hidden = self.hidden & frozenset(names) | self._others()
         new = [name for name in names if name not in before]
         if len(new) == 1 or self.chain not in names:
             self.chain = (*new, *names, "")[0]

@@ -51,6 +51,7 @@ class OpenClip(QObject):
     frame_changed = Signal(int)
     show_changed = Signal()
     hidden_changed = Signal()  # which chains are shown
+    person_changed = Signal()  # whose chains are listed, of several people
     numbering_changed = Signal()  # frames are counted from another number
     confidence_changed = Signal()  # learned confidences are shown, or the detector's own again
 
@@ -63,6 +64,7 @@ class OpenClip(QObject):
         self.frame = 0
         self.show = Show.BOTH
         self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
+        self.person = ""  # of several people the one whose chains are listed; '': everyone
         self.order = "chain"  # in which a person goes through intervals, or "time"
         self.learned: LearnedConfidence | None = None  # in place of the detector's confidence
         self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
@@ -251,12 +253,25 @@ class OpenClip(QObject):
 
     def show_person(self, person: str) -> None:
         """Show the intervals of one person only, of everyone for ''; select a chain of theirs."""
-        chains = self.data.chains_and_limbs if self.data else ()
-        own = [c.name for c in chains if not person or c.person == person]
-        self.hidden = frozenset(c.name for c in chains) - frozenset(own)
+        self.person = person
+        self.hidden = self._others()
         self.hidden_changed.emit()
+        own = [c.name for c in self.listed_chains]
         if own and self.chain not in own:
-            self.select_chain(own[0])
+            found = (j.interval.chain for j in self.intervals if j.interval.chain in own)
+            self.select_chain(next(found, own[0]))
+        self.person_changed.emit()
+
+    @property
+    def listed_chains(self) -> tuple[Chain, ...]:
+        """The chains and limbs of the person whose are listed, or of everyone."""
+        chains, others = self.data.chains_and_limbs if self.data else (), self._others()
+        return tuple(chain for chain in chains if chain.name not in others)
+
+    def _others(self) -> frozenset[str]:
+        """Chains of other people than the one whose are listed."""
+        chains = self.data.chains_and_limbs if self.data and self.person else ()
+        return frozenset(c.name for c in chains if c.person != self.person)
 
     def set_show(self, show: Show) -> None:
         """Show before, after or both."""

@@ -133,8 +133,9 @@ class GizmoGuest:
         q_parent = pose.rotations[chain.parent]
         along = rotate(q_parent, d.a)
         normal = rotate(multiply(q_parent, conjugate(d.q)), d.n)
-        ahead = scene.facing(pose.positions)
-        outward = pose.positions[chain.child] - pose.positions.mean(axis=0)
+        ahead = scene.facing(pose.positions, chain.person)
+        body = list(scene.people.get(chain.person, ())) or slice(None)
+        outward = pose.positions[chain.child] - pose.positions[body].mean(axis=0)
         outward = outward / max(float(np.linalg.norm(outward)), 1e-9)
         around, above = np.meshgrid(np.radians(np.arange(0, 360, 10)), np.radians((0, 15, 30, 45)))
         aside = np.cross(scene.up, ahead)

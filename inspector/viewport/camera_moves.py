@@ -76,13 +76,18 @@ class Steering(QWidget):
             return
         self._stop_turning()
         frame = self.document.frame
-        turned = preset(self.camera, name, scene.facing(scene.data.positions[frame]))
+        facing = scene.facing(scene.data.positions[frame], self.document.person)
+        turned = preset(self.camera, name, facing)
         self.camera = turned.framing(
             self._around(scene, frame), self._aspect(), covered=self._covered()
         )
         self._framed = name
         self._hold(None)
         self._schedule()
+
+    def show_person(self) -> None:
+        """Frame the person whose chains are listed, or everyone, in the view last chosen."""
+        self.set_view(self._framed or "iso")
 
     def focus_chain(self, milliseconds: int = 0) -> None:
         """Go to the selected chain's limb, to the side from which its roll shows.
@@ -141,10 +146,11 @@ class Steering(QWidget):
         above = -1
         if scene.style == Style.SKIN and chain.segment in ("ForeArm", "Leg"):
             above = int(data.motion.skeleton.parents[chain.parent])  # it is wrung as well
-        facing = scene.facing(after[1])
+        facing = scene.facing(after[1], chain.person)
         side = limb_side(
             chain, scene.bones, before, after, facing, scene.up,
             skeleton=data.motion.skeleton, height=scene.height, above=above,
+            body=scene.people.get(chain.person, ()),
         )  # fmt: skip
         return None if side is None else side.camera(camera, scene.height, self._aspect())
 
@@ -162,13 +168,24 @@ class Steering(QWidget):
         self._turning.stop()
 
     def _around(self, scene: Scene, frame: int) -> Array:
-        """What the figure takes up from a frame on, with the root at its place there, (n, 3)."""
-        data = scene.data
-        bodies = place(scene.shapes.bodies, data.rotations[frame], data.positions[frame])
+        """What the figure takes up from a frame on, with the root at its place there, (n, 3).
+
+        Of several people those who are listed.
+        """
+        data, soup = scene.data, scene.shapes.bodies
+        bodies = place(soup, data.rotations[frame], data.positions[frame])
         stop = frame + max(2, round(0.25 * data.motion.fps))
-        some = data.positions[frame:stop]
-        level = some[:, :1] - some[:1, :1]
-        return np.vstack([bodies, (some - level).reshape(-1, 3)])
+        parts = []
+        for joints in self._listed(scene):
+            some = data.positions[frame:stop, list(joints)]
+            level = some[:, :1] - some[:1, :1]
+            parts += [bodies[np.isin(soup.joint, joints)], (some - level).reshape(-1, 3)]
+        return np.vstack(parts)
+
+    def _listed(self, scene: Scene) -> list[tuple[int, ...]]:
+        """The joints of the people whose chains are listed, each by themselves."""
+        one = scene.people.get(self.document.person)
+        return list(scene.people.values()) if one is None else [one]
 
     def _aspect(self) -> float:
         """Width to height of a picture."""
@@ -191,13 +208,17 @@ class Steering(QWidget):
         self._anchored = self._followed(self.scene) if self.scene is not None else None
 
     def _followed(self, scene: Scene) -> Array:
-        """The point that the camera goes along with, (3,): a limb, or the root on the level."""
+        """The point that the camera goes along with, (3,): a limb, or the root on the level.
+
+        Of several people who are listed the middle of their roots.
+        """
         positions = scene.data.positions[self.document.frame]
         if self._anchor is not None:
             middle: Array = limb_joints(self._anchor, positions).mean(axis=0)
             return middle
-        root: Array = positions[0] - (positions[0] @ scene.up) * scene.up
-        return root
+        root = positions[[joints[0] for joints in self._listed(scene)]].mean(axis=0)
+        level: Array = root - (root @ scene.up) * scene.up
+        return level
 
     def _go_along(self, scene: Scene) -> None:
         if not self.follow or self.camera is None or self._anchored is None:

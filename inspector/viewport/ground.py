@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,12 +29,12 @@ class Ground:
         return float(self.centre @ self.up)
 
 
-def lowest(positions: Array, up: Array, height: float) -> Ground:
+def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0,)) -> Ground:
     """The ground of a clip at its lowest joint, from positions (frames, joints, 3).
 
-    The radius covers the way of the root with some margin.
+    The radius covers the ways of the roots, of several people each one's, with some margin.
     """
-    root = positions[:, 0]
+    root = positions[:, list(roots)].reshape(-1, 3)
     middle = (root.min(axis=0) + root.max(axis=0)) / 2.0
     level = float((positions @ up).min())
     centre = middle + (level - middle @ up) * up

@@ -52,6 +52,7 @@ def limb_side(
     skeleton: Skeleton,
     height: float,
     above: int = -1,
+    body: Sequence[int] = (),
 ) -> LimbSide | None:
     """The best side of a chain or limb; None where it has no body.
 
@@ -59,7 +60,7 @@ def limb_side(
 
     before, after: global rotations (joints, 4) and positions (joints, 3); facing, up: unit vectors
     (3,) of the figure; height: of the figure; above: a joint that is to be in the picture as well,
-    −1 for none.
+    −1 for none; body: the joints of the limb's person, all by default.
     """
     rotations, positions = after
     limb = limb_joints(chain, positions)
@@ -69,14 +70,15 @@ def limb_side(
         circle = helper_circle(chain, skeleton, before, height)
     elif isinstance(chain, Limb):
         circle = circle_of(chain, before[1])
-    outward = limb.mean(axis=0) - positions.mean(axis=0)
+    middle = positions[list(body) or slice(None)].mean(axis=0)
+    outward = limb.mean(axis=0) - middle
     if circle is not None:
         direction = circle_direction(circle.axis, circle.aside, outward, facing, up)
         around = circle.at(np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False))
         return LimbSide(direction, np.vstack([limb, around]))
     if above >= 0:
         limb = np.vstack([limb, positions[above]])
-        outward = limb.mean(axis=0) - positions.mean(axis=0)
+        outward = limb.mean(axis=0) - middle
     own = [b for b in bones if b.parent == chain.parent]
     bone = min(own, key=lambda b: b.child != chain.child, default=None)
     if bone is None:

@@ -25,6 +25,7 @@ from inspector.widgets.theme import Theme
 from twistcore.chain import Chain, find_chains
 from twistcore.figure import figure_size, guess_up, heading
 from twistcore.limb import Limb
+from twistcore.people import find_people
 from twistcore.rotation import Array, matrix_from_quaternion
 
 AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8)  # x, y, z
@@ -41,10 +42,12 @@ class Scene:
         self.data: Analysed = data
         self._theme = theme
         self._limbs = find_chains(data.motion)  # whatever chains a person wants
+        people = find_people(data.motion.skeleton)
+        self.people = {person.name: person.joints for person in people}
         self.up = guess_up(data.positions, self._limbs, data.motion.skeleton)
         self.height = figure_size(data.positions, data.motion.skeleton)
         self.bones: tuple[Bone, ...] = find_bones(data.motion, self.up, self.height)
-        self.ground: Ground = lowest(data.positions, self.up, self.height)
+        self.ground: Ground = lowest(data.positions, self.up, self.height, self.roots)
         self._left: vtkRenderer = plotter.renderer
         self._right: vtkRenderer | None = None
         points, lines, strength = ground_lines(self.ground)
@@ -181,9 +184,18 @@ class Scene:
         """Whether a limb's circle is seen."""
         return self._circle is not None and self._circle.circle.shown
 
-    def facing(self, positions: Array) -> Array:
-        """The level unit vector (3,) that the figure's front shows to, from places of joints."""
-        return heading(positions, self._limbs, self.up)
+    @property
+    def roots(self) -> list[int]:
+        """The first joint of each person."""
+        return [joints[0] for joints in self.people.values()]
+
+    def facing(self, positions: Array, person: str = "") -> Array:
+        """The level unit vector (3,) that the figure's front shows to, from places of joints.
+
+        person: of several people whose front; by default the first one's.
+        """
+        own = tuple(limb for limb in self._limbs if not person or limb.person == person)
+        return heading(positions, own, self.up)
 
     def show_from(self, camera: OrbitCamera) -> None:
         """Look through the camera."""

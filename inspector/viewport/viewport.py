@@ -75,6 +75,7 @@ class Viewport(Steering):
         document.chain_changed.connect(self._schedule)
         document.interval_changed.connect(self._schedule)
         document.show_changed.connect(self._schedule)
+        document.person_changed.connect(self.show_person)
         self.set_theme(theme)
         self._opened()
 

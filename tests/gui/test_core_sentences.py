@@ -127,3 +127,10 @@ def test_a_text_inside_another_is_found_in_the_code():
     """`f"{tr('Strength')} "` is a text, too."""
     assert ("", "Strength", "") in set(texts_in_code())
     assert tr("Strength") == "Stärke"
+
+
+def test_whose_a_limb_is_stays_and_the_limb_is_translated():
+    assert of_core("Left Arm") == "Oberarm links"
+    assert of_core("B · Left Arm") == "B · Oberarm links"
+    assert of_core("Anna · Left arm · limb").startswith("Anna · Arm links · ")
+    assert of_core("B · Tail") == "B · Tail"

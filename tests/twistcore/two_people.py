@@ -11,10 +11,11 @@ CLEAN = Path("assets/walk.bvh")
 WRONG = Path("assets/walk_injected.bvh")
 
 
-def two_people(pattern="*_B", *, root=False, apart=40.0):
+def two_people(pattern="*_B", *, root=False, apart=40.0, backwards=False):
     """The bytes: the clean walk, and the one with errors `apart` length units next to it.
 
-    pattern: the second person's names, '*' is a joint's own; root: both hang on one joint.
+    pattern: the second person's names, '*' is a joint's own; root: both hang on one joint;
+    backwards: the second person walks from the last frame to the first.
     """
     clean, wrong = read_clip(CLEAN), read_clip(WRONG)
     figures = []
@@ -25,6 +26,7 @@ def two_people(pattern="*_B", *, root=False, apart=40.0):
         figures.append(renamed.replace("ROOT", "JOINT") if root else renamed)
     moved = wrong.values.copy()
     moved[:, 0] += apart
+    moved = moved[::-1] if backwards else moved
     rows = np.hstack([clean.values, moved])
     body = "".join(figures)
     if root:

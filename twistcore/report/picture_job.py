@@ -212,7 +212,7 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
 def _chain_to_json(chain: Chain) -> dict[str, Any]:
     """What a body is drawn by; an axis that varies is told as it is in the first frame."""
     axis, arm = (np.atleast_2d(v)[0].tolist() for v in (chain.axis, chain.arm))
-    keys = ("name", "parent", "child", "grandchild", "side", "segment")
+    keys = ("name", "parent", "child", "grandchild", "side", "segment", "person")
     own = {key: getattr(chain, key) for key in keys}
     return own | {"axis": axis, "arm": arm, "limb": isinstance(chain, Limb)}
 
