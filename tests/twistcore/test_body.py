@@ -59,6 +59,14 @@ def test_an_unknown_hand_takes_no_limb_away(hand):
     assert found == told(WALK)
 
 
+@pytest.mark.parametrize("sides", [("Left",), ("Left", "Right")])
+def test_a_hand_that_is_called_a_finger_moves_no_bone_of_an_unknown_arm(sides):
+    new = {"Shoulder": "Bubu", "Arm": "Lala", "ForeArm": "Kiki", "Hand": "FingerPlate"}
+    odd = renamed(WALK, **{s + old: s[0] + word for s in sides for old, word in new.items()})
+    assert [label for label, _ in told(odd)] == [label for label, _ in told(WALK)]
+    assert pairs(odd) == pairs(WALK)
+
+
 def test_an_arm_without_any_known_name_is_found_opposite_to_the_other():
     joints = ("LeftShoulder", "LeftArm", "LeftForeArm", "LeftHand")
     odd = renamed(WALK, **dict(zip(joints, ("qa", "qe", "qi", "qo"), strict=True)))

@@ -13,6 +13,7 @@ from twistcore.motion import Motion
 from twistcore.rotation import Array, normalise, rotate
 
 _SHORT_LINE = 0.15  # of the skeleton's longest line: a finger, a foot, what hangs on the trunk
+_WHOLE_BONE = 0.6  # of the bone above: so long is a forearm, and no finger of a hand
 _FINGERS = 3  # lines of bones from one joint of a limb: there it ends
 
 
@@ -136,9 +137,17 @@ class Shape:
             line = [joint]
             while line[-1] in main and not self.branches(line[-1]):
                 line.append(main[line[-1]])
+            line += self._misnamed_end(line)
             if len(line) >= 2 and taken.isdisjoint(line):
                 lines.append(line)
         return lines
+
+    def _misnamed_end(self, line: Sequence[int]) -> list[int]:
+        """A joint below a line that is called a finger or prop but ends a whole bone of a limb."""
+        below = [c for c in self.children[line[-1]] if self.solid[c]]
+        if len(line) < 2 or len(below) != 1 or not self.out_of_it[below[0]]:
+            return []
+        return below if self.lengths[below[0]] > _WHOLE_BONE * self.lengths[line[-1]] else []
 
     def branches(self, joint: int) -> bool:
         """True for a joint that ends a limb, as a hand with fingers or a paw does."""
