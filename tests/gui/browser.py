@@ -8,6 +8,9 @@ import shutil
 import subprocess
 import time
 from pathlib import Path
+from xml.sax.saxutils import escape
+
+from inspector.widgets.fonts import font_folder
 
 # No screen, no graphics card, no network of its own.
 OPTIONS = (
@@ -22,6 +25,18 @@ PATIENCE = 60.0  # seconds
 def found_browser() -> str | None:
     names = ("chromium", "chromium-browser", "google-chrome")
     return next((found for name in names if (found := shutil.which(name))), None)
+
+
+def with_fonts(profile: Path) -> Path:
+    """A configuration of fonts with the program's own beside the machine's, which may have none."""
+    profile.mkdir(parents=True, exist_ok=True)
+    own = profile / "fonts.conf"
+    machine = os.environ.get("FONTCONFIG_FILE", "/etc/fonts/fonts.conf")
+    own.write_text(
+        f'<fontconfig><include ignore_missing="yes">{escape(machine)}</include>'
+        f"<dir>{escape(str(font_folder()))}</dir></fontconfig>"
+    )
+    return own
 
 
 class Browser:
@@ -46,7 +61,7 @@ class Browser:
             close_fds=False,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
-            env=os.environ | {"HOME": str(profile)},
+            env=os.environ | {"HOME": str(profile), "FONTCONFIG_FILE": str(with_fonts(profile))},
         )
         os.close(to_browser)
         os.close(from_browser)
