@@ -43,7 +43,8 @@ class ClipAnalysis:
     """What is known of a motion before any decision: it does not change, and is safe in threads.
 
     motion: what was analysed; chains, limbs: those looked at; name: of the clip, for people; rig:
-    what a person changed in what was found; chosen: these are not all chains, but those asked for.
+    what a person changed in what was found; chosen: these are not all chains, but those asked for;
+    whole: the analysis of all of them, which answers for those asked for as well.
     """
 
     def __init__(
@@ -55,8 +56,10 @@ class ClipAnalysis:
         *,
         chosen: bool = False,
         people: Sequence[str] | None = None,
+        whole: ClipAnalysis | None = None,
     ) -> None:
         self.motion, self.name, self.rig = motion, name, rig
+        self._whole = whole
         self.chosen, self._people = chosen, people
         self.chains = tuple(c for c in chains if not isinstance(c, Limb))
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
@@ -84,6 +87,11 @@ class ClipAnalysis:
             known |= signals_of_chains(self.motion, new)
             vars(other)["signals"] = {c.name: known[c.name] for c in other.chains}
         return other
+
+    @property
+    def every_chain(self) -> tuple[Chain, ...]:
+        """The chains that the detectors look at: those asked for, and all beside them."""
+        return self._whole.chains if self._whole else self.chains
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
@@ -152,6 +160,8 @@ class ClipAnalysis:
         tell: how far it is. TwistError for a method that there is not.
         """
         _check_method(method)
+        if self._whole is not None:
+            return self._whole.by(method, tell)
         if kept := self.kept(method):  # also while another one is being made
             return kept
         with self._making:
@@ -162,7 +172,7 @@ class ClipAnalysis:
 
     def kept(self, method: str) -> Analysis | None:
         """What a detector knows if it was asked before; waits for nothing."""
-        return self._by_method.get(method)
+        return self._whole.kept(method) if self._whole else self._by_method.get(method)
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:
@@ -172,6 +182,8 @@ class ClipAnalysis:
     @property
     def helper_rolls(self) -> HelperAnalysis:
         """What is known of the helpers among the chains; made when it is first asked for."""
+        if self._whole is not None:
+            return self._whole.helper_rolls
         if self._helpers is not None:  # also while a detector is being made
             return self._helpers
         with self._making:
@@ -183,6 +195,8 @@ class ClipAnalysis:
     @property
     def flips(self) -> LimbFlipAnalysis:
         """What is known of the limbs; made when it is first asked for."""
+        if self._whole is not None:
+            return self._whole.flips
         if self._flips is not None:  # also while a detector is being made
             return self._flips
         with self._making:
@@ -192,6 +206,8 @@ class ClipAnalysis:
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
         """Lone jumps by chain: what is left once all is out that is taken out unasked."""
+        if self._whole is not None:
+            return self._whole.jumps(method)
         if method not in self._jumps:
             known = self.detect(method, kinds=REPAIRED)
             refined = refine(self.motion, self.chains_and_limbs, applied_unasked(known))
@@ -283,7 +299,7 @@ class _ByName:
         the detector was not asked about nothing is known.
         """
         known = self.clip.kept(self.method)
-        names = [c.name for c in self.clip.chains if known and c.parent == limb.parent]
+        names = [c.name for c in self.clip.every_chain if known and c.parent == limb.parent]
         twists = [
             i
             for name in names
@@ -388,7 +404,8 @@ def analyse(
     wanted = {_named(every, name, where).name for name in names}
     first = {c.name: {c.name, motion.skeleton.names[c.parent]} for c in every}
     some = [c for c in every if not wanted.isdisjoint(first[c.name])]
-    return ClipAnalysis(motion, some, name, rig, chosen=True)
+    whole = ClipAnalysis(motion, every, name, rig)
+    return ClipAnalysis(motion, some, name, rig, chosen=True, whole=whole)
 
 
 def detect(

@@ -35,7 +35,7 @@ LABELS = (
     ),
     *(f"{side} {end}" for side in ("Left", "Right") for end in ("Hand", "Foot", "Toe")),
     *(f"{side} {bone}" for side in ("left", "right") for bone in ("arm", "leg", "forearm", "shin")),
-    *("elbow", "knee", "hand", "foot"),
+    *("elbow", "knee", "hand", "foot", "shoulder", "wrist", "ankle", "joint"),
 )
 _HOLE = re.compile(r"\{(\d+)\}")
 # What joins sentences, and the parts of one: those that reach over more of it come first.

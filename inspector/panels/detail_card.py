@@ -262,6 +262,8 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
         return _flip(judged, chain, first_frame)
     if isinstance(chain, Helper):
         return _helper_roll(judged, chain, evidence)
+    if doubts := evidence.get("doubts"):
+        parts.append(tr("against it: {why}", why=", ".join(map(of_core, doubts))))
     edges = evidence.get("edges", ())
     said = tr("opens with x {x}° against y {y}°"), tr("closes with x {x}° against y {y}°")
     for words, edge in zip(said, edges, strict=False):

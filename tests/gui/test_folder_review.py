@@ -32,7 +32,8 @@ def test_the_window_opens_a_folder_reviews_and_goes_on(qtbot, show_window, tmp_p
     assert "No other clip" in window.bar.label.text()
 
 
-def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_path):
+def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_path, monkeypatch):
+    monkeypatch.setattr("inspector.window.file_actions._FIRST_MS", 120_000)  # however busy it is
     for k in (2, 5):
         put_errors(tmp_path / f"{k}.bvh", k)
     settings = Settings(turn_ms=0)

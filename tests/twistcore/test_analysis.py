@@ -8,8 +8,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from tests.conftest import ASSETS
 from twistcore import analysis as module
 from twistcore.analysis import ALL_KINDS, REPAIRED, ClipAnalysis, _same_frames, analyse, detect
+from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
@@ -404,3 +406,16 @@ def test_without_frames_there_is_nothing_to_say():
     assert repr(TwistSignals(*[none] * 7)) == "<TwistSignals: 0 frames, m up to 0.0°>"
     turns = azimuth_increments(np.array([[1.0, 0, 0], [0, 2.0, 0], [0, 0, 0]]), np.eye(3)[2])
     np.testing.assert_allclose(turns, [0.0, math.pi / 2, 0.0])
+
+
+def test_a_chain_asked_for_has_the_intervals_of_the_whole_clip():
+    """An error shows in the chains beside it: one alone would be explained otherwise."""
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    whole = analyse(motion).detect()
+    assert len(whole) > 4
+    for chain in find_chains(motion):
+        alone = analyse(motion, [chain.name]).detect()
+        names = {c.name for c in alone.chains_and_limbs}
+        assert chain.name in names
+        told = [(i.chain, i.start, i.stop, i.delta, i.kind) for i in whole if i.chain in names]
+        assert [(i.chain, i.start, i.stop, i.delta, i.kind) for i in alone] == told

@@ -103,7 +103,7 @@ def test_explain_and_json_have_soft_intervals(ramped, tmp_path, capsys):
         said = capsys.readouterr().out
         sure = sum(i["confidence"] >= 0.5 for i in found) if default else len(found)
         assert f": {sure} of {len(found)} intervals corrected" in said
-        assert ("of a confidence below 0.5 left" in said) == (sure < len(found))
+        assert ("left for a person" in said) == (sure < len(found))
     review = Review.of(detect(read_bvh(path)))
     assert review.accept(0.0) == len(found)
 

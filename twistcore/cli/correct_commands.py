@@ -44,7 +44,7 @@ from twistcore.export.replay import (
 )
 from twistcore.formats import own_name
 from twistcore.ordinary_files import is_there
-from twistcore.refinement import SURE_ENOUGH, applied_unasked
+from twistcore.refinement import SURE_ENOUGH
 from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
 from twistcore.report.report_document import Report
 from twistcore.review import Review
@@ -90,7 +90,7 @@ def refine(arguments: argparse.Namespace) -> int:
             write_clip_report(arguments.report, report)
     done = correctable(clip.motion, chains, applied)
     count = told_of(done, found, "corrected")
-    count += f"{_too_unsure(arguments, found)}{lone_jumps(found)}"
+    count += f"{lone_jumps(found)}{_left(name, done, found)}"
     if not found.not_examined:
         remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
     problems, beside = uncorrected(clip, chains, applied)
@@ -129,12 +129,10 @@ def apply(arguments: argparse.Namespace) -> int:
     return _tell(notes, problems)
 
 
-def _too_unsure(arguments: argparse.Namespace, found: Iterable[Interval]) -> str:
-    """', 2 of a confidence below 0.5 left' where there are any that nothing else speaks against."""
-    least, also = arguments.min_confidence, arguments.include_open
-    may_be, sure = (applied_unasked(found, at, include_open=also) for at in (0.0, least))
-    left = len(may_be) - len(sure)
-    return f", {left} of a confidence below {_least(least):g} left" if left else ""
+def _left(clip: object, done: Collection[Interval], found: Iterable[Interval]) -> str:
+    """'; 2 left for a person to judge: twist-inspector walk.bvh' where there are any."""
+    left = sum(i.repairable for i in found) - len(done)
+    return f"; {left} left for a person to judge: twist-inspector {clip}" if left else ""
 
 
 def _least(asked: float | None) -> float:

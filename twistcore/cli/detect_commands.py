@@ -297,6 +297,12 @@ def _kind(interval: Interval) -> str:
 
 def _explain(interval: Interval) -> None:
     evidence = interval.evidence or {}
+    _explain_signals(interval, evidence)
+    for doubt in evidence.get("doubts", ()):
+        say(f"    against it: {doubt}")
+
+
+def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
     if told := soft_onset(interval):
         say(f"    {told}, gain {evidence['gain']:.1f}".replace("−", "-"))
         return

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
@@ -13,6 +13,14 @@ import numpy as np
 from twistcore.detection.confidence import confidence
 from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.edges import Edges
+from twistcore.detection.evidence import (
+    Find,
+    Judgement,
+    Witnesses,
+    judgement_of,
+    taken_by,
+    terms_of,
+)
 from twistcore.detection.interval import Interval
 from twistcore.detection.offsets import Course, offsets_of
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, unpaired
@@ -27,6 +35,7 @@ SHOWN_IN_BOTH = 0.35
 # of natural motion close, and the confidence, fitted on fine captures, takes that for a good sign.
 ROUNDED_GAIN = 5.0
 _FOLLOWS = ("its edges", "its events", "every frame")
+STRAIGHT = "a straight limb"  # what an interval follows that is judged by its course alone
 SMALLEST_TAU = float(np.radians(1.5))
 TAU_IN_SIGMA = 6.0  # an automatic τ: where natural motion's own σ would fill the table, higher
 
@@ -157,12 +166,16 @@ class ConsistencyAnalysis:
     """All chains before any τ.
 
     cut: steps that are no motion, that into frame 0 too, (frames,); own_twist: of the first of two
-    pieces of one bone, as `pieces.own_twist` has it, by chain.
+    pieces of one bone, as `pieces.own_twist` has it, by chain; witnesses: what the finds of a chain
+    are judged by.
     """
 
     chains: Mapping[str, ChainAnalysis]
     cut: Mask
     own_twist: Mapping[str, Array] = field(default_factory=dict)
+    witnesses: Mapping[str, Witnesses] = field(default_factory=dict)
+    _taken: dict[str, Mask] = field(default_factory=dict)
+    _judged: dict[int, tuple[Interval, Interval]] = field(default_factory=dict)  # by id: kept alive
 
     def automatic_tau(self, chain: str) -> float:
         """max(1.5°, 6·median σ of the chain), radians."""
@@ -175,9 +188,56 @@ class ConsistencyAnalysis:
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
         """Intervals of a chain at τ radians, by start."""
         found = self.chains[chain].intervals(tau)
-        if (twist := self.own_twist.get(chain)) is None:
-            return found
-        return tuple(i for i in found if shows(twist, i))
+        if (twist := self.own_twist.get(chain)) is not None:
+            found = tuple(i for i in found if shows(twist, i))
+        return tuple(self._with_evidence(i) for i in found)
+
+    def _with_evidence(self, interval: Interval) -> Interval:
+        """The interval with no more confidence than all the evidence gives it.
+
+        On a straight limb the course itself is the evidence: nothing else tells there.
+        """
+        if interval.chain not in self.witnesses:
+            return interval
+        if id(interval) not in self._judged:
+            own = interval
+            if (interval.evidence or {}).get("follows") != STRAIGHT:
+                taken = self._taken_in(interval.chain)
+                own = judged(interval, self.witnesses[interval.chain], taken)
+            self._judged[id(interval)] = interval, own
+        return self._judged[id(interval)][1]
+
+    def _taken_in(self, chain: str) -> Mask:
+        """Frames of the chain's intervals at its automatic τ: no measure of natural motion."""
+        if chain not in self._taken:
+            own = self.chains[chain]
+            finds = [_find(i) for i in own.intervals(own.automatic_tau())]
+            self._taken[chain] = taken_by(self.witnesses[chain].frames, finds)
+        return self._taken[chain]
+
+
+def _find(interval: Interval) -> Find:
+    return Find(interval.start, interval.stop, np.degrees(interval.offset))
+
+
+def judged(interval: Interval, witnesses: Witnesses, taken: Mask) -> Interval:
+    """The interval with the smaller of its confidence and what all the evidence gives it."""
+    found = judgement_of(terms_of(witnesses, _find(interval), taken), witnesses.segment)
+    least = min(interval.confidence or 0.0, found.probability)
+    explain = partial(_with_judgement, interval.explain, found)
+    return replace(interval, confidence=least, explain=explain)
+
+
+def _with_judgement(
+    explain: Callable[[], dict[str, Any]] | None, found: Judgement
+) -> dict[str, Any]:
+    """Why an interval was found, and what all the evidence comes to."""
+    return {
+        **(explain() if explain else {}),
+        "evidence": found.score,
+        "evidence_terms": dict(found.terms),
+        "doubts": list(found.doubts),
+    }
 
 
 def automatic_tau(counter: CounterRotation, row: int) -> float:

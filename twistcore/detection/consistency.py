@@ -17,6 +17,7 @@ from twistcore.detection.chain_analysis import (
 from twistcore.detection.counter_rotation import counter_rotation
 from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.edges import find_edges
+from twistcore.detection.evidence import Witnesses
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.notated import NotatedAnalysis, is_clear
 from twistcore.detection.pairing import pair_table, running_sums
@@ -83,7 +84,8 @@ def _analysed(
         found = _line_analyses(lines, motion, cut, segments, keys, part(tell, *shares))
         out |= {c.name: c for c in found}
     pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
-    return ConsistencyAnalysis(out, cut, pieces)
+    witnesses = {c.name: Witnesses.of(motion, c) for c in chains}
+    return ConsistencyAnalysis(out, cut, pieces, witnesses)
 
 
 def _line_analyses(

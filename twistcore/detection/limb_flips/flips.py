@@ -32,11 +32,13 @@ from twistcore.rotation import (
     geodesic_angle,
     multiply,
     quaternion_from_axis_angle,
+    rotate,
     wrap,
 )
 
 TAU = float(np.radians(55.0))  # natural departures of 40 CMU clips at 120 Hz reach 51°
 SURE = 1.5  # odds from which a flip is taken out unasked
+_BESIDE = 3  # frames on either side of a flip in which C's path is compared
 SEVERAL, TOGETHER = 3, 0.5  # of so many limbs more than this share: not a limb jumps, but the pose
 
 
@@ -100,13 +102,36 @@ class LimbFlips:
             run.start,
             run.stop,
             run.offset,
-            open=run.odds < SURE,
+            open=run.odds < SURE or not _eased(self.swivel, run.start, run.offset),
             confidence=1.0 / (1.0 + math.exp(-min(run.odds, 50.0))),
             residual=run.residual,
-            explain=partial(_explained, run),
+            explain=partial(_explained, self.swivel, run),
             kind=Kind.LIMB_FLIP,
             carried=self.end_carried(run.start, run.offset),
         )
+
+
+def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
+    """C's path over a flip and around it, as captured and with the flip taken out.
+
+    Each its length and that of its second differences, shares of the limb's length, (2,).
+    """
+    stop = start + len(offset)
+    around_it = slice(max(start - _BESIDE, 0), stop + _BESIDE)
+    fixed = swivel.child.copy()
+    turn = quaternion_from_axis_angle(swivel.line[start:stop], -offset)
+    fixed[start:stop] = rotate(turn, fixed[start:stop])
+    now, then = (
+        np.array([np.linalg.norm(np.diff(c[around_it], k, axis=0), axis=1).sum() for k in (1, 2)])
+        for c in (swivel.child, fixed)
+    )
+    return now, then
+
+
+def _eased(swivel: Swivel, start: int, offset: Array) -> bool:
+    """Whether C's path gets shorter and smoother once a flip is taken out."""
+    now, then = child_path(swivel, start, offset)
+    return bool((then < now).all())
 
 
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
@@ -129,14 +154,19 @@ def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> flo
     return total
 
 
-def _explained(run: Run) -> dict[str, Any]:
+def _explained(swivel: Swivel, run: Run) -> dict[str, Any]:
     """Why a flip was found; degrees, odds as logarithms."""
     edges = (run.first, *run.followed, run.last)
+    (length, roughness), (after, rough_after) = child_path(swivel, run.start, run.offset)
     return {
         "edges": [_edge(j) for j in edges],
         "closing_residual_deg": math.degrees(run.residual),
         "side": run.side,
         "odds": run.odds,
+        "path": float(length),
+        "path_corrected": float(after),
+        "path_roughness": float(roughness),
+        "path_roughness_corrected": float(rough_after),
     }
 
 

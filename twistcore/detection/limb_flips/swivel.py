@@ -32,6 +32,7 @@ class Swivel:
     height: Array
     step: Array
     line: Array
+    child: Array
     end: Array
     side: Array
 
@@ -67,7 +68,8 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     step = np.zeros(motion.frames)
     step[1:] = np.linalg.norm(np.diff(rotate(above, to_end), axis=0), axis=1) / length
     end = multiply(lower, motion.rotations[:, limb.end])
-    return Swivel(angle, jump, height, step, line, end, side)
+    child = rotate(above, to_child) / length
+    return Swivel(angle, jump, height, step, line, child, end, side)
 
 
 def _global_rotation(motion: Motion, joint: int) -> Array:

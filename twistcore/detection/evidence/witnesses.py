@@ -1,0 +1,139 @@
+"""What a chain shows of a twist: the turns of both joints, and the side to which C's bone leaves.
+
+A twist δ of P that C takes back turns P by δ, C by −δ, and the azimuth of C's bone about P's by −δ;
+the turn of P and C together stays. All angles in degrees.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.chain import Chain
+from twistcore.detection.twist_increments import twist_increments
+from twistcore.motion import Motion
+from twistcore.rotation import Array, logarithm, multiply, rotate
+
+Mask = NDArray[np.bool_]
+
+_PACE = 2  # frames on either side that tell the pace at an edge
+_ALONG = np.sin(np.radians(10.0))  # of a limb straighter than so the azimuth says nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Witnesses:
+    """The signals of one chain, made when first asked for; see :meth:`of`.
+
+    q_parent, q_child: local rotations, (frames, 4); axis, arm: unit, (3,) or (frames, 3);
+    hinged: whether C has a child, whose place tells the azimuth; segment: of the chain.
+    """
+
+    q_parent: Array
+    q_child: Array
+    axis: Array
+    arm: Array
+    hinged: bool
+    fps: float
+    segment: str = ""
+    _series: dict[tuple[str, int], Array] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, motion: Motion, chain: Chain) -> Witnesses:
+        """Those of a chain of a motion."""
+        q_parent, q_child = (motion.rotations[:, j] for j in (chain.parent, chain.child))
+        hinged = chain.grandchild >= 0
+        return cls(q_parent, q_child, chain.axis, chain.arm, hinged, motion.fps, chain.segment)
+
+    @property
+    def frames(self) -> int:
+        """How many there are."""
+        return len(self.q_parent)
+
+    @cached_property
+    def _turns(self) -> tuple[Array, Array]:
+        x, y = twist_increments(self.q_parent, self.q_child, self.axis)
+        return np.degrees(x), np.degrees(y)
+
+    @property
+    def x(self) -> Array:
+        """Turns of P about its bone from the frame before, (frames,)."""
+        return self._turns[0]
+
+    @property
+    def y(self) -> Array:
+        """Turns of C about P's bone, likewise."""
+        return self._turns[1]
+
+    @cached_property
+    def _bone(self) -> Array:
+        """C's bone in P's frame as parts along P's bone and two across it, (frames, 3)."""
+        axis = np.broadcast_to(self.axis, (self.frames, 3))
+        beside = np.cross(axis[0], np.eye(3)[int(np.argmin(np.abs(axis[0])))])
+        first = beside - (axis @ beside)[:, None] * axis
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        bone = rotate(self.q_child, np.broadcast_to(self.arm, (self.frames, 3)))
+        return np.stack([(bone * d).sum(-1) for d in (axis, first, np.cross(axis, first))], -1)
+
+    @cached_property
+    def bend(self) -> Array:
+        """Angle between P's bone and C's, 0 where the limb is straight, (frames,)."""
+        along, *across = self._bone.T
+        return np.asarray(np.degrees(np.arctan2(np.hypot(*across), along)))
+
+    @cached_property
+    def azimuth(self) -> Array:
+        """θc [Choi26 Eq. 6-7]: the side to which C's bone leaves P's, (−180, 180], (frames,)."""
+        return np.asarray(np.degrees(np.arctan2(self._bone[:, 2], self._bone[:, 1])))
+
+    @cached_property
+    def azimuth_turns(self) -> Array:
+        """Changes of the azimuth from the frame before, (frames,)."""
+        return np.concatenate([[0.0], wrapped(np.diff(self.azimuth))])
+
+    @cached_property
+    def sine(self) -> Array:
+        """Sine of the bend: how well the azimuth is known, 0…1, (frames,)."""
+        return np.sin(np.radians(self.bend))
+
+    @cached_property
+    def both_frames(self) -> Array:
+        """The smaller sine of a frame and the one before, (frames,); 0 for the first."""
+        return np.concatenate([[0.0], np.minimum(self.sine[1:], self.sine[:-1])])
+
+    @cached_property
+    def together(self) -> Array:
+        """Turns of P and C together, which no twist error changes: vectors, (frames, 3)."""
+        both = multiply(self.q_parent, self.q_child)
+        back = both[:-1] * (1.0, -1.0, -1.0, -1.0)
+        turns = logarithm(multiply(back, both[1:]))
+        return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
+
+    def beyond_pace(self, name: str, width: int) -> Array:
+        """By how much a signal turns in [t, t + width) beyond the pace beside it, (frames,); NaN.
+
+        name: x, y or azimuth_turns; the pace is that of two frames on either side, NaN where these
+        are not there.
+        """
+        if (name, width) not in self._series:
+            turns: Array = getattr(self, name)
+            total = np.concatenate([[0.0], np.cumsum(turns)])
+            t = np.arange(_PACE + 1, len(turns) - width - _PACE)
+            beside = [t - 1, t - 2, t + width, t + width + 1]
+            pace = sum(turns[k] for k in beside) / (2.0 * _PACE)
+            out = np.full(len(turns), np.nan)
+            out[t] = wrapped(total[t + width] - total[t] - width * pace)
+            self._series[name, width] = out
+        return self._series[name, width]
+
+    def bent(self, width: int) -> Mask:
+        """Where the limb is bent in frame t and in t + width, (frames,)."""
+        later = np.concatenate([self.sine[width:], np.full(min(width, self.frames), self.sine[-1])])
+        return np.asarray(np.minimum(self.sine, later[: self.frames]) > _ALONG)
+
+
+def wrapped(degrees: Array) -> Array:
+    """Angles in [−180, 180)."""
+    return np.asarray((np.asarray(degrees) + 180.0) % 360.0 - 180.0)
