@@ -20,13 +20,14 @@ from twistcore.detection.cuts import border_notes
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
+from twistcore.detection.noise_bursts import burst_sentences
 from twistcore.errors import TwistError
 from twistcore.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.notation import notation_notes
-from twistcore.notes import NOT_EXAMINED, UNEXAMINED, Note
+from twistcore.notes import NOISE, NOT_EXAMINED, UNEXAMINED, Note
 from twistcore.people import find_people
 from twistcore.progress import Tell, nobody
 from twistcore.rig import AS_FOUND, Rig
@@ -151,6 +152,7 @@ class ClipAnalysis:
                 notes.append(Note(UNEXAMINED, left_out))
             offsets = constant_offsets(self.motion, self._of_limbs)
             notes += (Note("constant offset", str(offset)) for offset in offsets)
+            notes += (Note(NOISE, text) for text in burst_sentences(self.motion))
         borders = (Note("border", text) for text in border_notes(self.motion))
         return (*notes, *notation_notes(self.motion), *borders)
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 NOT_EXAMINED = "not examined"  # the whole clip
 UNEXAMINED = "unexamined"  # a limb, or some frames
+NOISE = "noise burst"
 
 
 @dataclass(frozen=True)

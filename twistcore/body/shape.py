@@ -143,9 +143,14 @@ class Shape:
         return lines
 
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
-        """A joint below a line that is called a finger or prop but ends a whole bone of a limb."""
+        """A joint below a line that is called a finger or prop but ends a whole bone of a limb.
+
+        Joints hang on it, as on a hand; above it are two whole bones.
+        """
         below = [c for c in self.children[line[-1]] if self.solid[c]]
-        if len(line) < 2 or len(below) != 1 or not self.out_of_it[below[0]]:
+        if len(line) < 3 or len(below) != 1 or not self.out_of_it[below[0]]:
+            return []
+        if not self.children[below[0]]:
             return []
         return below if self.lengths[below[0]] > _WHOLE_BONE * self.lengths[line[-1]] else []
 

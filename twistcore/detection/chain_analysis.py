@@ -200,10 +200,10 @@ class ConsistencyAnalysis:
         if interval.chain not in self.witnesses:
             return interval
         if id(interval) not in self._judged:
-            own = interval
-            if (interval.evidence or {}).get("follows") != STRAIGHT:
-                taken = self._taken_in(interval.chain)
-                own = judged(interval, self.witnesses[interval.chain], taken)
+            own, known = interval, self.witnesses[interval.chain]
+            straight = (interval.evidence or {}).get("follows") == STRAIGHT
+            if not straight or known.noise[interval.start : interval.stop].any():
+                own = judged(interval, known, self._taken_in(interval.chain))
             self._judged[id(interval)] = interval, own
         return self._judged[id(interval)][1]
 

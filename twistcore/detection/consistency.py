@@ -19,6 +19,7 @@ from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.edges import find_edges
 from twistcore.detection.evidence import Witnesses
 from twistcore.detection.limbs import Limbs
+from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.notated import NotatedAnalysis, is_clear
 from twistcore.detection.pairing import pair_table, running_sums
 from twistcore.detection.pieces import own_twist
@@ -84,7 +85,8 @@ def _analysed(
         found = _line_analyses(lines, motion, cut, segments, keys, part(tell, *shares))
         out |= {c.name: c for c in found}
     pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
-    witnesses = {c.name: Witnesses.of(motion, c) for c in chains}
+    noise = noise_near(motion, {j for c in chains for j in (c.parent, c.child)})
+    witnesses = {c.name: Witnesses.of(motion, c, noise) for c in chains}
     return ConsistencyAnalysis(out, cut, pieces, witnesses)
 
 

@@ -33,9 +33,10 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
 )
 _SPEAKS = 0.7  # nats from which the azimuth or C's side speaks for the repair
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
-_OFF_HINGE = -3.0  # log odds of a repair that takes an exact hinge apart
+_NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
 _TOLD = -0.4  # log odds from which a term is a doubt worth telling
 
+_FIRST = "noise", "off_its_hinge"  # told before all else
 _MIDDLE = {
     "Shoulder": "shoulder",
     "Arm": "elbow",
@@ -91,10 +92,14 @@ def judgement_of(t: Terms, segment: str = "") -> Judgement:
     """What the evidence comes to; segment: the chain's, for the words."""
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     if t.side_spread < _HINGE and t.off_after > t.off_before + _OFF:
-        parts["off_its_hinge"] = min(0.0, _OFF_HINGE - sum(parts.values()))
+        parts["off_its_hinge"] = min(0.0, _NEVER - sum(parts.values()))
+    if t.noise > 0.0:
+        parts["noise"] = min(0.0, _NEVER - sum(parts.values()))
     joint = _MIDDLE.get(segment, "joint")
     against = sorted(
-        (name != "off_its_hinge", value, name) for name, value in parts.items() if value <= _TOLD
+        (name not in ("noise", "off_its_hinge"), value, name)
+        for name, value in parts.items()
+        if value <= _TOLD
     )
     doubts = (_in_words(name, t, joint) for *_, name in against)
     return Judgement(sum(parts.values()), tuple(d for d in doubts if d), MappingProxyType(parts))
@@ -102,6 +107,8 @@ def judgement_of(t: Terms, segment: str = "") -> Judgement:
 
 def _in_words(term: str, t: Terms, joint: str) -> str:
     """A term that speaks against a repair as people read it; '' for one that says nothing new."""
+    if term == "noise":
+        return f"a burst of noise of {t.noise:.0f}° is there"
     if term == "off_its_hinge":
         return f"the {joint} would leave its hinge by {t.off_after - t.off_before:.0f}°"
     if term == "off_its_side":

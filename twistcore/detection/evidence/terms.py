@@ -23,6 +23,7 @@ _REACHED = 0.8  # of the largest offset: there an edge ends
 _BONE = 2.5  # by how much a bone's direction is uncertain: over sin(bend) that of the azimuth
 _ELSEWHERE = 1.0  # seconds without finds from which the clip tells what is natural
 _BESIDE = 0.1  # seconds on either side of an edge
+_NOISE = 3  # frames beside a find in which a burst of noise speaks against it
 _NEAR = 0.6  # seconds in which an edge's neighbours count for more
 
 
@@ -60,7 +61,8 @@ class Terms:
     it, NaN likewise; for_side: the same in nats; least_bend; together:
     turn of P and C together at the edges over the offset's; rate: such counter-turns a second
     elsewhere, None where too little is free of finds; natural: their 99 % quantile; step: of the
-    smaller edge; same_way: whether both joints turn the same way at an edge; seconds: its length.
+    smaller edge; same_way: whether both joints turn the same way at an edge; seconds: its length;
+    noise: σ of a burst of it in the find or beside it, 0 for none.
     """
 
     hinged: bool
@@ -80,6 +82,7 @@ class Terms:
     step: float
     same_way: bool
     seconds: float
+    noise: float
 
 
 def terms_of(chain: Witnesses, find: Find, taken: Mask) -> Terms:
@@ -145,6 +148,7 @@ class _Measured:
             step=self._step,
             same_way=any(self._same_way(e) for e in edges),
             seconds=(self.find.stop - self.find.start) / c.fps,
+            noise=float(c.noise[max(self.find.start - _NOISE, 0) : self.find.stop + _NOISE].max()),
         )
 
     @property

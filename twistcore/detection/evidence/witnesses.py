@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.chain import Chain
+from twistcore.detection.noise_bursts import turns_of
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.motion import Motion
-from twistcore.rotation import Array, logarithm, multiply, rotate
+from twistcore.rotation import Array, multiply, rotate
 
 Mask = NDArray[np.bool_]
 
@@ -28,7 +29,8 @@ class Witnesses:
     """The signals of one chain, made when first asked for; see :meth:`of`.
 
     q_parent, q_child: local rotations, (frames, 4); axis, arm: unit, (3,) or (frames, 3);
-    hinged: whether C has a child, whose place tells the azimuth; segment: of the chain.
+    hinged: whether C has a child, whose place tells the azimuth; segment: of the chain;
+    noise: σ of a burst of noise in any joint that matters, (frames,).
     """
 
     q_parent: Array
@@ -37,15 +39,19 @@ class Witnesses:
     arm: Array
     hinged: bool
     fps: float
-    segment: str = ""
+    segment: str
+    noise: Array
     _series: dict[tuple[str, int], Array] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, motion: Motion, chain: Chain) -> Witnesses:
-        """Those of a chain of a motion."""
+    def of(cls, motion: Motion, chain: Chain, noise: Array | None = None) -> Witnesses:
+        """Those of a chain of a motion; noise: none where it is not given."""
+        noise = np.zeros(motion.frames) if noise is None else noise
         q_parent, q_child = (motion.rotations[:, j] for j in (chain.parent, chain.child))
         hinged = chain.grandchild >= 0
-        return cls(q_parent, q_child, chain.axis, chain.arm, hinged, motion.fps, chain.segment)
+        return cls(
+            q_parent, q_child, chain.axis, chain.arm, hinged, motion.fps, chain.segment, noise
+        )
 
     @property
     def frames(self) -> int:
@@ -106,10 +112,7 @@ class Witnesses:
     @cached_property
     def together(self) -> Array:
         """Turns of P and C together, which no twist error changes: vectors, (frames, 3)."""
-        both = multiply(self.q_parent, self.q_child)
-        back = both[:-1] * (1.0, -1.0, -1.0, -1.0)
-        turns = logarithm(multiply(back, both[1:]))
-        return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
+        return turns_of(multiply(self.q_parent, self.q_child))
 
     def beyond_pace(self, name: str, width: int) -> Array:
         """By how much a signal turns in [t, t + width) beyond the pace beside it, (frames,); NaN.

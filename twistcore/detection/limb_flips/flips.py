@@ -23,8 +23,9 @@ from twistcore.detection.limb_flips.jumps import (
     soft_jumps,
 )
 from twistcore.detection.limb_flips.swivel import Swivel, swivel_of
+from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.prediction import Mask
-from twistcore.limb import Limb
+from twistcore.limb import Limb, path
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import (
@@ -48,7 +49,7 @@ class LimbFlips:
 
     departures: of its turn from the median around, radians; scales: of them by nature; steps: how
     far E moves beyond the median around, of the limb's length; capture: neither border nor cut;
-    (frames,) each. soft: jumps of several frames.
+    noisy: a burst of noise in any joint of a limb; (frames,) each. soft: jumps of several frames.
     """
 
     limb: Limb
@@ -58,6 +59,7 @@ class LimbFlips:
     scales: Array
     steps: Array
     capture: Mask
+    noisy: Mask
     soft: tuple[Jump, ...]
     _solved: dict[int, tuple[list[Run], tuple[Interval, ...]]] = field(
         default_factory=dict, init=False
@@ -86,6 +88,11 @@ class LimbFlips:
             self._solved[passing] = runs, tuple(self._interval(run) for run in runs)
         return self._solved[passing]
 
+    def _may_be_mended(self, run: Run) -> bool:
+        """Whether C's path gets shorter and smoother without it, and no burst of noise is there."""
+        noisy = self.noisy[max(run.start - 1, 0) : run.stop + 1].any()
+        return not noisy and _eased(self.swivel, run.start, run.offset)
+
     def departures_without(self, offset: Array) -> Array:
         """The departures once an offset, radians, (frames,), is taken out of the limb's turn."""
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
@@ -102,7 +109,7 @@ class LimbFlips:
             run.start,
             run.stop,
             run.offset,
-            open=run.odds < SURE or not _eased(self.swivel, run.start, run.offset),
+            open=run.odds < SURE or not self._may_be_mended(run),
             confidence=1.0 / (1.0 + math.exp(-min(run.odds, 50.0))),
             residual=run.residual,
             explain=partial(_explained, self.swivel, run),
@@ -210,18 +217,20 @@ def analyse_limbs(motion: Motion, limbs: Sequence[Limb], tell: Tell = nobody) ->
     if len(limbs) >= SEVERAL:
         jumping = [np.abs(departure(s.jump)) >= TAU for s in swivels]
         border |= np.mean(jumping, axis=0) > TOGETHER
+    joints = (j for b in limbs for j in (b.parent, *path(motion.skeleton, b.parent, b.end)))
+    noisy = noise_near(motion, joints) > 0.0
     return LimbFlipAnalysis(
         {
-            limb.name: _of_limb(limb, swivel, border, motion.fps)
+            limb.name: _of_limb(limb, swivel, border, noisy, motion.fps)
             for limb, swivel in zip(limbs, swivels, strict=True)
         }
     )
 
 
-def _of_limb(limb: Limb, swivel: Swivel, border: Mask, fps: float) -> LimbFlips:
+def _of_limb(limb: Limb, swivel: Swivel, border: Mask, noisy: Mask, fps: float) -> LimbFlips:
     turns = np.where(border, 0.0, swivel.jump)
     departures = np.where(border, 0.0, departure(turns))
     soft = soft_jumps(turns, np.abs(departures) >= SHARP, fps)
     scales = scale(departures, swivel.height, fps)
     steps = np.maximum(swivel.step - around(swivel.step), 0.0)
-    return LimbFlips(limb, fps, swivel, departures, scales, steps, ~border, tuple(soft))
+    return LimbFlips(limb, fps, swivel, departures, scales, steps, ~border, noisy, tuple(soft))

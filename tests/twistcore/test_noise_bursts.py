@@ -1,0 +1,76 @@
+"""Bursts of noise: found, and nothing corrected in them unasked."""
+
+import numpy as np
+import pytest
+
+from benchmarks.noise_bursts import at_rate, measure, with_noise
+from tests.conftest import ASSETS
+from twistcore.analysis import REPAIRED, analyse
+from twistcore.bvh import read_bvh
+from twistcore.detection.noise_bursts import noise_bursts, noise_near
+from twistcore.notes import NOISE
+from twistcore.rotation import multiply, normalise, quaternion_from_axis_angle
+from twistcore.twist_removal import applied_unasked
+
+WALK = read_bvh(ASSETS / "walk.bvh").motion
+ARM, HAND = WALK.skeleton.index("LeftArm"), WALK.skeleton.index("LeftForeArm")
+START, STOP = 120, 260
+
+
+def noisy(*joints, size=0.08, motion=WALK):
+    rng = np.random.default_rng(3)
+    rotations, at = motion.rotations.copy(), slice(START, STOP)
+    noise = rng.normal(0.0, size, (STOP - START, len(joints), 4))
+    rotations[at, list(joints)] = normalise(rotations[at, list(joints)] + noise)
+    return motion.with_rotations(rotations)
+
+
+@pytest.mark.parametrize("size", [0.05, 0.1])
+def test_a_burst_is_found_with_its_joint_and_frames(size):
+    (burst,) = noise_bursts(noisy(ARM, size=size))
+    assert burst.joint == ARM
+    assert abs(burst.start - START) <= 2
+    assert abs(burst.stop - STOP) <= 2
+    # A component's noise turns the joint by twice as much.
+    assert burst.degrees == pytest.approx(np.degrees(2.0 * size), rel=0.3)
+
+
+@pytest.mark.parametrize("name", ["walk", "dance", "basketball", "walk_injected"])
+@pytest.mark.parametrize("fps", [20.0, 30.0, 120.0])
+def test_sound_motion_and_twist_errors_are_no_noise(name, fps):
+    motion = at_rate(read_bvh(ASSETS / f"{name}.bvh").motion, fps)
+    arms_and_legs = {j for c in analyse(motion).chains for j in (c.parent, c.child)}
+    assert not noise_near(motion, arms_and_legs).any()
+
+
+def test_noise_of_a_twist_that_the_child_takes_back_is_a_twist_error():
+    """What P and C do together is even."""
+    angles = np.zeros(WALK.frames)
+    angles[START:STOP] = np.random.default_rng(4).normal(0.0, np.radians(9.0), STOP - START)
+    chain = next(c for c in analyse(WALK).chains if c.parent == ARM)
+    turn, back = (quaternion_from_axis_angle(chain.axis, s * angles) for s in (1.0, -1.0))
+    rotations = WALK.rotations.copy()
+    rotations[:, ARM] = multiply(rotations[:, ARM], turn)
+    for child in WALK.skeleton.children[ARM]:
+        rotations[:, child] = multiply(back, rotations[:, child])
+    assert noise_bursts(WALK.with_rotations(rotations)) == ()
+
+
+def test_nothing_is_corrected_in_a_burst_and_the_clip_says_so():
+    motion = noisy(ARM, HAND)
+    clip = analyse(motion)
+    for interval in applied_unasked(clip.detect(kinds=REPAIRED)):
+        assert interval.stop <= START or interval.start >= STOP
+    (said,) = (str(n) for n in clip.notes if n.kind == NOISE)
+    assert "LeftArm" in said
+    assert "LeftForeArm" in said
+    assert NOISE not in {n.kind for n in analyse(WALK).notes}
+
+
+def test_the_benchmark_counts_a_burst():
+    found = measure(WALK, np.random.default_rng(1), detect=True)
+    assert found["bursts"] == 1
+    assert found["hit"] > 20 * found["extra"]
+    assert found["hit"] > 20 * found["missed"]
+    assert found["inside"] == found["outside"] == 0
+    assert with_noise(WALK.sliced(0, 60), np.random.default_rng(1)) is None

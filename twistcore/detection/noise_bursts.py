@@ -1,0 +1,149 @@
+"""Bursts of noise: spans in which a joint jitters as no body moves.
+
+Of white noise of σ in each frame the turns from frame to frame have a variance of 2σ², and the
+changes of these turns of 6σ²: three times as much. Motion is smooth: its turns change by little of
+themselves. So a window in which they change by more than they are is noise, and its σ is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter, uniform_filter1d
+
+from twistcore.body import ancestors
+from twistcore.motion import Motion
+from twistcore.rotation import Array, logarithm, multiply
+
+Mask = NDArray[np.bool_]
+
+_WINDOW, _FEWEST = 0.6, 21  # seconds, and frames at least
+_ROUGH = 2.5  # variance of changes over that of turns: 3 of white noise, below 1 of motion
+_LEAST = 4.0  # degrees of σ: less is told from fast motion by nothing
+_BEYOND = 5.0  # times the clip's own σ of the joint
+_MIDDLE = 6.0 * 2.366  # σ²: the median of |change|² of white noise about three axes
+_SWINGS = 0.8  # of the frames in which a change is taken back: five sixths of white noise
+_TAKEN_BACK = 0.5  # of its frames: a burst that two joints together do not show is none
+_GAP = 5  # frames of a burst that may happen to run evenly
+_MOST = 5  # spans, and joints of one, that are named
+_EDGE = 1.2  # σ: what a frame is off its neighbours' middle, at the border of a burst
+
+
+@dataclass(frozen=True)
+class NoiseBurst:
+    """Frames [start, stop) in which a joint jitters, by degrees of σ about each axis."""
+
+    joint: int
+    start: int
+    stop: int
+    degrees: float
+
+
+def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
+    """The bursts of all joints, by start."""
+    found = []
+    for joint in range(len(motion.skeleton)):
+        sigma = _of_joint(motion, joint)
+        for start, stop in _runs(sigma > 0.0):
+            found.append(NoiseBurst(joint, start, stop, float(np.median(sigma[start:stop]))))
+    return tuple(sorted(found, key=lambda b: (b.start, b.stop, b.joint)))
+
+
+def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
+    """σ of the largest burst in joints or above them, degrees, (frames,); 0 where there is none."""
+    near = set(joints)
+    for joint in tuple(near):
+        near.update(ancestors(motion.skeleton, joint))
+    levels = [_of_joint(motion, joint) for joint in sorted(near)]
+    return np.asarray(np.max([np.zeros(motion.frames), *levels], axis=0))
+
+
+def _of_joint(motion: Motion, joint: int) -> Array:
+    """σ of a joint's noise that neither its parent nor a child takes back, degrees, (frames,)."""
+    own = motion.rotations[:, joint]
+    sigma = noise_level(turns_of(own), motion.fps)
+    if not sigma.any():
+        return sigma
+    parent = int(motion.skeleton.parents[joint])
+    pairs = [(motion.rotations[:, parent], own)] if parent >= 0 else []
+    pairs += [(own, motion.rotations[:, child]) for child in motion.skeleton.children[joint]]
+    for above, below in pairs:
+        both = noise_level(turns_of(multiply(above, below)), motion.fps) > 0.0
+        for start, stop in _runs(sigma > 0.0):
+            if both[start:stop].mean() < _TAKEN_BACK:
+                sigma[start:stop] = 0.0
+    return sigma
+
+
+def burst_sentences(motion: Motion) -> tuple[str, ...]:
+    """What is said of a clip's bursts: those that overlap together, the first few by themselves."""
+    spans: list[list[NoiseBurst]] = []
+    for burst in noise_bursts(motion):
+        if spans and burst.start < max(b.stop for b in spans[-1]):
+            spans[-1].append(burst)
+        else:
+            spans.append([burst])
+    said = [_said(span, motion.skeleton.names) for span in spans[:_MOST]]
+    if len(spans) > _MOST:
+        said.append(f"{len(spans) - _MOST} more bursts of noise were found.")
+    return tuple(said)
+
+
+def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
+    joints = list(dict.fromkeys(names[b.joint] for b in span))
+    listed = ", ".join(joints[:_MOST]) + (" …" if len(joints) > _MOST else "")
+    start, stop = min(b.start for b in span), max(b.stop for b in span)
+    most = max(b.degrees for b in span)
+    return (
+        f"Noise of about {most:.0f}° in frames {start}–{stop - 1} ({listed}): nothing is corrected "
+        "there unasked. Quality → Track smooths noise."
+    )
+
+
+def turns_of(q: Array) -> Array:
+    """Turns from the frame before as rotation vectors, degrees, (frames, 4) → (frames, 3)."""
+    back = q[:-1] * (1.0, -1.0, -1.0, -1.0)
+    turns = logarithm(multiply(back, q[1:]))
+    return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
+
+
+def noise_level(turns: Array, fps: float) -> Array:
+    """σ of the noise in the frames of a burst, degrees, (frames,); 0 in all others.
+
+    turns: rotation vectors from the frame before, degrees, (frames, 3).
+    """
+    frames = len(turns)
+    width = max(_FEWEST, round(_WINDOW * fps))
+    none = np.zeros(frames)
+    if frames < width + 2:
+        return none
+    change = np.zeros((frames, 3))
+    change[1:-1] = turns[2:] - turns[1:-1]
+    size, far = ((v**2).sum(axis=1) for v in (change, turns))
+    # Medians: a jump or two make no noise.
+    changes, moves = (median_filter(v, width, mode="nearest") for v in (size, far))
+    sigma = np.sqrt(changes / _MIDDLE)
+    usual = float(np.quantile(sigma, 0.25))  # a burst may last for most of a short clip
+    against = np.zeros(frames)
+    against[1:-2] = (change[1:-2] * change[2:-1]).sum(axis=1) < 0.0
+    swings = uniform_filter1d(against, width, mode="nearest")
+    noisy = (changes > _ROUGH * moves) & (swings > _SWINGS)
+    noisy &= sigma > max(_LEAST, _BEYOND * usual)
+    out = np.zeros(frames)
+    off = 0.5 * np.sqrt(size)
+    for start, stop in _runs(noisy):
+        level = float(np.median(sigma[start:stop]))
+        low, high = max(start - width, 0), min(stop + width, frames)
+        rough = np.flatnonzero(off[low:high] > _EDGE * level) + low
+        for part in np.split(rough, np.flatnonzero(np.diff(rough) > _GAP) + 1):
+            if len(part) >= _FEWEST // 2 and part[0] < stop and part[-1] >= start:
+                out[part[0] : part[-1] + 1] = level
+    return out
+
+
+def _runs(mask: Mask) -> Sequence[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(mask.astype(int), prepend=0, append=0))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
