@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 from threading import Lock
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -27,7 +28,7 @@ from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.notation import notation_notes
-from twistcore.notes import NOISE, NOT_EXAMINED, UNEXAMINED, Note
+from twistcore.notes import NOISE, NOT_EXAMINED, RESTLESS_CLIP, UNEXAMINED, Note
 from twistcore.people import find_people
 from twistcore.progress import Tell, nobody
 from twistcore.rig import AS_FOUND, Rig
@@ -38,6 +39,9 @@ from twistcore.twist_removal import applied_unasked, refine
 Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
 ALL_KINDS = frozenset(Kind)
 REPAIRED = ALL_KINDS - {Kind.LONE_JUMP}
+# Lone jumps from which a capture is so restless that nothing in it is corrected unasked.
+RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
+_LEFT = "lone jumps all over the clip make every find unsure"
 
 
 class ClipAnalysis:
@@ -68,6 +72,7 @@ class ClipAnalysis:
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
         self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
+        self._left: dict[int, tuple[Interval, Interval]] = {}  # by id: kept alive
         self._making = Lock()
 
     def __repr__(self) -> str:
@@ -216,6 +221,21 @@ class ClipAnalysis:
             self._jumps[method] = lone_jumps(refined, self._of_limbs)
         return self._jumps[method]
 
+    def restless(self, method: str = DEFAULT_METHOD) -> bool:
+        """Whether joints jump alone dozens of times a minute: then no find is sure."""
+        count = sum(map(len, self.jumps(method).values()))
+        minutes = self.motion.frames / self.motion.fps / 60.0
+        return count >= RESTLESS and count >= RESTLESS_A_MINUTE * minutes
+
+    def left_open(self, interval: Interval) -> Interval:
+        """A find of a restless clip, left to a person; the same one each time."""
+        if interval.open or not interval.repairable:
+            return interval
+        if id(interval) not in self._left:
+            explain = partial(_doubted, interval.explain)
+            self._left[id(interval)] = interval, replace(interval, open=True, explain=explain)
+        return self._left[id(interval)][1]
+
     def detector(
         self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] = ALL_KINDS
     ) -> Analysis:
@@ -292,6 +312,8 @@ class _ByName:
             found = self._unless_not_followed(named, found)
         if not isinstance(named, Limb | Helper) and Kind.LONE_JUMP in self.kinds:
             found += self.clip.jumps(self.method)[chain]
+        if Kind.LONE_JUMP in self.kinds and self.clip.restless(self.method):
+            found = [self.clip.left_open(i) for i in found]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
@@ -316,6 +338,12 @@ class _ByName:
         if isinstance(chain, Helper):
             return self.clip.helper_rolls
         return self.clip.flips if isinstance(chain, Limb) else self.clip.by(self.method)
+
+
+def _doubted(explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
+    """Why a find of a restless clip was found, and why it is left to a person."""
+    told = explain() if explain else {}
+    return {**told, "doubts": [_LEFT, *told.get("doubts", ())]}
 
 
 def _same_frames(a: Interval, b: Interval) -> bool:
@@ -362,7 +390,14 @@ class Detection:
     def notes(self) -> tuple[Note, ...]:
         """The notes of the analysis; where something was found, the clip was examined."""
         notes = self.analysis.notes
-        return tuple(n for n in notes if n.kind != NOT_EXAMINED) if self.intervals else notes
+        if not self.intervals:
+            return notes
+        notes = tuple(n for n in notes if n.kind != NOT_EXAMINED)
+        jumps = sum(i.kind == Kind.LONE_JUMP for i in self.intervals)
+        if jumps >= RESTLESS and self.analysis.restless(self.method):
+            said = f"{jumps} lone jumps make every find unsure: nothing is corrected unasked."
+            notes = (*notes, Note(RESTLESS_CLIP, said))
+        return notes
 
     def __len__(self) -> int:
         return len(self.intervals)

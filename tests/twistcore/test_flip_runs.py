@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.twistcore.reviews import flip, flipped
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Kind
@@ -226,7 +227,7 @@ def flips_of(departures, scale=1.0, name="Left leg"):
         own[t] = degrees * DEGREE
     return LimbFlips(
         limb, found.fps, found.swivel, own, np.full(WALK.frames, scale * DEGREE),
-        np.zeros(WALK.frames), found.capture, (),
+        np.zeros(WALK.frames), found.capture, found.noisy, (),
     )  # fmt: skip
 
 
@@ -270,7 +271,7 @@ def test_a_flip_says_what_it_was_found_by():
         60,
         72,
     )
-    assert (flip.open, flip.residual) == (False, pytest.approx(20.0 * DEGREE))
+    assert (flip.open, flip.residual) == (True, pytest.approx(20.0 * DEGREE))  # nothing is flipped
     told = flip.evidence
     assert told["edges"] == [
         {"start": t, "stop": t + 1, "jump_deg": pytest.approx(d), "sigma_deg": pytest.approx(1.0),
@@ -278,7 +279,8 @@ def test_a_flip_says_what_it_was_found_by():
         for t, d in ((60, 170.0), (72, -150.0))
     ]  # fmt: skip
     assert told["closing_residual_deg"] == pytest.approx(20.0)
-    assert set(told) == {"edges", "closing_residual_deg", "side", "odds"}
+    path = {f"path{what}{when}" for what in ("", "_roughness") for when in ("", "_corrected")}
+    assert set(told) == {"edges", "closing_residual_deg", "side", "odds", *path}
     (run,) = explain(
         flips.jumps(50.0 * DEGREE),
         flips.swivel.angle,
@@ -309,13 +311,28 @@ def test_a_limb_tells_why_a_jump_is_left():
 
 
 @pytest.mark.parametrize(("odds", "opened"), [(1.49, True), (1.5, False), (80.0, False)])
-def test_a_flip_is_sure_from_odds_of_one_and_a_half(odds, opened):
+def test_a_flip_is_sure_from_odds_of_one_and_a_half(odds, opened, monkeypatch):
+    monkeypatch.setattr("twistcore.detection.limb_flips.flips._eased", lambda *_: True)
     jump = Jump(60, 61, (3.0,), 0.01)
     run = Run(60, np.array([3.0, 3.0]), jump, jump, (jump,), 0.0, 0.0, odds)
     flip = flips_of({})._interval(run)
     assert flip.open == opened
     assert flip.confidence == pytest.approx(1.0 / (1.0 + math.exp(-min(odds, 50.0))), abs=1e-12)
     assert len(flip.evidence["edges"]) == 3
+
+
+def test_a_flip_that_makes_the_path_of_the_knee_longer_is_left_to_a_person():
+    """However sure the jumps are: nothing of the walk is flipped."""
+    jump = Jump(60, 61, (3.0,), 0.01)
+    run = Run(60, np.array([3.0, 3.0]), jump, jump, (jump,), 0.0, 0.0, 80.0)
+    made_up = flips_of({})._interval(run)
+    assert made_up.open
+    assert made_up.evidence["path_corrected"] > made_up.evidence["path"]
+    limb = "LeftUpLeg-LeftFoot"
+    motion = flipped(WALK, flip(limb, 60, 72, 150.0))
+    (real,) = analyse_limbs(motion, LIMBS).intervals(limb, 50.0 * DEGREE)
+    assert not real.open
+    assert real.evidence["path_corrected"] < real.evidence["path"]
 
 
 def test_departures_without_an_offset_are_those_of_the_turns_that_are_left():
@@ -365,10 +382,10 @@ def test_no_soft_jump_leads_across_a_border():
     swivel = replace(flips.swivel, jump=turns)
     border = np.zeros(WALK.frames, dtype=bool)
     border[0] = True
-    found = _of_limb(flips.limb, swivel, border, 120.0)
+    found = _of_limb(flips.limb, swivel, border, border, 120.0)
     assert [(j.start, j.stop) for j in found.soft] == [(60, 68)]
     border[64] = True
-    assert _of_limb(flips.limb, swivel, border, 120.0).soft == ()
+    assert _of_limb(flips.limb, swivel, border, border, 120.0).soft == ()
 
 
 def test_steps_are_how_far_an_end_moves_beyond_what_it_does_around():

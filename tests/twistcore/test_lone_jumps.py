@@ -8,12 +8,13 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import spun as spun_in
-from twistcore.analysis import analyse
+from twistcore.analysis import RESTLESS, analyse
 from twistcore.bvh import read_bvh, write_motion
 from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import limit, lone_jumps
+from twistcore.notes import RESTLESS_CLIP
 from twistcore.refinement import applied_unasked, refine
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.report_document import Report
@@ -223,3 +224,23 @@ def test_a_cut_is_no_jump_of_a_joint():
     turn = quaternion_from_axis_angle(np.array([0.0, 1.0, 0.0]), np.radians(140.0))
     rotations[200:] = multiply(rotations[200:], turn)  # every joint, from one frame to the next
     assert jumps_of(motion.with_rotations(rotations)) == []
+
+
+def test_in_a_clip_full_of_lone_jumps_nothing_is_corrected_unasked():
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    calm = analyse(motion).detect()
+    assert applied_unasked(calm)
+    assert not analyse(motion).restless()
+    for k in range(8):
+        motion = spun("LeftFoot", 20 + 40 * k, 22 + 40 * k, 170.0, motion)
+    clip = analyse(motion)
+    found = clip.detect()
+    assert clip.restless()
+    assert sum(i.kind == Kind.LONE_JUMP for i in found) >= RESTLESS
+    assert sum(i.repairable for i in found) >= sum(i.repairable for i in calm) // 2
+    assert not applied_unasked(found)
+    assert RESTLESS_CLIP in {note.kind for note in found.notes}
+    one = next(i for i in found if i.repairable)
+    assert "lone jumps" in one.evidence["doubts"][0]
+    again = clip.detector().intervals(one.chain, clip.detector().automatic_tau(one.chain))
+    assert any(i is one for i in again)

@@ -70,7 +70,7 @@ def refine(arguments: argparse.Namespace) -> int:
     with step(f"  {arguments.output}: written"):
         jumps = write_clip(clip, refined, arguments.output)
     name = clip_name(arguments.clip)
-    notes = [*clip_notes(name, clip), *note_sentences(name, found.analysis)]
+    notes = [*clip_notes(name, clip), *note_sentences(name, found)]
     notes += jump_sentences(arguments.output, jumps)
     if arguments.report:
         written = None if is_stream(arguments.output) else arguments.output

@@ -240,7 +240,7 @@ def _detect_in(
     for sentence in blind:
         problem(sentence)
     if not arguments.json:
-        for sentence in note_sentences(name, found.analysis):
+        for sentence in note_sentences(name, found):
             note(sentence)
         if several:
             say()

@@ -28,7 +28,7 @@ def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
         note(sentence)
 
 
-def note_sentences(clip: object, analysis: ClipAnalysis) -> list[str]:
+def note_sentences(clip: object, analysis: ClipAnalysis | Detection) -> list[str]:
     """The notes of an analysis, each with the clip's name.
 
     That nothing could be examined is no note of a command but its result: :func:`not_examined`.

@@ -22,11 +22,11 @@ Mask = NDArray[np.bool_]
 
 _WINDOW, _FEWEST = 0.6, 21  # seconds, and frames at least
 _ROUGH = 2.5  # variance of changes over that of turns: 3 of white noise, below 1 of motion
-_LEAST = 4.0  # degrees of σ: less is told from fast motion by nothing
-_BEYOND = 5.0  # times the clip's own σ of the joint
+_LEAST = 4.5  # degrees of σ: less is told from fast motion by nothing
+_BEYOND = 2.0  # times the clip's own σ of the joint
 _MIDDLE = 6.0 * 2.366  # σ²: the median of |change|² of white noise about three axes
 _SWINGS = 0.8  # of the frames in which a change is taken back: five sixths of white noise
-_TAKEN_BACK = 0.5  # of its frames: a burst that two joints together do not show is none
+_TAKEN_BACK = 0.25  # of the squared changes: so few are left where another joint takes them back
 _GAP = 5  # frames of a burst that may happen to run evenly
 _MOST = 5  # spans, and joints of one, that are named
 _EDGE = 1.2  # σ: what a frame is off its neighbours' middle, at the border of a burst
@@ -64,18 +64,26 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 def _of_joint(motion: Motion, joint: int) -> Array:
     """σ of a joint's noise that neither its parent nor a child takes back, degrees, (frames,)."""
     own = motion.rotations[:, joint]
-    sigma = noise_level(turns_of(own), motion.fps)
+    turns = turns_of(own)
+    sigma = noise_level(turns, motion.fps)
     if not sigma.any():
         return sigma
     parent = int(motion.skeleton.parents[joint])
     pairs = [(motion.rotations[:, parent], own)] if parent >= 0 else []
     pairs += [(own, motion.rotations[:, child]) for child in motion.skeleton.children[joint]]
-    for above, below in pairs:
-        both = noise_level(turns_of(multiply(above, below)), motion.fps) > 0.0
-        for start, stop in _runs(sigma > 0.0):
-            if both[start:stop].mean() < _TAKEN_BACK:
-                sigma[start:stop] = 0.0
+    changes = [_changes(turns), *(_changes(turns_of(multiply(a, b))) for a, b in pairs)]
+    for start, stop in _runs(sigma > 0.0):
+        alone, *both = (float(np.median(c[start:stop])) for c in changes)
+        if min(both, default=alone) < _TAKEN_BACK * alone:
+            sigma[start:stop] = 0.0
     return sigma
+
+
+def _changes(turns: Array) -> Array:
+    """Squared changes of the turns from one frame to the next, (frames,)."""
+    out = np.zeros(len(turns))
+    out[1:-1] = ((turns[2:] - turns[1:-1]) ** 2).sum(axis=1)
+    return out
 
 
 def burst_sentences(motion: Motion) -> tuple[str, ...]:
@@ -126,7 +134,7 @@ def noise_level(turns: Array, fps: float) -> Array:
     # Medians: a jump or two make no noise.
     changes, moves = (median_filter(v, width, mode="nearest") for v in (size, far))
     sigma = np.sqrt(changes / _MIDDLE)
-    usual = float(np.quantile(sigma, 0.25))  # a burst may last for most of a short clip
+    usual = float(np.quantile(sigma, 0.15))  # a burst may last for most of a short clip
     against = np.zeros(frames)
     against[1:-2] = (change[1:-2] * change[2:-1]).sum(axis=1) < 0.0
     swings = uniform_filter1d(against, width, mode="nearest")

@@ -36,6 +36,7 @@ _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how 
 _NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
 _TOLD = -0.4  # log odds from which a term is a doubt worth telling
 
+_USUAL = 10.0  # degrees: a fast turn of a joint of which the clip tells nothing else
 _FIRST = "noise", "off_its_hinge"  # told before all else
 _MIDDLE = {
     "Shoulder": "shoulder",
@@ -70,7 +71,7 @@ def weighed(t: Terms) -> dict[str, float]:
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0
     together = math.log(max(t.together, 0.05) / 2.0)
-    beside = math.log(max(t.step / t.natural, 0.2) / 2.5) if t.natural else 0.0
+    beside = math.log(max(t.step / (t.natural or _USUAL), 0.2) / 2.5)
     return {
         "base": 1.0,
         "azimuth_rougher": -_clip(t.rougher / 10.0, 0.0, 3.0) * told,
@@ -84,7 +85,7 @@ def weighed(t: Terms) -> dict[str, float]:
         "both_joints": _clip(min(t.for_x, t.for_y) / 5.0, -0.5, 1.5),
         "silent_joint": _clip(max(t.for_x, t.for_y) / 10.0 - 1.0, 0.0, 1.5),
         "often": -_clip(math.log(t.rate / 0.3), 0.0, 2.0) if t.rate else 0.0,
-        "natural_size": _clip(beside, -1.6, 1.0),
+        "natural_size": _clip(beside, -1.6 if t.natural else 0.0, 1.0),
     }
 
 
