@@ -9,9 +9,12 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from twistcore.bvh import read_bvh
+from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
 from twistcore.detection.cuts import leading_frames
+from twistcore.detection.evidence import Witnesses
 from twistcore.errors import FormatError
 from twistcore.rotation import continuous, geodesic_angle, normalise, quaternion_from_axis_angle
 from twistcore.study.benchmark import runner
@@ -21,11 +24,13 @@ from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_r
 from twistcore.study.benchmark.clip_run import Settings, result_from_json, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.filtering_cost import fidelity
+from twistcore.study.benchmark.hinge import hinge_offsets
 from twistcore.study.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
 from twistcore.study.benchmark.runner import run_benchmark
 from twistcore.study.benchmark.tally import MICRO, Tally
 from twistcore.study.evaluation import match_intervals, measure, summarise
 from twistcore.synthesis import Truth, inject, parse_protocol
+from twistcore.twist_removal import remove_twist
 
 CLIPS = {name: ASSETS / name for name in ("basketball.bvh", "walk.bvh")}
 QUICK = Settings(("P0",), ("paper", "savgol"), (1,))
@@ -277,3 +282,19 @@ def test_a_tau_that_is_given_is_the_one_that_is_judged(walk):
     assert repaired(deaf) == (0, frames)
     one = scene.chains[0].name
     assert 0 < repaired({one: np.pi})[0] < own
+
+
+def test_the_hinge_repairs_a_bent_limb_and_takes_pronation_for_an_error():
+    motion = read_bvh(ASSETS / "walk.bvh").motion
+    chains = {c.name: c for c in find_chains(motion)}
+    thigh, hand = chains["LeftUpLeg"], chains["LeftForeArm"]
+    frames = np.arange(motion.frames)
+    bent = frames[Witnesses.of(motion, thigh).bend > 15.0][:20]
+    offset = np.zeros(motion.frames)
+    offset[bent] = 0.5
+    wrong = remove_twist(motion, [thigh], {thigh.name: -offset})
+    found = hinge_offsets(wrong, [thigh, replace(hand, grandchild=-1)])
+    assert set(found) == {thigh.name}
+    np.testing.assert_allclose(found[thigh.name][bent], 0.5, atol=0.05)
+    outcome = apply_method("hinge", wrong, [thigh])
+    assert np.abs(outcome.rotations - motion.rotations)[bent].max() < 0.05

@@ -22,6 +22,7 @@ from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown
 from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows, rows_to_csv
 from twistcore.study.benchmark.clip_run import Settings
+from twistcore.study.benchmark.hinge import HINGE
 from twistcore.study.benchmark.passes import METHODS
 from twistcore.study.benchmark.runner import find_clips, run_benchmark
 from twistcore.synthesis import parse_protocol
@@ -77,7 +78,7 @@ def _protocols(names: Sequence[str]) -> tuple[str, ...]:
 
 def _methods(names: Sequence[str]) -> tuple[str, ...]:
     """Method names in the table's order; 'all', 'detectors' and 'baselines' name several."""
-    groups = {"all": METHODS, "detectors": tuple(DETECTORS), "baselines": tuple(BASELINES)}
+    groups = {"all": METHODS, "detectors": tuple(DETECTORS), "baselines": (HINGE, *BASELINES)}
     chosen: set[str] = set()
     for name in _split(names):
         if name not in groups and name not in METHODS:

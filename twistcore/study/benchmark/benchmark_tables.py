@@ -13,6 +13,9 @@ from twistcore.encoding import csv_text
 from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.clip_run import Settings
 from twistcore.study.benchmark.filtering_cost import Fidelity
+from twistcore.study.benchmark.hinge import HINGE
+from twistcore.study.benchmark.hinge import LABEL as HINGE_LABEL
+from twistcore.study.benchmark.hinge import WHY as HINGE_WHY
 from twistcore.study.benchmark.runner import Summary
 from twistcore.study.benchmark.tally import MICRO, Key, Tally
 from twistcore.study.evaluation import segment_order
@@ -156,6 +159,8 @@ def _loss(measured: Sequence[Fidelity]) -> float:
 
 def label_of(method: str) -> str:
     """What a table calls a method."""
+    if method == HINGE:
+        return HINGE_LABEL
     return BASELINES[method].label if method in BASELINES else method
 
 
@@ -163,6 +168,8 @@ def why_of(method: str) -> str:
     """One line on what a method is and why it is in the table."""
     if method in BASELINES:
         return BASELINES[method].why
+    if method == HINGE:
+        return HINGE_WHY
     return _DETECTOR_NOTES.get(method, "detector, τ auto")
 
 

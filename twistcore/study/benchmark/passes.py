@@ -26,6 +26,7 @@ from twistcore.refinement import (
 from twistcore.rotation import Array, continuous, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap
 from twistcore.study.benchmark.clip_scene import Scene
+from twistcore.study.benchmark.hinge import HINGE, hinge_offsets
 from twistcore.study.benchmark.tally import Key, Tallies, Tally, add_tallies, error_tally, micro
 from twistcore.study.evaluation import (
     COUNTED,
@@ -39,7 +40,7 @@ from twistcore.synthesis import InjectedError, draw_errors, generator, inject
 
 Taus: TypeAlias = Mapping[str, float]
 AUTOMATIC: Taus = MappingProxyType({})  # of every chain
-METHODS = (*DETECTORS, *BASELINES)
+METHODS = (*DETECTORS, HINGE, *BASELINES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +78,8 @@ def apply_method(
     if method in BASELINES:
         return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
     bones = tuple(c for c in chains if not isinstance(c, Limb))
+    if method == HINGE:
+        return Outcome(remove_twist(motion, bones, hinge_offsets(motion, bones)).rotations, {})
     clip = ClipAnalysis(motion, bones if method == PaperDetector.name else chains)
     given = {c.name: tau[c.name] for c in clip.chains_and_limbs if c.name in tau}
     found_at = clip.detect(method, kinds=REPAIRED, tau_radians=given)

@@ -1,0 +1,38 @@
+"""The simplest repair that knows the body: every bent limb is turned onto the clip's own hinge."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.detection.evidence import Witnesses
+from twistcore.motion import Motion
+from twistcore.rotation import Array
+
+HINGE = "hinge"
+LABEL = "hinge, frame by frame"
+WHY = (
+    "turns P so that C bends to the side where it bends in most of the clip, and C back, wherever "
+    "the limb is bent by 10° or more; it takes pronation and rotation of the joint for errors"
+)
+_CLEAR, _BENT = 30.0, 10.0  # degrees of bend: where the hinge is measured, where it is imposed
+_FEWEST = 0.1  # seconds of clear bend
+
+
+def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
+    """Offsets to take out by chain, radians, (frames,); of chains without a hinge none."""
+    out = {}
+    for chain in chains:
+        known = Witnesses.of(motion, chain)
+        clear = known.bend > _CLEAR
+        if not known.hinged or clear.sum() < max(_FEWEST * motion.fps, 1.0):
+            continue
+        turned = np.exp(1j * np.radians(known.azimuth))
+        middle = np.angle(turned[clear].sum())
+        aside = np.angle(turned * np.exp(-1j * middle))
+        aside = np.angle(turned * np.exp(-1j * (middle + np.median(aside[clear]))))
+        # A twist δ of P turns the azimuth by −δ.
+        out[chain.name] = np.where(known.bend > _BENT, -aside, 0.0)
+    return out
