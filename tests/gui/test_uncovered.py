@@ -110,8 +110,11 @@ def stays(p, open_it):
     # What shows that it has the keys, or had them, does so in its own place.
     boxes = [p.rect("window.intervals.filter"), p.ask("row(window.chains.table, 2)")]
 
+    below = p.rect("window")[1]
+
     def look():
         picture = screen.picture().copy()
+        picture[:below] = 0  # the title is the desktop's, who may have no letters for it
         for left, top, wide, high in boxes:
             picture[top - 3 : top + high + 3, left - 3 : left + wide + 240] = 0
         return picture
