@@ -312,7 +312,9 @@ class _ByName:
             found = self._unless_not_followed(named, found)
         if not isinstance(named, Limb | Helper) and Kind.LONE_JUMP in self.kinds:
             found += self.clip.jumps(self.method)[chain]
-        if Kind.LONE_JUMP in self.kinds and self.clip.restless(self.method):
+        # Of a limb alone nothing else is asked: the detector of chains takes long.
+        ready = not is_limb or self.clip.kept(self.method) is not None
+        if ready and Kind.LONE_JUMP in self.kinds and self.clip.restless(self.method):
             found = [self.clip.left_open(i) for i in found]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 

@@ -34,6 +34,7 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
 _SPEAKS = 0.7  # nats from which the azimuth or C's side speaks for the repair
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
 _NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
+_SURE = 1.5  # log odds from which doubts are no news
 _TOLD = -0.4  # log odds from which a term is a doubt worth telling
 
 _USUAL = 10.0  # degrees: a fast turn of a joint of which the clip tells nothing else
@@ -97,13 +98,14 @@ def judgement_of(t: Terms, segment: str = "") -> Judgement:
     if t.noise > 0.0:
         parts["noise"] = min(0.0, _NEVER - sum(parts.values()))
     joint = _MIDDLE.get(segment, "joint")
+    score = sum(parts.values())
     against = sorted(
         (name not in ("noise", "off_its_hinge"), value, name)
         for name, value in parts.items()
         if value <= _TOLD
     )
-    doubts = (_in_words(name, t, joint) for *_, name in against)
-    return Judgement(sum(parts.values()), tuple(d for d in doubts if d), MappingProxyType(parts))
+    doubts = (_in_words(name, t, joint) for *_, name in against if score < _SURE)
+    return Judgement(score, tuple(d for d in doubts if d), MappingProxyType(parts))
 
 
 def _in_words(term: str, t: Terms, joint: str) -> str:
