@@ -18,6 +18,7 @@ from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
+from twistcore.detection.frozen_frames import frozen_sentence
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
@@ -28,7 +29,7 @@ from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.notation import notation_notes
-from twistcore.notes import NOISE, NOT_EXAMINED, RESTLESS_CLIP, UNEXAMINED, Note
+from twistcore.notes import FROZEN, NOISE, NOT_EXAMINED, RESTLESS_CLIP, UNEXAMINED, Note
 from twistcore.people import find_people
 from twistcore.progress import Tell, nobody
 from twistcore.rig import AS_FOUND, Rig
@@ -158,6 +159,8 @@ class ClipAnalysis:
             offsets = constant_offsets(self.motion, self._of_limbs)
             notes += (Note("constant offset", str(offset)) for offset in offsets)
             notes += (Note(NOISE, text) for text in burst_sentences(self.motion))
+            if frozen := frozen_sentence(self.motion, self._of_limbs):
+                notes.append(Note(FROZEN, frozen))
         borders = (Note("border", text) for text in border_notes(self.motion))
         return (*notes, *notation_notes(self.motion), *borders)
 

@@ -1,0 +1,59 @@
+"""Limbs that stand still to the last digit in the middle of a clip: markers were lost, or held."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.chain import Chain
+from twistcore.motion import Motion
+from twistcore.notation import without_held
+
+_LEAST, _FEWEST = 0.25, 6  # seconds, and frames at least
+_ALIVE = 0.7  # of the other frames, in which the same limb moves
+_MOST = 5  # spans that are named
+
+
+def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
+    """Limb and frames [start, stop) in which it does not move at all, by start.
+
+    Not at either end of the clip, where a pose is held on purpose, nor in a clip whose frames are
+    held by its notation.
+    """
+    if motion.frames < 3 or without_held(motion) is not None:
+        return ()
+    limbs: dict[str, set[int]] = {}
+    for chain in chains:
+        if chain.side:
+            kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"
+            whose = f" of {chain.person}" if chain.person else ""
+            name = f"{chain.side.lower()} {kind}{whose}"
+            limbs.setdefault(name, set()).update((chain.parent, chain.child))
+    least = max(_FEWEST, round(_LEAST * motion.fps))
+    found = []
+    for name, joints in limbs.items():
+        q = motion.rotations[:, sorted(joints)]
+        still = np.zeros(motion.frames, dtype=bool)
+        still[1:] = (q[1:] == q[:-1]).all(axis=(1, 2))
+        if still[1:].mean() > 1.0 - _ALIVE:
+            continue
+        found += [(name, a - 1, b) for a, b in _runs(still) if b - a + 1 >= least]
+    inner = (f for f in found if f[1] > 0 and f[2] < motion.frames)
+    return tuple(sorted(inner, key=lambda f: (f[1], f[2], f[0])))
+
+
+def frozen_sentence(motion: Motion, chains: Sequence[Chain]) -> str:
+    """What is said of them; '' where there are none."""
+    spans = frozen_spans(motion, chains)
+    if not spans:
+        return ""
+    named = [f"{start}–{stop - 1} ({limb})" for limb, start, stop in spans[:_MOST]]
+    listed = ", ".join(named) + (" …" if len(spans) > _MOST else "")
+    return f"A limb stands still to the last digit in frames {listed}: nothing was captured there."
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    edges = np.flatnonzero(np.diff(mask.astype(int), prepend=0, append=0))
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
