@@ -57,8 +57,8 @@ class Terms:
     hinged: whether the chain has an azimuth; for_x, for_y, for_azimuth: nats at the edges that the
     witness turns as the error would; rougher: nats by which the azimuth runs rougher with the
     repair; edge_bend: sin² of the bend at its best edge; off_before, off_after: how far C's bone is
-    from its side elsewhere, NaN where unknown; side_spread: how far the rest of the clip is from
-    it, NaN likewise; for_side: the same in nats; least_bend; together:
+    from its side elsewhere, NaN where unknown; side_spread: how far 95 % of the rest of the
+    clip is from it at most, NaN likewise; for_side: the same in nats; least_bend; together:
     turn of P and C together at the edges over the offset's; rate: such counter-turns a second
     elsewhere, None where too little is free of finds; natural: their 99 % quantile; step: of the
     smaller edge; same_way: whether both joints turn the same way at an edge; seconds: its length;
@@ -241,8 +241,9 @@ class _Measured:
         if (weight * there).sum() < 3.0 or not full.any():
             return unknown
         off = wrapped(c.azimuth - _middle(c.azimuth[there], weight[there]))
-        off = wrapped(off - _weighted_median(off[there], weight[there]))
+        off = wrapped(off - _weighted_quantile(off[there], weight[there], 0.5))
         fixed = wrapped(off + self.offset)
+        furthest = _weighted_quantile(np.abs(off[there]), weight[there], 0.95)
         spread = 1.48 * float(np.average(np.sqrt(np.abs(off[there])), weights=weight[there])) ** 2
         sigma = np.hypot(max(spread, 0.5), _BONE / np.maximum(c.sine, 0.01))[full]
         gain = residual_cost(off[full] / sigma) - residual_cost(fixed[full] / sigma)
@@ -251,7 +252,7 @@ class _Measured:
         before, after = (
             math.sqrt(np.average(v[here] ** 2, weights=weight[here])) for v in (off, fixed)
         )
-        return before, after, spread, float(gain.mean())
+        return before, after, furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
         """How often P and C turn against each other so elsewhere, a second; the 99 % quantile."""
@@ -288,10 +289,10 @@ def _middle(degrees: Array, weights: Array) -> float:
     return float(np.degrees(np.angle(turned)))
 
 
-def _weighted_median(values: Array, weights: Array) -> float:
+def _weighted_quantile(values: Array, weights: Array, share: float) -> float:
     order = np.argsort(values)
     total = np.cumsum(weights[order])
-    return float(values[order][np.searchsorted(total, 0.5 * total[-1])])
+    return float(values[order][np.searchsorted(total, share * total[-1])])
 
 
 def taken_by(frames: int, finds: Sequence[Find]) -> Mask:
