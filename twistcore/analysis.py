@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from threading import Lock
 from types import MappingProxyType
 from typing import Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -73,7 +74,7 @@ class ClipAnalysis:
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
         self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
-        self._left: dict[int, tuple[Interval, Interval]] = {}  # by id: kept alive
+        self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._making = Lock()
 
     def __repr__(self) -> str:
@@ -219,14 +220,33 @@ class ClipAnalysis:
         if self._whole is not None:
             return self._whole.jumps(method)
         if method not in self._jumps:
-            known = self.detect(method, kinds=REPAIRED)
+            detector = _ByName(self, method, REPAIRED, final=False)
+            known = (
+                i
+                for name in self._looked_at(REPAIRED)
+                for i in detector.intervals(name, detector.automatic_tau(name))
+            )
             refined = refine(self.motion, self.chains_and_limbs, applied_unasked(known))
             self._jumps[method] = lone_jumps(refined, self._of_limbs)
         return self._jumps[method]
 
     def restless(self, method: str = DEFAULT_METHOD) -> bool:
-        """Whether joints jump alone dozens of times a minute: then no find is sure."""
-        count = sum(map(len, self.jumps(method).values()))
+        """Whether joints jump alone dozens of times a minute: then no find is sure.
+
+        As captured and as corrected: where a few jump from the start no detector need be asked.
+        """
+        if self._whole is not None:
+            return self._whole.restless(method)
+        if method in self._jumps and not self._many(self._jumps[method]):
+            return False
+        return self._jump_often and self._many(self.jumps(method))
+
+    @cached_property
+    def _jump_often(self) -> bool:
+        return self._many(lone_jumps(self.motion, self._of_limbs))
+
+    def _many(self, jumps: Mapping[str, Sequence[Interval]]) -> bool:
+        count = sum(map(len, jumps.values()))
         minutes = self.motion.frames / self.motion.fps / 60.0
         return count >= RESTLESS and count >= RESTLESS_A_MINUTE * minutes
 
@@ -234,10 +254,10 @@ class ClipAnalysis:
         """A find of a restless clip, left to a person; the same one each time."""
         if interval.open or not interval.repairable:
             return interval
-        if id(interval) not in self._left:
+        if (kept := self._left.get(interval)) is None:
             explain = partial(_doubted, interval.explain)
-            self._left[id(interval)] = interval, replace(interval, open=True, explain=explain)
-        return self._left[id(interval)][1]
+            kept = self._left[interval] = replace(interval, open=True, explain=explain)
+        return kept
 
     def detector(
         self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] = ALL_KINDS
@@ -269,13 +289,16 @@ class ClipAnalysis:
         if unknown := sorted(wanted - ALL_KINDS):
             raise TwistError(f"no kind {unknown[0]!r}; expected one of {', '.join(Kind)}")
         detector = self.detector(method, ALL_KINDS & wanted)
-        looked_at = self.chains if wanted - {Kind.LIMB_FLIP} else ()
-        looked_at += self.limbs if Kind.LIMB_FLIP in wanted else ()
         given = self._given(tau_radians, tau_degrees)
-        names = [c.name for c in looked_at]
+        names = self._looked_at(wanted)
         tau = {n: given[n] if n in given else detector.automatic_tau(n) for n in names}
         found = [i for name, t in tau.items() for i in detector.intervals(name, t)]
         return Detection(self, method, MappingProxyType(tau), tuple(found))
+
+    def _looked_at(self, kinds: Collection[str]) -> tuple[str, ...]:
+        """The names of the chains, and limbs, that may have finds of these kinds."""
+        chains = self.chains if set(kinds) - {Kind.LIMB_FLIP} else ()
+        return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))
 
     def _given(self, radians: Tau | None, degrees: Tau | None) -> dict[str, float]:
         """τ in radians by name, of the chains and limbs that it is given for."""
@@ -290,11 +313,15 @@ class ClipAnalysis:
 
 @dataclass(frozen=True, eq=False)
 class _ByName:
-    """A detector of chains and that of limb flips as one."""
+    """A detector of chains and that of limb flips as one.
+
+    final: with what the clip as a whole says of its finds; that is known once these are.
+    """
 
     clip: ClipAnalysis
     method: str
     kinds: frozenset[Kind]
+    final: bool = True
 
     def automatic_tau(self, chain: str) -> float:
         return self._of(chain).automatic_tau(chain)
@@ -315,9 +342,7 @@ class _ByName:
             found = self._unless_not_followed(named, found)
         if not isinstance(named, Limb | Helper) and Kind.LONE_JUMP in self.kinds:
             found += self.clip.jumps(self.method)[chain]
-        # Of a limb alone nothing else is asked: the detector of chains takes long.
-        ready = not is_limb or self.clip.kept(self.method) is not None
-        if ready and Kind.LONE_JUMP in self.kinds and self.clip.restless(self.method):
+        if self.final and any(not i.open for i in found) and self.clip.restless(self.method):
             found = [self.clip.left_open(i) for i in found]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
@@ -395,11 +420,10 @@ class Detection:
     def notes(self) -> tuple[Note, ...]:
         """The notes of the analysis; where something was found, the clip was examined."""
         notes = self.analysis.notes
-        if not self.intervals:
-            return notes
-        notes = tuple(n for n in notes if n.kind != NOT_EXAMINED)
-        jumps = sum(i.kind == Kind.LONE_JUMP for i in self.intervals)
-        if jumps >= RESTLESS and self.analysis.restless(self.method):
+        if self.intervals:
+            notes = tuple(n for n in notes if n.kind != NOT_EXAMINED)
+        if self.analysis.restless(self.method):
+            jumps = sum(map(len, self.analysis.jumps(self.method).values()))
             said = f"{jumps} lone jumps make every find unsure: nothing is corrected unasked."
             notes = (*notes, Note(RESTLESS_CLIP, said))
         return notes

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -99,6 +100,9 @@ class Chain:
         return self.parent, *skeleton.children[self.parent]
 
 
+SomeChain = TypeVar("SomeChain", bound="Chain")
+
+
 def find_chains(motion: Motion, body: Body | None = None) -> tuple[Chain, ...]:
     """All chains of a clip: of every bone of its limbs, and of every piece of these.
 
@@ -181,6 +185,14 @@ def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False)
     if rotatable is None:
         return ()
     return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])
+
+
+def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
+    """Chains by the person whose they are, each in the given order."""
+    own: dict[str, list[SomeChain]] = {}
+    for chain in chains:
+        own.setdefault(chain.person, []).append(chain)
+    return own
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.evidence import Judged, calibration_error, fitted
 from tests.conftest import ASSETS
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
@@ -13,6 +14,8 @@ from twistcore.chain import find_chains
 from twistcore.detection import Interval
 from twistcore.detection.chain_analysis import judged
 from twistcore.detection.evidence import Find, Witnesses, judgement_of, taken_by, terms_of
+from twistcore.detection.evidence.judgement import WEIGHTS
+from twistcore.detection.evidence.witnesses import ALONG
 from twistcore.rotation import multiply, quaternion_from_axis_angle
 from twistcore.twist_removal import applied_unasked, refine
 
@@ -69,7 +72,6 @@ def test_a_twist_error_leaves_what_both_bones_turn_together():
     chain = CHAINS["LeftArm"]
     motion, find = twisted(chain, 30.0)
     _, terms = judgement(motion, chain, find)
-    assert not terms.same_way
     assert terms.together < 0.3
     rolled = WALK.rotations.copy()
     roll = quaternion_from_axis_angle(chain.axis, np.radians(30.0))
@@ -108,3 +110,50 @@ def test_short_clips_have_evidence_too(frames):
             find = Find(start, stop, np.full(stop - start, 10.0))
             found, _ = judgement(short, chain, find)
             assert 0.0 <= found.probability <= 1.0
+
+
+def test_noise_and_the_hinge_are_told_first_and_also_where_the_score_is_low_without_them():
+    chain = CHAINS["LeftUpLeg"]
+    bent = int(np.argmax(Witnesses.of(WALK, chain).bend))
+    _, terms = judgement(WALK, chain, Find(bent - 5, bent + 5, np.full(10, 50.0)))
+    noisy = replace(terms, noise=9.0, rate=20.0, together=20.0)
+    found = judgement_of(noisy, chain.segment)
+    assert sum(found.terms[name] for name in WEIGHTS) < -3.0
+    assert "9°" in found.doubts[0]
+    assert "hinge" in found.doubts[1]
+
+
+def test_between_the_pieces_of_a_bone_no_joint_is_named():
+    chain = replace(CHAINS["LeftArm"], ends=False, grandchild=-1)
+    motion, find = twisted(CHAINS["LeftArm"], 20.0)
+    known = Witnesses.of(motion, chain)
+    terms = replace(terms_of(known, find, taken_by(motion.frames, [find])), rate=20.0)
+    assert not any("elbow" in d for d in judgement_of(terms, known.segment).doubts)
+
+
+def test_the_azimuth_counts_where_the_limb_is_bent_on_both_sides_of_a_turn():
+    """Turn t leads from frame t - 1 to frame t."""
+    known = Witnesses.of(WALK, CHAINS["LeftArm"])
+    bent = known.sine > ALONG
+    for width in (1, 4):
+        own = known.bent(width)
+        for t in range(1, WALK.frames - width):
+            assert own[t] == (bent[t - 1] and bent[t + width - 1])
+
+
+def test_weights_are_fitted_with_the_signs_of_physics():
+    rng = np.random.default_rng(2)
+    judged_finds = [
+        Judged(
+            name, rng.normal(0.5 if right else -0.5, 1.0, len(WEIGHTS)), verdict, True, False, 0.5
+        )
+        for name in ("one", "other")
+        for right, verdict in ((True, "error"), (False, "alarm"))
+        for _ in range(60)
+    ]
+    weights = fitted(judged_finds, [])
+    assert (weights[1:] >= 0.0).all()
+    scores = np.array([j.parts @ weights for j in judged_finds])
+    errors = np.array([j.verdict == "error" for j in judged_finds])
+    assert scores[errors].mean() > scores[~errors].mean() + 1.0
+    assert calibration_error(1.0 / (1.0 + np.exp(-scores)), errors.astype(float)) < 0.15

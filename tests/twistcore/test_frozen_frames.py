@@ -50,8 +50,16 @@ def test_a_pose_that_is_held_at_an_end_is_none():
     assert len(spans(frozen(100, 160, *every))) == 4
 
 
-def test_a_limb_that_hardly_ever_moves_is_not_told():
-    assert spans(frozen(10, 340, "Left")) == ()
+def test_a_limb_whose_poses_are_held_again_and_again_is_drawn_by_hand_and_not_told():
+    motion = WALK
+    for start in range(10, 340, 50):
+        motion = frozen(start, start + 35, "LeftShoulder", "LeftArm", "LeftForeArm", motion=motion)
+    assert spans(motion) == ()
+
+
+def test_a_limb_that_stands_still_for_most_of_the_clip_is_told():
+    limbs = {limb for limb, start, stop in spans(frozen(10, 340, "Left"))}
+    assert limbs == {"left arm", "left leg"}
 
 
 def test_two_frames_are_too_few():

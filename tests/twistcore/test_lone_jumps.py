@@ -1,7 +1,9 @@
 """Jumps that no body makes: told with their speed, whatever else is wrong, and never taken out."""
 
 import csv
+import gc
 import json
+import weakref
 
 import numpy as np
 import pytest
@@ -244,3 +246,24 @@ def test_in_a_clip_full_of_lone_jumps_nothing_is_corrected_unasked():
     assert "lone jumps" in one.evidence["doubts"][0]
     again = clip.detector().intervals(one.chain, clip.detector().automatic_tau(one.chain))
     assert any(i is one for i in again)
+
+
+def test_a_clip_full_of_lone_jumps_is_so_whatever_is_asked_of_it():
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    for k in range(8):
+        motion = spun("LeftFoot", 20 + 40 * k, 22 + 40 * k, 170.0, motion)
+    for kind in (Kind.COUNTER_TWIST, Kind.LIMB_FLIP):
+        found = analyse(motion).detect(kinds={kind})
+        assert all(i.open for i in found)
+        assert RESTLESS_CLIP in {note.kind for note in found.notes}
+    assert RESTLESS_CLIP in {n.kind for n in analyse(motion, ["LeftArm"]).detect().notes}
+
+
+def test_asking_of_a_detector_without_confidence_keeps_nothing_alive():
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    for k in range(8):
+        motion = spun("LeftFoot", 20 + 40 * k, 22 + 40 * k, 170.0, motion)
+    clip = analyse(motion)
+    first = weakref.ref(next(i for i in clip.detect("paper") if i.repairable))
+    gc.collect()
+    assert first() is None

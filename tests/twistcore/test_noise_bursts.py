@@ -1,12 +1,15 @@
 """Bursts of noise: found, and nothing corrected in them unasked."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from benchmarks.noise_bursts import at_rate, measure, with_noise
 from tests.conftest import ASSETS
+from tests.twistcore.two_people import two_people
 from twistcore.analysis import REPAIRED, analyse
-from twistcore.bvh import read_bvh
+from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.detection.noise_bursts import noise_bursts, noise_near
 from twistcore.notes import NOISE
 from twistcore.rotation import multiply, normalise, quaternion_from_axis_angle
@@ -74,3 +77,32 @@ def test_the_benchmark_counts_a_burst():
     assert found["hit"] > 20 * found["missed"]
     assert found["inside"] == found["outside"] == 0
     assert with_noise(WALK.sliced(0, 60), np.random.default_rng(1)) is None
+
+
+@pytest.mark.parametrize("name", ["walk", "basketball"])
+def test_frames_that_are_held_are_no_noise(name):
+    sound = at_rate(read_bvh(ASSETS / f"{name}.bvh").motion, 15.0)
+    held = replace(
+        sound,
+        rotations=np.repeat(sound.rotations, 2, axis=0),
+        positions=np.repeat(sound.positions, 2, axis=0),
+        frame_time=sound.frame_time / 2.0,
+    )
+    assert noise_bursts(held) == noise_bursts(sound) == ()
+
+
+def test_a_burst_in_held_frames_has_the_frames_of_the_clip():
+    noise = at_rate(noisy(ARM), 60.0)
+    held = noise.with_rotations(np.repeat(noise.rotations[::2], 2, axis=0)[: noise.frames])
+    (burst,) = noise_bursts(held)
+    assert abs(burst.start - START // 2) <= 4
+    assert abs(burst.stop - STOP // 2) <= 4
+
+
+def test_noise_of_one_person_leaves_another_in_peace():
+    motion = parse_bvh(two_people(), "pair.bvh").motion
+    clip = analyse(noisy(motion.skeleton.index("LeftArm_B"), motion=motion))
+    noisy_chains = {name for name, known in clip.by().witnesses.items() if known.noise.any()}
+    second = next(c.person for c in clip.chains if c.name == "LeftArm_B")
+    assert noisy_chains == {c.name for c in clip.chains if c.person == second}
+    assert 0 < len(noisy_chains) < len(clip.chains)

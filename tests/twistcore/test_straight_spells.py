@@ -7,6 +7,7 @@ import pytest
 
 from twistcore.detection.straight_limbs.straight_claims import _hinge_says, _Jumping
 from twistcore.detection.straight_limbs.straight_course import course, scale_of
+from twistcore.detection.runs import runs
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Spell,
@@ -14,7 +15,6 @@ from twistcore.detection.straight_limbs.straight_spells import (
     bend_of,
     errors_in,
     left_over,
-    runs,
     spells,
     window_of,
 )

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import math
+import shlex
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 from twistcore.analysis import ClipAnalysis, Detection
 from twistcore.atomic import is_stream
+from twistcore.cli.arguments.argument_types import STANDARD_INPUT
 from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip, tell_clip
 from twistcore.cli.folder_commands import apply_folder, diff_folders
 from twistcore.cli.interval_words import (
@@ -90,7 +92,7 @@ def refine(arguments: argparse.Namespace) -> int:
             write_clip_report(arguments.report, report)
     done = correctable(clip.motion, chains, applied)
     count = told_of(done, found, "corrected")
-    count += f"{lone_jumps(found)}{_left(name, done, found)}"
+    count += f"{lone_jumps(found)}{_left(name, len(applied), found)}"
     if not found.not_examined:
         remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
     problems, beside = uncorrected(clip, chains, applied)
@@ -129,10 +131,13 @@ def apply(arguments: argparse.Namespace) -> int:
     return _tell(notes, problems)
 
 
-def _left(clip: object, done: Collection[Interval], found: Iterable[Interval]) -> str:
+def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
     """'; 2 left for a person to judge: twist-inspector walk.bvh' where there are any."""
-    left = sum(i.repairable for i in found) - len(done)
-    return f"; {left} left for a person to judge: twist-inspector {clip}" if left else ""
+    left = sum(i.repairable for i in found) - applied
+    if not left:
+        return ""
+    where = "" if clip == clip_name(STANDARD_INPUT) else f": twist-inspector {shlex.quote(clip)}"
+    return f"; {left} left for a person to judge{where}"
 
 
 def _least(asked: float | None) -> float:

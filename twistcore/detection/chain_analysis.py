@@ -26,6 +26,7 @@ from twistcore.detection.offsets import Course, offsets_of
 from twistcore.detection.pairing import Pair, PairTable, best_pairs, unpaired
 from twistcore.detection.pieces import shows
 from twistcore.detection.prediction import Mask
+from twistcore.detection.straight_limbs import STRAIGHT
 from twistcore.rotation import Array, wrap
 
 # Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints.
@@ -35,7 +36,6 @@ SHOWN_IN_BOTH = 0.35
 # of natural motion close, and the confidence, fitted on fine captures, takes that for a good sign.
 ROUNDED_GAIN = 5.0
 _FOLLOWS = ("its edges", "its events", "every frame")
-STRAIGHT = "a straight limb"  # what an interval follows that is judged by its course alone
 SMALLEST_TAU = float(np.radians(1.5))
 TAU_IN_SIGMA = 6.0  # an automatic τ: where natural motion's own σ would fill the table, higher
 

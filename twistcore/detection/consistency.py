@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from twistcore.chain import Chain
+from twistcore.chain import Chain, by_person
 from twistcore.detection.chain_analysis import (
     ChainAnalysis,
     ConsistencyAnalysis,
@@ -85,8 +85,11 @@ def _analysed(
         found = _line_analyses(lines, motion, cut, segments, keys, part(tell, *shares))
         out |= {c.name: c for c in found}
     pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
-    noise = noise_near(motion, {j for c in chains for j in (c.parent, c.child)})
-    witnesses = {c.name: Witnesses.of(motion, c, noise) for c in chains}
+    noise = {
+        person: noise_near(motion, {j for c in of for j in (c.parent, c.child)})
+        for person, of in by_person(chains).items()
+    }
+    witnesses = {c.name: Witnesses.of(motion, c, noise[c.person]) for c in chains}
     return ConsistencyAnalysis(out, cut, pieces, witnesses)
 
 

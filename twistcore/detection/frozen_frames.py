@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twistcore.chain import Chain
+from twistcore.detection.runs import runs
 from twistcore.motion import Motion
 from twistcore.notation import without_held
 
@@ -37,9 +37,11 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
         q = motion.rotations[:, sorted(joints)]
         still = np.zeros(motion.frames, dtype=bool)
         still[1:] = (q[1:] == q[:-1]).all(axis=(1, 2))
-        if still[1:].mean() > 1.0 - _ALIVE:
-            continue
-        found += [(name, a - 1, b) for a, b in _runs(still) if b - a + 1 >= least]
+        for start, stop in runs(still):
+            others = np.concatenate([still[1:start], still[stop:]])
+            alive = len(others) and others.mean() < 1.0 - _ALIVE
+            if alive and stop - start + 1 >= least:
+                found.append((name, start - 1, stop))
     inner = (f for f in found if f[1] > 0 and f[2] < motion.frames)
     return tuple(sorted(inner, key=lambda f: (f[1], f[2], f[0])))
 
@@ -52,8 +54,3 @@ def frozen_sentence(motion: Motion, chains: Sequence[Chain]) -> str:
     named = [f"{start}–{stop - 1} ({limb})" for limb, start, stop in spans[:_MOST]]
     listed = ", ".join(named) + (" …" if len(spans) > _MOST else "")
     return f"A limb stands still to the last digit in frames {listed}: nothing was captured there."
-
-
-def _runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(mask.astype(int), prepend=0, append=0))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -10,13 +10,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from itertools import groupby
 
 import numpy as np
 
 from twistcore.chain import Chain
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.runs import runs
 from twistcore.motion import Motion, Skeleton, forward_kinematics
 from twistcore.notation import Kept, without_held
 from twistcore.rotation import Array, conjugate, multiply, twist_angle
@@ -59,7 +59,7 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
         turn = _turns(in_room[:, joint], axis)
         own = _turns(motion.rotations[:, joint], axis)
         fast = (np.abs(turn) > least) & (np.abs(own) > _OWN_SHARE * least) & ~cut
-        for start, stop in _runs(np.flatnonzero(fast).tolist()):
+        for start, stop in runs(fast):
             most = max(turn[start:stop].tolist(), key=abs)
             jumps[chain.name].append(
                 Interval(
@@ -109,15 +109,6 @@ def _turns(rotations: Array, axis: Array) -> Array:
     """Turn about a joint's own axis since the frame before, radians, (frames,); swing left out."""
     out = np.zeros(len(rotations))
     out[1:] = twist_angle(multiply(conjugate(rotations[:-1]), rotations[1:]), axis)
-    return out
-
-
-def _runs(frames: Sequence[int]) -> list[tuple[int, int]]:
-    """Frames that follow one another, as [start, stop)."""
-    out = []
-    for _, group in groupby(enumerate(frames), key=lambda pair: pair[1] - pair[0]):
-        run = [frame for _, frame in group]
-        out.append((run[0], run[-1] + 1))
     return out
 
 

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter, uniform_filter1d
 
 from twistcore.body import ancestors
+from twistcore.detection.runs import runs
 from twistcore.motion import Motion
-from twistcore.rotation import Array, logarithm, multiply
+from twistcore.notation import without_held
+from twistcore.rotation import Array, conjugate, logarithm, multiply
 
 Mask = NDArray[np.bool_]
 
@@ -45,9 +47,8 @@ class NoiseBurst:
 def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
     """The bursts of all joints, by start."""
     found = []
-    for joint in range(len(motion.skeleton)):
-        sigma = _of_joint(motion, joint)
-        for start, stop in _runs(sigma > 0.0):
+    for joint, sigma in enumerate(_levels(motion, range(len(motion.skeleton)))):
+        for start, stop in runs(sigma > 0.0):
             found.append(NoiseBurst(joint, start, stop, float(np.median(sigma[start:stop]))))
     return tuple(sorted(found, key=lambda b: (b.start, b.stop, b.joint)))
 
@@ -57,8 +58,15 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
     near = set(joints)
     for joint in tuple(near):
         near.update(ancestors(motion.skeleton, joint))
-    levels = [_of_joint(motion, joint) for joint in sorted(near)]
-    return np.asarray(np.max([np.zeros(motion.frames), *levels], axis=0))
+    return np.asarray(np.max([np.zeros(motion.frames), *_levels(motion, sorted(near))], axis=0))
+
+
+def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
+    """σ of each joint's noise, degrees, (frames,); a frame that is held says nothing again."""
+    if (held := without_held(motion)) is None:
+        return [_of_joint(motion, joint) for joint in joints]
+    shown = np.maximum(np.searchsorted(held.first, np.arange(motion.frames), side="right") - 1, 0)
+    return [_of_joint(held.motion, joint)[shown] for joint in joints]
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
@@ -72,7 +80,7 @@ def _of_joint(motion: Motion, joint: int) -> Array:
     pairs = [(motion.rotations[:, parent], own)] if parent >= 0 else []
     pairs += [(own, motion.rotations[:, child]) for child in motion.skeleton.children[joint]]
     changes = [_changes(turns), *(_changes(turns_of(multiply(a, b))) for a, b in pairs)]
-    for start, stop in _runs(sigma > 0.0):
+    for start, stop in runs(sigma > 0.0):
         alone, *both = (float(np.median(c[start:stop])) for c in changes)
         if min(both, default=alone) < _TAKEN_BACK * alone:
             sigma[start:stop] = 0.0
@@ -113,8 +121,7 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
 
 def turns_of(q: Array) -> Array:
     """Turns from the frame before as rotation vectors, degrees, (frames, 4) → (frames, 3)."""
-    back = q[:-1] * (1.0, -1.0, -1.0, -1.0)
-    turns = logarithm(multiply(back, q[1:]))
+    turns = logarithm(multiply(conjugate(q[:-1]), q[1:]))
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 
 
@@ -142,7 +149,7 @@ def noise_level(turns: Array, fps: float) -> Array:
     noisy &= sigma > max(_LEAST, _BEYOND * usual)
     out = np.zeros(frames)
     off = 0.5 * np.sqrt(size)
-    for start, stop in _runs(noisy):
+    for start, stop in runs(noisy):
         level = float(np.median(sigma[start:stop]))
         low, high = max(start - width, 0), min(stop + width, frames)
         rough = np.flatnonzero(off[low:high] > _EDGE * level) + low
@@ -150,8 +157,3 @@ def noise_level(turns: Array, fps: float) -> Array:
             if len(part) >= _FEWEST // 2 and part[0] < stop and part[-1] >= start:
                 out[part[0] : part[-1] + 1] = level
     return out
-
-
-def _runs(mask: Mask) -> Sequence[tuple[int, int]]:
-    edges = np.flatnonzero(np.diff(mask.astype(int), prepend=0, append=0))
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from twistcore.detection.straight_limbs.straight_spells import runs
+from twistcore.detection.runs import runs
 from twistcore.errors import TwistError
 from twistcore.progress import Tell, nobody
 from twistcore.quamo.stability import check_stability

@@ -38,7 +38,7 @@ _SURE = 1.5  # log odds from which doubts are no news
 _TOLD = -0.4  # log odds from which a term is a doubt worth telling
 
 _USUAL = 10.0  # degrees: a fast turn of a joint of which the clip tells nothing else
-_FIRST = "noise", "off_its_hinge"  # told before all else
+_UNNAMED = "joint"
 _MIDDLE = {
     "Shoulder": "shoulder",
     "Arm": "elbow",
@@ -93,18 +93,18 @@ def weighed(t: Terms) -> dict[str, float]:
 def judgement_of(t: Terms, segment: str = "") -> Judgement:
     """What the evidence comes to; segment: the chain's, for the words."""
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
+    vetoes = []
     if t.side_spread < _HINGE and t.off_after > t.off_before + _OFF:
-        parts["off_its_hinge"] = min(0.0, _NEVER - sum(parts.values()))
+        vetoes.append("off_its_hinge")
     if t.noise > 0.0:
-        parts["noise"] = min(0.0, _NEVER - sum(parts.values()))
-    joint = _MIDDLE.get(segment, "joint")
+        vetoes.append("noise")
+    for veto in vetoes:
+        parts[veto] = min(0.0, _NEVER - sum(parts.values()))
+    joint = _MIDDLE.get(segment, _UNNAMED)
     score = sum(parts.values())
-    against = sorted(
-        (name not in ("noise", "off_its_hinge"), value, name)
-        for name, value in parts.items()
-        if value <= _TOLD
-    )
-    doubts = (_in_words(name, t, joint) for *_, name in against if score < _SURE)
+    against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
+    told = dict.fromkeys([*reversed(vetoes), *against])
+    doubts = (_in_words(name, t, joint) for name in told if score < _SURE)
     return Judgement(score, tuple(d for d in doubts if d), MappingProxyType(parts))
 
 
@@ -121,6 +121,8 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
     if term == "azimuth_stays":
         return f"the side to which the {joint} bends does not jump with the twist"
     if term == "no_azimuth":
+        if joint == _UNNAMED:
+            return "no joint below shows to which side the limb bends"
         return f"no joint below the {joint} shows to which side it bends"
     if term == "both_turn_more":
         return f"both bones together turn {t.together:.0f} times as far there: the limb moves fast"

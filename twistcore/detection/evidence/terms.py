@@ -13,7 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from twistcore.detection.evidence.witnesses import Mask, Witnesses, wrapped
+from twistcore.detection.evidence.witnesses import ALONG, PACE, Mask, Witnesses, wrapped
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.rotation import Array
 
@@ -61,8 +61,7 @@ class Terms:
     clip is from it at most, NaN likewise; for_side: the same in nats; least_bend; together:
     turn of P and C together at the edges over the offset's; rate: such counter-turns a second
     elsewhere, None where too little is free of finds; natural: their 99 % quantile; step: of the
-    smaller edge; same_way: whether both joints turn the same way at an edge; seconds: its length;
-    noise: σ of a burst of it in the find or beside it, 0 for none.
+    smaller edge; noise: σ of a burst of it in the find or beside it, 0 for none.
     """
 
     hinged: bool
@@ -80,8 +79,6 @@ class Terms:
     rate: float | None
     natural: float | None
     step: float
-    same_way: bool
-    seconds: float
     noise: float
 
 
@@ -146,8 +143,6 @@ class _Measured:
             rate=rate,
             natural=natural,
             step=self._step,
-            same_way=any(self._same_way(e) for e in edges),
-            seconds=(self.find.stop - self.find.start) / c.fps,
             noise=float(c.noise[max(self.find.start - _NOISE, 0) : self.find.stop + _NOISE].max()),
         )
 
@@ -162,9 +157,8 @@ class _Measured:
 
     def _turn(self, turns: Array, edge: Edge) -> Array:
         """How far a signal turns at an edge beyond the pace of two frames on either side."""
-        beside = np.concatenate(
-            [turns[max(edge.start - 2, 1) : edge.start], turns[edge.stop : edge.stop + 2]]
-        )
+        before = turns[max(edge.start - PACE, 1) : edge.start]
+        beside = np.concatenate([before, turns[edge.stop : edge.stop + PACE]])
         pace = beside.mean(axis=0) if len(beside) else np.zeros(turns.shape[1:])
         return np.asarray(turns[edge.start : edge.stop].sum(axis=0) - edge.width * pace)
 
@@ -193,12 +187,6 @@ class _Measured:
         cost = residual_cost(np.array([turn, rest]) / sigma)
         return float(cost[0] - cost[1])
 
-    def _same_way(self, edge: Edge) -> bool:
-        """Whether both joints turn the same way at an edge; of half turns no sign is known."""
-        x, y = (float(wrapped(self._turn(t, edge))) for t in (self.chain.x, self.chain.y))
-        small, large = sorted((abs(x), abs(y)))
-        return x * y > 0.0 and small > 0.2 * large and large < 150.0
-
     def _together(self, edge: Edge) -> float:
         turn = self._turn(self.chain.together, edge)
         return float(np.linalg.norm(turn) / abs(edge.turn))
@@ -208,7 +196,9 @@ class _Measured:
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0
-        known = c.both_frames > 0.17
+        # A change of pace takes three frames.
+        sine = np.minimum(c.both_frames, np.append(c.both_frames[1:], 0.0))
+        known = sine > ALONG
 
         def rough(turns: Array) -> Array:
             out = np.zeros(c.frames)
@@ -219,7 +209,7 @@ class _Measured:
         free = known & ~self.busy
         usual = now[free] if free.sum() > 10 else now[known]
         natural = scale(usual, 0.02) if len(usual) > 10 else 5.0
-        sigma = math.hypot(natural, 0.05) / np.maximum(c.both_frames, 0.17)
+        sigma = math.hypot(natural, 0.05) / np.maximum(sine, ALONG)
         at = np.zeros(c.frames, dtype=bool)
         for e in self.edges:
             at[max(e.start - 2, 1) : min(e.stop + 2, c.frames - 1)] = True
@@ -235,9 +225,9 @@ class _Measured:
         if not c.hinged:
             return unknown
         weight = c.sine**2
-        there = ~self.busy & (c.sine > 0.17)
+        there = ~self.busy & (c.sine > ALONG)
         full = self.inside & (np.abs(self.offset) > 0.5 * np.abs(self.offset).max())
-        here = full & (c.sine > 0.17)
+        here = full & (c.sine > ALONG)
         if (weight * there).sum() < 3.0 or not full.any():
             return unknown
         off = wrapped(c.azimuth - _middle(c.azimuth[there], weight[there]))

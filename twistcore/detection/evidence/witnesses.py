@@ -20,8 +20,8 @@ from twistcore.rotation import Array, multiply, rotate
 
 Mask = NDArray[np.bool_]
 
-_PACE = 2  # frames on either side that tell the pace at an edge
-_ALONG = np.sin(np.radians(10.0))  # of a limb straighter than so the azimuth says nothing
+PACE = 2  # frames on either side that tell the pace at an edge
+ALONG = np.sin(np.radians(10.0))  # of a limb straighter than so the azimuth says nothing
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +29,9 @@ class Witnesses:
     """The signals of one chain, made when first asked for; see :meth:`of`.
 
     q_parent, q_child: local rotations, (frames, 4); axis, arm: unit, (3,) or (frames, 3);
-    hinged: whether C has a child, whose place tells the azimuth; segment: of the chain;
-    noise: σ of a burst of noise in any joint that matters, (frames,).
+    hinged: whether C has a child, whose place tells the azimuth; segment: of the chain, or
+    '' before a further piece of the bone; noise: σ of a burst of it in any joint that matters,
+    (frames,).
     """
 
     q_parent: Array
@@ -49,9 +50,8 @@ class Witnesses:
         noise = np.zeros(motion.frames) if noise is None else noise
         q_parent, q_child = (motion.rotations[:, j] for j in (chain.parent, chain.child))
         hinged = chain.grandchild >= 0
-        return cls(
-            q_parent, q_child, chain.axis, chain.arm, hinged, motion.fps, chain.segment, noise
-        )
+        segment = chain.segment if chain.ends else ""  # between two pieces there is no joint
+        return cls(q_parent, q_child, chain.axis, chain.arm, hinged, motion.fps, segment, noise)
 
     @property
     def frames(self) -> int:
@@ -123,18 +123,20 @@ class Witnesses:
         if (name, width) not in self._series:
             turns: Array = getattr(self, name)
             total = np.concatenate([[0.0], np.cumsum(turns)])
-            t = np.arange(_PACE + 1, len(turns) - width - _PACE)
+            t = np.arange(PACE + 1, len(turns) - width - PACE)
             beside = [t - 1, t - 2, t + width, t + width + 1]
-            pace = sum(turns[k] for k in beside) / (2.0 * _PACE)
+            pace = sum(turns[k] for k in beside) / (2.0 * PACE)
             out = np.full(len(turns), np.nan)
             out[t] = wrapped(total[t + width] - total[t] - width * pace)
             self._series[name, width] = out
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Where the limb is bent in frame t and in t + width, (frames,)."""
-        later = np.concatenate([self.sine[width:], np.full(min(width, self.frames), self.sine[-1])])
-        return np.asarray(np.minimum(self.sine, later[: self.frames]) > _ALONG)
+        """Where the limb is bent before turns [t, t + width) and after them, (frames,)."""
+        t = np.arange(self.frames)
+        before = self.sine[np.maximum(t - 1, 0)]
+        after = self.sine[np.minimum(t + width - 1, self.frames - 1)]
+        return np.asarray(np.minimum(before, after) > ALONG)
 
 
 def wrapped(degrees: Array) -> Array:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from twistcore.chain import by_person
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.limb_flips.explanation import Left, Run, explain, left
@@ -49,7 +50,8 @@ class LimbFlips:
 
     departures: of its turn from the median around, radians; scales: of them by nature; steps: how
     far E moves beyond the median around, of the limb's length; capture: neither border nor cut;
-    noisy: a burst of noise in any joint of a limb; (frames,) each. soft: jumps of several frames.
+    noisy: a burst of noise in any limb of the person; (frames,) each. soft: jumps of several
+    frames.
     """
 
     limb: Limb
@@ -217,14 +219,20 @@ def analyse_limbs(motion: Motion, limbs: Sequence[Limb], tell: Tell = nobody) ->
     if len(limbs) >= SEVERAL:
         jumping = [np.abs(departure(s.jump)) >= TAU for s in swivels]
         border |= np.mean(jumping, axis=0) > TOGETHER
-    joints = (j for b in limbs for j in (b.parent, *path(motion.skeleton, b.parent, b.end)))
-    noisy = noise_near(motion, joints) > 0.0
+    noisy = {
+        person: noise_near(motion, (j for b in of for j in _joints(motion, b))) > 0.0
+        for person, of in by_person(limbs).items()
+    }
     return LimbFlipAnalysis(
         {
-            limb.name: _of_limb(limb, swivel, border, noisy, motion.fps)
+            limb.name: _of_limb(limb, swivel, border, noisy[limb.person], motion.fps)
             for limb, swivel in zip(limbs, swivels, strict=True)
         }
     )
+
+
+def _joints(motion: Motion, limb: Limb) -> tuple[int, ...]:
+    return limb.parent, *path(motion.skeleton, limb.parent, limb.end)
 
 
 def _of_limb(limb: Limb, swivel: Swivel, border: Mask, noisy: Mask, fps: float) -> LimbFlips:

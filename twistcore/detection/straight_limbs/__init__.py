@@ -7,7 +7,7 @@ from twistcore.detection.straight_limbs.straight_claims import (
     straight_limb,
     without_errors,
 )
-from twistcore.detection.straight_limbs.straight_intervals import interval_of
+from twistcore.detection.straight_limbs.straight_intervals import STRAIGHT, interval_of
 from twistcore.detection.straight_limbs.straight_spells import StraightError
 
-__all__ = ["Jumps", "StraightError", "interval_of", "straight_limb", "without_errors"]
+__all__ = ["STRAIGHT", "Jumps", "StraightError", "interval_of", "straight_limb", "without_errors"]

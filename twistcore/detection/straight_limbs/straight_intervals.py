@@ -9,6 +9,8 @@ from typing import Any
 from twistcore.detection.interval import Interval
 from twistcore.detection.straight_limbs.straight_spells import StraightError
 
+STRAIGHT = "a straight limb"  # what such an interval follows
+
 
 def interval_of(chain: str, error: StraightError) -> Interval:
     """The interval of an error in a chain; it closes where the limb is bent again."""
@@ -35,7 +37,7 @@ def _explained(error: StraightError) -> dict[str, Any]:
     """Why it was found; degrees."""
     turn, answer = error.turns
     return {
-        "follows": "a straight limb",
+        "follows": STRAIGHT,
         "bent_sides": error.closed,
         "transition": error.peak,
         "transition_x_deg": math.degrees(turn),

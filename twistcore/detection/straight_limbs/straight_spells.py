@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.detection.runs import runs
 from twistcore.rotation import Array, rotate, wrap
 
 Mask = NDArray[np.bool_]
@@ -196,12 +197,6 @@ def left_over(
 def window_of(fps: float) -> int:
     """Frames of a mirrored transition."""
     return max(2, round(WINDOW * fps))
-
-
-def runs(mask: Mask) -> list[tuple[int, int]]:
-    """Runs of True as [start, stop)."""
-    ends = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
-    return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
 
 
 def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:

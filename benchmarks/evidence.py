@@ -1,0 +1,213 @@
+"""The weights of the evidence, fitted to finds that people judged and to errors put in.
+
+    python -m benchmarks.evidence VERDICTS.csv FOLDER [--inject PROTOCOL ...] [--seed N]
+
+VERDICTS.csv as docs/atlas-verdicts.csv; FOLDER holds a folder of clips for every set, named as
+there. Told: the errors, alarms and doubtful ones among the finds that are corrected unasked, by the
+weights of the program and by weights that were fitted without the set that a find is from; how well
+the probabilities fit (ECE); and the weights fitted to all.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import minimize
+
+from benchmarks.real_corrections import clips_of
+from twistcore.analysis import analyse
+from twistcore.chain import find_chains
+from twistcore.detection import Kind
+from twistcore.detection.evidence import Find, Terms, Witnesses, taken_by, terms_of
+from twistcore.detection.evidence.judgement import WEIGHTS, weighed
+from twistcore.detection.straight_limbs import STRAIGHT
+from twistcore.errors import TwistError
+from twistcore.formats import read_clip
+from twistcore.motion import Motion
+from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, prepare
+from twistcore.twist_removal import applied_unasked
+
+# What the weights are drawn to where few finds tell: what physics suggests.
+PRIOR: Mapping[str, float] = {
+    "base": -0.2,
+    "azimuth_rougher": 1.5,
+    "azimuth_stays": 0.8,
+    "off_its_side": 0.8,
+    "back_to_its_side": 1.0,
+    "straight": 1.0,
+    "no_azimuth": 1.5,
+    "both_turn_more": 1.2,
+    "both_turn_less": 1.0,
+    "both_joints": 0.5,
+    "silent_joint": 0.8,
+    "often": 0.7,
+    "natural_size": 1.0,
+}
+PULL = 1.0  # towards the prior: nats for a distance of 1
+INJECTED = 40.0  # finds that are judged, for which all injected errors together count
+ALIKE = 0.6  # of the frames of both: a find is the one that was judged
+BINS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Judged:
+    """A counter-twist of a set: the parts of its score, and what became of it.
+
+    verdict: 'error', 'alarm', 'doubtful', or '' for none; straight: its course is its evidence.
+    """
+
+    set_name: str
+    parts: np.ndarray
+    verdict: str
+    applied: bool
+    straight: bool
+    probability: float
+
+
+def parts_of(terms: Terms) -> np.ndarray:
+    """The parts of a score before their weights, in the order of the weights."""
+    own = weighed(terms)
+    return np.array([own[name] for name in WEIGHTS])
+
+
+def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -> Iterator[Judged]:
+    """The counter-twists of a motion with the verdicts of rows of the same clip."""
+    found = analyse(motion).detect(kinds={Kind.COUNTER_TWIST})
+    applied = set(map(id, applied_unasked(found)))
+    for chain in found.chains:
+        own = [i for i in found if i.chain == chain.name]
+        known = Witnesses.of(motion, chain)
+        finds = [Find(i.start, i.stop, np.degrees(i.offset)) for i in own]
+        taken = taken_by(motion.frames, finds)
+        for interval, find in zip(own, finds, strict=True):
+            verdicts = (
+                row["verdict"]
+                for row in rows
+                if row["chain"] == chain.name and _alike(find, int(row["start"]), int(row["stop"]))
+            )
+            yield Judged(
+                set_name,
+                parts_of(terms_of(known, find, taken)),
+                next(verdicts, ""),
+                id(interval) in applied,
+                (interval.evidence or {}).get("follows") == STRAIGHT,
+                interval.confidence or 0.0,
+            )
+
+
+def _alike(find: Find, start: int, stop: int) -> bool:
+    shared = min(find.stop, stop) - max(find.start, start)
+    return shared >= ALIKE * (max(find.stop, stop) - min(find.start, start))
+
+
+def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np.ndarray]:
+    """The parts of the finds that are errors which were put into a motion."""
+    rules = parse_protocol(protocol)
+    chains = find_chains(motion)
+    motion = prepare(motion, chains, rules)
+    for k, segments in enumerate((("Arm", "UpLeg"), ("ForeArm", "Leg"))):
+        targets = [c for c in chains if c.segment in segments]
+        errors = draw_errors(motion, targets, generator(seed, name, k), rules)
+        if not errors:
+            continue
+        bad = inject(motion, chains, errors)
+        found = analyse(bad).detect(kinds={Kind.COUNTER_TWIST})
+        for chain in targets:
+            own = [i for i in found if i.chain == chain.name]
+            finds = [Find(i.start, i.stop, np.degrees(i.offset)) for i in own]
+            known, taken = Witnesses.of(bad, chain), taken_by(bad.frames, finds)
+            for interval, find in zip(own, finds, strict=True):
+                true = any(e.chain == chain.name and _alike(find, e.start, e.stop) for e in errors)
+                if true and (interval.evidence or {}).get("follows") != STRAIGHT:
+                    yield parts_of(terms_of(known, find, taken))
+
+
+def fitted(judged: Sequence[Judged], errors: Sequence[np.ndarray]) -> np.ndarray:
+    """Weights, none but the base's below 0: signs are physics."""
+    prior = np.array([PRIOR[name] for name in WEIGHTS])
+    told = [j for j in judged if j.verdict in ("error", "alarm") and not j.straight]
+    x = np.array([*(j.parts for j in told), *errors])
+    y = np.array([1.0 if j.verdict == "error" else -1.0 for j in told] + [1.0] * len(errors))
+    w = np.array([1.0] * len(told) + [INJECTED / max(len(errors), 1)] * len(errors))
+
+    def loss(b: np.ndarray) -> float:
+        far = ((b[1:] - prior[1:]) ** 2).sum()
+        return float((w * np.logaddexp(0.0, -y * (x @ b))).sum() + PULL * far)
+
+    bounds = [(None, None), *[(0.0, None)] * (len(prior) - 1)]
+    return np.asarray(minimize(loss, prior, bounds=bounds, method="L-BFGS-B").x)
+
+
+def _counts(judged: Sequence[Judged], sure: Sequence[bool]) -> str:
+    count = Counter(j.verdict for j, s in zip(judged, sure, strict=True) if j.verdict and s)
+    right = 100.0 * count["error"] / max(count["error"] + count["alarm"], 1)
+    told = f"{count['error']} errors, {count['alarm']} alarms, {count['doubtful']} doubtful"
+    return f"{told}: {right:.1f} % are errors"
+
+
+def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
+    """Expected calibration error over bins with equally many finds."""
+    order = np.array_split(np.argsort(probabilities), BINS)
+    gaps = (len(b) * abs(probabilities[b].mean() - right[b].mean()) for b in order if len(b))
+    return float(sum(gaps)) / max(len(right), 1)
+
+
+def main() -> None:
+    """Collect, tell, fit, tell."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("verdicts", type=Path)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--inject", nargs="*", default=["P0", "H6", "F10"])
+    parser.add_argument("--seed", type=int, default=1)
+    given = parser.parse_args()
+    rows: dict[tuple[str, str], list[Mapping[str, str]]] = defaultdict(list)
+    with given.verdicts.open(newline="") as file:
+        for row in csv.DictReader(file):
+            if row["kind"] == Kind.COUNTER_TWIST:
+                rows[row["set"], row["clip"]].append(row)
+    judged: list[Judged] = []
+    errors: dict[str, list[np.ndarray]] = defaultdict(list)
+    for folder in sorted(p for p in given.folder.iterdir() if p.is_dir()):
+        for path in clips_of(folder):
+            own = rows.get((folder.name, path.name), [])
+            if not own:
+                continue
+            try:
+                motion = read_clip(path).motion
+                judged += finds_in(motion, folder.name, own)
+                for protocol in given.inject:
+                    errors[folder.name] += injected(motion, protocol, given.seed, path.name)
+            except TwistError as error:
+                print(f"left out: {error}")
+        print(f"{folder.name}: {len(judged)} finds, {sum(map(len, errors.values()))} put in")
+    print("by the program:", _counts(judged, [j.applied for j in judged]))
+    without = {
+        name: fitted(
+            [j for j in judged if j.set_name != name],
+            [e for other, own in errors.items() if other != name for e in own],
+        )
+        for name in {j.set_name for j in judged}
+    }
+    scores = np.array([10.0 if j.straight else j.parts @ without[j.set_name] for j in judged])
+    sure = [bool(j.applied and s >= 0.0) for j, s in zip(judged, scores, strict=True)]
+    print("one set left out:", _counts(judged, sure))
+    told = [k for k, j in enumerate(judged) if j.verdict in ("error", "alarm")]
+    right = np.array([judged[k].verdict == "error" for k in told], dtype=float)
+    for name, values in (
+        ("the program's", np.array([judged[k].probability for k in told])),
+        ("one set left out", 1.0 / (1.0 + np.exp(-scores[told]))),
+    ):
+        print(f"ECE, {name}: {calibration_error(values, right):.3f} over {len(told)} finds")
+    every = fitted(judged, [e for own in errors.values() for e in own])
+    for name, weight in zip(WEIGHTS, every, strict=True):
+        print(f'    "{name}": {weight:.2f},')
+
+
+if __name__ == "__main__":
+    main()
