@@ -84,13 +84,14 @@ def test_no_confidence_is_above_what_the_evidence_gives():
     chain = CHAINS["LeftArm"]
     known, none = Witnesses.of(WALK, chain), np.zeros(WALK.frames, dtype=bool)
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.3), confidence=0.99)
-    doubted = judged(made_up, known, none)
+    doubted, motion = judged(made_up, known, none)
+    assert motion
     assert doubted.confidence < 0.3
     assert doubted.evidence["doubts"]
     assert applied_unasked([made_up])
     assert not applied_unasked([doubted])
     unsure = replace(made_up, confidence=0.01)
-    assert judged(unsure, known, none).confidence == 0.01
+    assert judged(unsure, known, none)[0].confidence == 0.01
 
 
 def test_the_same_interval_is_judged_once_at_every_tau():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import Any
@@ -175,7 +175,8 @@ class ConsistencyAnalysis:
     own_twist: Mapping[str, Array] = field(default_factory=dict)
     witnesses: Mapping[str, Witnesses] = field(default_factory=dict)
     _taken: dict[str, Mask] = field(default_factory=dict)
-    _judged: dict[int, tuple[Interval, Interval]] = field(default_factory=dict)  # by id: kept alive
+    # By id: kept alive, with what it is once judged, and whether that is motion.
+    _judged: dict[int, tuple[Interval, Interval, bool]] = field(default_factory=dict)
 
     def automatic_tau(self, chain: str) -> float:
         """max(1.5°, 6·median σ of the chain), radians."""
@@ -186,26 +187,33 @@ class ConsistencyAnalysis:
         return self.chains[chain].strength()
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Intervals of a chain at τ radians, by start."""
+        """Intervals of a chain at τ radians, by start, but those that are motion."""
+        return tuple(i for i, motion in self._found(chain, tau) if not motion)
+
+    def taken_for_motion(self, chain: str, tau: float) -> tuple[Interval, ...]:
+        """What would be intervals at τ radians, but that all the evidence speaks for motion."""
+        return tuple(i for i, motion in self._found(chain, tau) if motion)
+
+    def _found(self, chain: str, tau: float) -> Iterator[tuple[Interval, bool]]:
         found = self.chains[chain].intervals(tau)
         if (twist := self.own_twist.get(chain)) is not None:
             found = tuple(i for i in found if shows(twist, i))
-        return tuple(self._with_evidence(i) for i in found)
+        return map(self._with_evidence, found)
 
-    def _with_evidence(self, interval: Interval) -> Interval:
-        """The interval with no more confidence than all the evidence gives it.
+    def _with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
+        """The interval with no more confidence than all the evidence gives it; if it is motion.
 
         On a straight limb the course itself is the evidence: nothing else tells there.
         """
         if interval.chain not in self.witnesses:
-            return interval
+            return interval, False
         if id(interval) not in self._judged:
-            own, known = interval, self.witnesses[interval.chain]
+            own, motion, known = interval, False, self.witnesses[interval.chain]
             straight = (interval.evidence or {}).get("follows") == STRAIGHT
             if not straight or known.noise[interval.start : interval.stop].any():
-                own = judged(interval, known, self._taken_in(interval.chain))
-            self._judged[id(interval)] = interval, own
-        return self._judged[id(interval)][1]
+                own, motion = judged(interval, known, self._taken_in(interval.chain))
+            self._judged[id(interval)] = interval, own, motion and not straight
+        return self._judged[id(interval)][1:]
 
     def _taken_in(self, chain: str) -> Mask:
         """Frames of the chain's intervals at its automatic τ: no measure of natural motion."""
@@ -220,12 +228,15 @@ def _find(interval: Interval) -> Find:
     return Find(interval.start, interval.stop, np.degrees(interval.offset))
 
 
-def judged(interval: Interval, witnesses: Witnesses, taken: Mask) -> Interval:
-    """The interval with the smaller of its confidence and what all the evidence gives it."""
+def judged(interval: Interval, witnesses: Witnesses, taken: Mask) -> tuple[Interval, bool]:
+    """The interval with the smaller of its confidence and what all the evidence gives it.
+
+    And whether that takes it for motion.
+    """
     found = judgement_of(terms_of(witnesses, _find(interval), taken), witnesses.segment)
     least = min(interval.confidence or 0.0, found.probability)
     explain = partial(_with_judgement, interval.explain, found)
-    return replace(interval, confidence=least, explain=explain)
+    return replace(interval, confidence=least, explain=explain), found.motion
 
 
 def _with_judgement(

@@ -17,7 +17,7 @@ from twistcore.detection.edges import Edges
 from twistcore.detection.pairing import OPEN_GAIN, PRIOR, PairTable
 from twistcore.detection.prediction import Mask
 from twistcore.rotation import wrap
-from twistcore.why_not.given_up import SoftErrors, soft_below
+from twistcore.why_not.given_up import BESIDE, SoftErrors, soft_below
 from twistcore.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
 
 ONE_JOINT = 0.25  # of the larger turn: the other joint does not answer it
@@ -63,6 +63,9 @@ def no_counter_twist(
         return place.reason(Why.SHORT, because, start=low, stop=high)
     if place.strength < place.tau:
         return soft_below(place, own) or _below(place, analysis, edges_in(t, t + 1), chains)
+    for interval in analysis.taken_for_motion(place.chain.name, place.tau):
+        if interval.start - BESIDE <= t <= interval.stop + BESIDE:
+            return _motion(place, interval)
     edge = _edge_at(place, own, table)
     if near := edges_in(edge.start, edge.stop) if edge else edges_in(t, t + 1):
         return _image(place, near, edge)
@@ -73,6 +76,21 @@ def no_counter_twist(
     if edge is None:
         return _thinned(place, own)
     return _single(place, edge) or _unpaired(place, own, edge, soft)
+
+
+def _motion(place: Place, interval: Interval) -> Reason:
+    """The joints turn against each other, but all the evidence speaks for motion."""
+    told = interval.evidence or {}
+    why = "; ".join(told.get("doubts", ()))
+    frames = place.span(interval.start, interval.stop)
+    because = f"all the evidence takes {signed(interval.shown)} in {frames} for motion"
+    return place.reason(
+        Why.MOTION,
+        f"{because}: {why}" if why else because,
+        start=interval.start,
+        stop=interval.stop,
+        evidence=told.get("evidence"),
+    )
 
 
 def _cut(place: Place, cut: Mask) -> str:

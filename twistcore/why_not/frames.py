@@ -17,12 +17,12 @@ from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Skeleton
 from twistcore.why_not.counter_twist import no_counter_twist
+from twistcore.why_not.given_up import BESIDE
 from twistcore.why_not.limb_flip import no_limb_flip
 from twistcore.why_not.paper_event import no_event
 from twistcore.why_not.reason import EdgesIn, Place, Reason, Why, signed
 
 _ENOUGH = 0.5  # of a strength: by so much a soft error must change to account for it
-BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
 
 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:

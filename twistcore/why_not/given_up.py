@@ -11,7 +11,7 @@ from twistcore.detection import Interval
 from twistcore.detection.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.why_not.reason import Place, Reason, Why, signed
 
-_BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
+BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +29,7 @@ class SoftErrors:
 
     def with_edge_in(self, start: int, stop: int) -> Interval | None:
         """The first that is given up and has an edge in or beside frames [start, stop)."""
-        near = range(start - _BESIDE, stop + _BESIDE)
+        near = range(start - BESIDE, stop + BESIDE)
         return next((i for i in self.given_up() if i.start in near or i.stop in near), None)
 
     def instead_of(

@@ -34,6 +34,7 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
 _SPEAKS = 0.7  # nats from which the azimuth or C's side speaks for the repair
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
 _NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
+_MOTION = -3.0  # log odds under which a turn is taken for motion
 _SURE = 1.5  # log odds from which doubts are no news
 _TOLD = -0.4  # log odds from which a term is a doubt worth telling
 
@@ -53,12 +54,14 @@ class Judgement:
     """What the evidence about a find comes to.
 
     score: log odds that the repair is right; doubts: what speaks against it in words, the strongest
-    first; terms: the parts of the score by name.
+    first; terms: the parts of the score by name; motion: twenty to one it is motion, or the roll of
+    one joint alone, and no error.
     """
 
     score: float
     doubts: tuple[str, ...]
     terms: Mapping[str, float]
+    motion: bool = False
 
     @property
     def probability(self) -> float:
@@ -93,6 +96,7 @@ def weighed(t: Terms) -> dict[str, float]:
 def judgement_of(t: Terms, segment: str = "") -> Judgement:
     """What the evidence comes to; segment: the chain's, for the words."""
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
+    motion = sum(parts.values()) < _MOTION
     vetoes = []
     if t.side_spread < _HINGE and t.off_after > t.off_before + _OFF:
         vetoes.append("off_its_hinge")
@@ -105,7 +109,7 @@ def judgement_of(t: Terms, segment: str = "") -> Judgement:
     against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
     told = dict.fromkeys([*reversed(vetoes), *against])
     doubts = (_in_words(name, t, joint) for name in told if score < _SURE)
-    return Judgement(score, tuple(d for d in doubts if d), MappingProxyType(parts))
+    return Judgement(score, tuple(d for d in doubts if d), MappingProxyType(parts), motion)
 
 
 def _in_words(term: str, t: Terms, joint: str) -> str:
