@@ -84,8 +84,7 @@ def test_no_confidence_is_above_what_the_evidence_gives():
     chain = CHAINS["LeftArm"]
     known, none = Witnesses.of(WALK, chain), np.zeros(WALK.frames, dtype=bool)
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.3), confidence=0.99)
-    doubted, motion = judged(made_up, known, none)
-    assert motion
+    doubted, _ = judged(made_up, known, none)
     assert doubted.confidence < 0.3
     assert doubted.evidence["doubts"]
     assert applied_unasked([made_up])
@@ -158,3 +157,13 @@ def test_weights_are_fitted_with_the_signs_of_physics():
     errors = np.array([j.verdict == "error" for j in judged_finds])
     assert scores[errors].mean() > scores[~errors].mean() + 1.0
     assert calibration_error(1.0 / (1.0 + np.exp(-scores)), errors.astype(float)) < 0.15
+
+
+def test_motion_is_what_the_terms_alone_say_twenty_to_one():
+    chain = CHAINS["LeftArm"]
+    motion, find = twisted(chain, 40.0)
+    _, terms = judgement(motion, chain, find)
+    assert not judgement_of(terms).motion
+    assert not judgement_of(replace(terms, noise=8.0)).motion  # no motion: noise
+    unlikely = replace(terms, for_x=0.0, for_y=0.0, rate=5.0, natural=120.0, together=20.0)
+    assert judgement_of(unlikely).motion

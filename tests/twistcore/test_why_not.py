@@ -14,7 +14,8 @@ from twistcore.analysis import Detection, analyse, detect
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.cli import main
-from twistcore.detection import Interval, Kind
+from twistcore.detection import Interval, Kind, chain_analysis
+from twistcore.detection.evidence import Judgement
 from twistcore.errors import TwistError
 from twistcore.refinement import remove_twist
 from twistcore.rotation import multiply, quaternion_from_axis_angle
@@ -271,3 +272,20 @@ def test_the_script_counts_them(capsys, monkeypatch, tmp_path):
     assert sum(counted["counts"]["consistency"].values()) > 0
     assert sum(counted["counts"]["paper"].values()) == 0  # each of its events opens an interval
     assert "one joint" in capsys.readouterr().out
+
+
+def test_what_all_the_evidence_takes_for_motion_is_no_find_and_the_answer_says_so(monkeypatch):
+    motion = twisted(WALK, ARM, 40.0, 150, 170)
+    (found,) = detect(motion)
+    motion_it_is = Judgement(-4.0, ("such turns occur often",), {}, motion=True)
+    monkeypatch.setattr(chain_analysis, "judgement_of", lambda *_: motion_it_is)
+    without = detect(motion)
+    assert not without.intervals
+    (taken,) = without.analysis.by().taken_for_motion(ARM, without.tau[ARM])
+    assert (taken.start, taken.stop) == (found.start, found.stop)
+    for frame in (150, 170):
+        reason = why_not(without, ARM, frame)
+        assert reason.why == Why.MOTION
+        assert (reason.numbers["start"], reason.numbers["stop"]) == (150, 170)
+        assert "often" in reason.text
+    assert why_not(without, ARM, 300).why != Why.MOTION
