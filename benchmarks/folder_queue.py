@@ -22,7 +22,7 @@ from scipy.stats import spearmanr
 from inspector.app import make_application
 from inspector.collector import keep_for_good
 from inspector.session.settings import Settings
-from twistcore.batch import severity
+from twistcore.batch.how_bad import root_mean_square
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.clip import rewritten
@@ -42,8 +42,9 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
     errors = draw_errors(clip.motion, chosen, rng)
     dirty = inject(clip.motion, chains, errors)
     target.write_bytes(rewritten(clip, dirty).data)
-    found = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
-    return severity(found, clip.motion.frames)
+    by_name = {c.name: c for c in chains}
+    found = [(Interval(e.chain, e.start, e.stop, e.offset), by_name[e.chain]) for e in errors]
+    return root_mean_square(found, clip.motion.frames, clip.motion.fps)
 
 
 def main() -> None:

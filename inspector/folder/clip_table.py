@@ -8,7 +8,7 @@ from typing import Any
 from inspector.folder.queued_clip import ClipState, QueuedClip
 from twistcore.encoding import csv_text
 
-# Columns: severity is the mean error a frame, degrees; empty where nothing is known.
+# Columns: severity is how bad it is, degrees; empty where nothing is known.
 _COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {
     "clip": lambda c: c.label or c.path.name,
     "folder": lambda c: str(c.path.parent),

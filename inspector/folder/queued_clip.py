@@ -38,7 +38,7 @@ class ClipState(StrEnum):
 class QueuedClip:
     """A clip of the folder.
 
-    severity: mean error a frame, degrees, −1 while unknown; reason: why it failed, or why nothing
+    severity: how bad it is, degrees, −1 while unknown; reason: why it failed, or why nothing
     could be checked in it (`unchecked`); decided: of how many intervals, by its review if that is
     open, else by its session, None without either; exported: the name of its latest export, or '';
     label: its name in a batch, or ''; waits: a review that ended without saving can be restored;

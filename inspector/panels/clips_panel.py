@@ -66,7 +66,9 @@ class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
     head_tips = (
         tr("Name of the clip; ↺: decisions of it wait to be restored"),
-        tr("Mean error a frame; a click on a head sorts by it"),
+        tr(
+            "How bad it is: root mean square of its errors over all frames; a click on a head sorts by it"
+        ),
         tr("Intervals decided, of those there are"),
         tr("Whether it was exported"),
     )
@@ -118,7 +120,7 @@ def _tip(clip: QueuedClip) -> str:
         return tr("{name}: not checked, {reason}", name=name, reason=reason_told(clip))
     if clip.state != ClipState.READY:
         return f"{name}: {_WORKING[clip.state]}"
-    found = tr("{n} intervals, {severity:.3f}° a frame", n=clip.intervals, severity=clip.severity)
+    found = tr("{n} intervals, severity {severity:.1f}°", n=clip.intervals, severity=clip.severity)
     told = [f"{name}: {found}"]
     if clip.missing:
         told.append(
@@ -149,7 +151,7 @@ def _spoken(clip: QueuedClip) -> dict[int, str]:
     if clip.waits:
         told[0] = tr("{name}: decisions wait to be restored", name=clip.title)
     if clip.state == ClipState.READY:
-        told[_SEVERITY] = tr("{severity:.3f}° a frame", severity=max(clip.severity, 0.0))
+        told[_SEVERITY] = tr("severity {severity:.1f}°", severity=max(clip.severity, 0.0))
     if clip.exported:
         told[_EXPORT] = tr("exported as {name}", name=clip.exported)
     return told

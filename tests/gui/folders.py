@@ -2,7 +2,7 @@
 
 from inspector.session.settings import Settings
 from tests.conftest import ASSETS
-from twistcore.batch import severity
+from twistcore.batch.how_bad import root_mean_square
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.clip import rewritten
@@ -17,8 +17,9 @@ def put_errors(path, chains_hit, seed=1):
     errors = draw_errors(clip.motion, chains[:chains_hit], generator(seed, path.name))
     dirty = inject(clip.motion, chains, errors)
     path.write_bytes(rewritten(clip, dirty).data)
-    found = [Interval(e.chain, e.start, e.stop, e.offset) for e in errors]
-    return severity(found, clip.motion.frames)
+    by_name = {c.name: c for c in chains}
+    found = [(Interval(e.chain, e.start, e.stop, e.offset), by_name[e.chain]) for e in errors]
+    return root_mean_square(found, clip.motion.frames, clip.motion.fps)
 
 
 def two_takes(qtbot, show_window, folder, **known):

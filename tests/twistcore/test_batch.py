@@ -1,5 +1,6 @@
 """Many clips: how bad one is."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -7,32 +8,58 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import find_flips, flip
-from twistcore.batch import severity, survey
+from twistcore.batch import survey
+from twistcore.batch.how_bad import root_mean_square
+from twistcore.bvh import read_bvh
+from twistcore.chain import find_chains
+from twistcore.detection import Interval, Kind
 from twistcore.review.model import constant
 from twistcore.tuning import Profile
 
-
-def test_severity_is_the_mean_error_a_frame_weighed_by_confidence():
-    error = constant("LeftArm", 10, 20, np.radians(-30.0))  # 300° over ten frames
-    assert severity([error], 100) == pytest.approx(3.0)
-    assert severity([replace(error, confidence=0.25)], 100) == pytest.approx(0.75)
-    assert severity([replace(error, confidence=0.0)], 100) == 0.0
-    assert severity([error, replace(error, chain="LeftLeg", confidence=0.5)], 50) == pytest.approx(
-        9
-    )
+CHAINS = {c.name: c for c in find_chains(read_bvh(ASSETS / "walk.bvh").motion)}
 
 
-def test_an_interval_without_a_second_edge_makes_no_clip_bad():
+def bad(*intervals, frames=100, fps=10.0):
+    return root_mean_square([(i, CHAINS[i.chain]) for i in intervals], frames, fps)
+
+
+def test_severity_is_the_root_mean_square_weighed_by_confidence_and_joint():
+    error = constant("LeftArm", 10, 19, np.radians(-30.0))  # with 0.1 s of edge ten frames
+    assert bad(error) == pytest.approx(30.0 * math.sqrt(0.1))
+    assert bad(replace(error, confidence=0.25)) == pytest.approx(15.0 * math.sqrt(0.1))
+    assert bad(replace(error, confidence=0.0)) == 0.0
+    assert bad(replace(error, chain="LeftForeArm")) == pytest.approx(0.7 * bad(error))
+    assert bad(error, error) == pytest.approx(math.sqrt(2.0) * bad(error))
+    assert bad() == bad(frames=0) == 0.0
+
+
+def test_a_find_left_to_a_person_counts_as_it_is_sure():
     error = constant("LeftArm", 10, 20, 0.5)
-    assert severity([replace(error, open=True)], 100) == 0.0
-    assert severity([], 0) == 0.0
+    assert bad(replace(error, open=True)) == bad(error)
+
+
+def test_jumps_that_nothing_takes_out_make_a_clip_bad():
+    jump = Interval(
+        "LeftLeg", 30, 31, np.zeros(1), open=True, residual=np.radians(160.0), kind=Kind.LONE_JUMP
+    )
+    assert bad(*[jump] * 6, frames=3600, fps=120.0) > 5.0
+
+
+def test_a_knee_on_the_wrong_side_outweighs_a_small_guess_that_lasts():
+    knee = constant("LeftUpLeg", 30, 40, np.radians(175.0))
+    knee = replace(knee, kind=Kind.LIMB_FLIP, confidence=0.95)
+    guess = replace(constant("RightForeArm", 0, 2200, np.radians(8.0)), confidence=0.5)
+    frames = {"frames": 2400, "fps": 120.0}
+    assert bad(knee, **frames) > 3.0 * bad(guess, **frames)
 
 
 def test_flips_of_limbs_make_a_clip_bad(monkeypatch):
     find_flips(monkeypatch, flip(confidence=0.5), flip(start=20, stop=30, open=True))
     found = survey(ASSETS / "walk.bvh")
     assert found.intervals == 2
-    assert found.severity == pytest.approx(8 * 170.0 * 0.5 / found.frames)
+    lasts = found.fps * 0.1
+    squares = 0.5 * (8 + lasts) + 0.97 * (10 + lasts)
+    assert found.severity == pytest.approx(1.5 * 170.0 * math.sqrt(squares / found.frames))
     high = Profile({"RightUpLeg-RightFoot": np.radians(175.0)})
     assert survey(ASSETS / "walk.bvh", high).intervals == 0
 

@@ -61,7 +61,7 @@ def test_a_rule_that_holds_says_nothing(text):
         ("total.count[limb-flip]==1", 1),
         ("total.degrees>100", 170.0),
         ("total.affected>6%", 6.25),
-        ("total.severity>1", 5.5 / 4),
+        ("total.severity>1", 5.5 / 2),
         ("failed>0", 1),
         ("total.failed>0", 1),
         ("unchecked>=1", 1),

@@ -92,7 +92,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "intervals": intervals_to_json(found),
         "counts": {kind.value: counts[kind] for kind in Kind},
         "affected_frames": int(wrong.sum()),
-        "severity": severity(found, motion.frames),
+        "severity": severity(found),
         "degrees": {"max": largest, "rms": rms},
         "chains": [chain.name for chain in chains],
         "unchecked": found.not_examined,

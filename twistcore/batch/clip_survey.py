@@ -51,7 +51,7 @@ def survey(
     tau = profile.of(analysis.chains_and_limbs)
     found = analysis.detect(profile.method or DEFAULT_METHOD, tau_radians=tau)
     frames, fps = clip.motion.frames, clip.motion.fps
-    bad, missing = severity(found, frames), clip.missing_frames
+    bad, missing = severity(found), clip.missing_frames
     left_out = len(analysis.unexamined)
     return ClipSurvey(path, frames, fps, len(found), bad, "", found.not_examined, missing, left_out)
 

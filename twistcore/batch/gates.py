@@ -18,7 +18,7 @@ A rule names what must not be: "severity>5" fails where a clip's severity is abo
 
   [total.]WHAT[FILTER,…] OP NUMBER      quoted, for > means something to a shell
 
-WHAT      severity        mean error a frame, degrees, summed over all chains
+WHAT      severity        how bad a clip is, degrees: root mean square over its frames
           count           intervals
           degrees         the largest delta_deg of an interval; of a lone jump, its turn in a frame
           affected        frames with an error that can be taken out, in percent: affected>2%;
@@ -33,7 +33,7 @@ FILTER    of count, degrees and affected, in [ ], joined by commas, all of which
 OP        >  >=  <  <=  ==
 
 A rule is held against every clip; with "total." against the run: counts are added, degrees are the
-largest, affected is of the frames of all clips and severity their mean over all frames. A clip that
+largest, affected is of the frames of all clips, and so is severity. A clip that
 could not be processed is listed as such, and breaks no rule but "failed".
 
 Examples  severity>5   count[limb-flip]>0   count[confidence>=0.8]>3   affected>2%
@@ -180,7 +180,7 @@ class _Total:
     affected: int = 0
     missing: int = 0
     unexamined: int = 0
-    severity: float = 0.0  # degrees, summed over frames
+    squares: float = 0.0  # of the severity, degrees², summed over frames
 
     def add(self, rule: Rule, result: Mapping[str, Any]) -> None:
         sizes = list(_sizes(rule, result))
@@ -191,7 +191,7 @@ class _Total:
         self.affected += _affected(rule, result)
         self.missing += result.get("missing_frames") or 0
         self.unexamined += len(result.get("unexamined") or ())
-        self.severity += result["severity"] * result["frames"]
+        self.squares += result["severity"] ** 2 * result["frames"]
 
     def value(self, rule: Rule) -> float:
         frames = max(self.frames, 1)
@@ -203,7 +203,7 @@ class _Total:
             "affected": 100.0 * self.affected / frames,
             _MISSING: self.missing,
             "unexamined": self.unexamined,
-            "severity": self.severity / frames,
+            "severity": math.sqrt(self.squares / frames),
         }
         return values[rule.what]
 

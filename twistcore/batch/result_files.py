@@ -28,7 +28,7 @@ CLIP_COLUMNS: Mapping[str, type] = {
     "unexamined": int,  # arms and legs that no chain examines
     "fps": float,
     "seconds": float,
-    "severity": float,  # mean error a frame, degrees
+    "severity": float,  # root mean square of what is wrong, degrees
     **dict.fromkeys(_KINDS, int),
     "affected_frames": int,
     "affected_percent": float,
