@@ -399,3 +399,11 @@ def test_a_joints_own_axis_is_that_of_its_longest_bone_or_of_a_joint_in_its_plac
     wanted = {0: [0, 0, 1], 2: [0, 0, 1], 3: [0, 0, 1], 4: [0, -1, 0]}
     for joint, axis in wanted.items():
         np.testing.assert_array_equal(axes[joint], axis)
+
+
+def test_an_offset_that_goes_both_ways_shows_where_it_is_largest():
+    offset = np.radians(np.r_[np.full(10, 5.0), np.full(9, -6.0)])
+    one = Interval("LeftArm", 10, 29, offset)
+    assert math.degrees(replace(one, offset=offset - np.radians(0.2)).shown) == pytest.approx(4.8)
+    wavering = np.radians(np.r_[np.full(9, 5.0), 0.1, np.full(9, -6.0)])
+    assert math.degrees(replace(one, offset=wavering).shown) == pytest.approx(-6.0)

@@ -110,11 +110,14 @@ class Interval:
 
     @property
     def shown(self) -> float:
-        """The angle that people are shown: its size, or the largest offset of a soft-ended one.
+        """The angle that people are shown: its size, or the largest offset where that says more.
 
-        The median of a ramp or a drift depends on how far its ends are counted in.
+        The median of a ramp or a drift depends on how far its ends are counted in, and one that
+        goes both ways may have none.
         """
-        return self.largest if self.soft_ended else self.size
+        twist = self.kind == Kind.COUNTER_TWIST
+        both_ways = twist and abs(self.size) < 0.5 * abs(self.largest)
+        return self.largest if both_ways or self.soft_ended else self.size
 
     @property
     def seen_at(self) -> int:
