@@ -34,6 +34,7 @@ from twistcore.formats import is_clip, read_clip
 from twistcore.processes import each, reason
 from twistcore.refinement import applied_unasked
 
+KINDS = tuple(kind for kind in Kind if not kind.of_capture)  # the atlas judges errors of twist
 VERDICTS = ("error", "doubtful", "alarm")
 WILSON = 1.96  # of 95 %
 FREE = "cmu"  # sets whose skeletons anybody may show
@@ -83,7 +84,7 @@ def look(path: Path) -> Seen:
     """Read and search a clip; raises TwistError."""
     motion = read_clip(path).motion
     analysis = analyse(motion)
-    found = analysis.detect()
+    found = analysis.detect(kinds=KINDS)
     sure = {id(i) for i in applied_unasked(found)}
     finds = tuple(_find(path.name, i, applied=id(i) in sure) for i in found)
     chains = len(analysis.chains_and_limbs)
@@ -137,10 +138,10 @@ def _row(name: str, own: Sequence[Seen]) -> Row:
         "no chain": sum(not s.problem and not s.chains for s in own),
     }
     finds = [f for s in own for f in s.finds]
-    for kind in Kind:
+    for kind in KINDS:
         there = [f for f in finds if f.kind == kind]
         row[str(kind)] = len(there)
-        if kind != Kind.LONE_JUMP:
+        if kind.repairable:
             row[f"{kind} applied"] = sum(f.applied for f in there)
         row[f"{kind} an hour"] = round(60.0 * len(there) / minutes, 1) if minutes else 0.0
     return row

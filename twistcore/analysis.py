@@ -17,13 +17,14 @@ from twistcore.body import Body, Unexamined
 from twistcore.chain import Chain
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
+from twistcore.detection.capture_faults import burst_intervals, frozen_intervals, outside_chains
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.frozen_frames import frozen_sentence
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
-from twistcore.detection.noise_bursts import burst_sentences
+from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
 from twistcore.errors import TwistError
 from twistcore.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.helper import Helper
@@ -40,10 +41,11 @@ from twistcore.twist_removal import applied_unasked, refine
 
 Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
 ALL_KINDS = frozenset(Kind)
-REPAIRED = ALL_KINDS - {Kind.LONE_JUMP}
+REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
+_FAULTS = frozenset(kind for kind in Kind if kind.of_capture)
 # Lone jumps from which a capture is so restless that nothing in it is corrected unasked.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
-_LEFT = "lone jumps all over the clip make every find unsure"
+RESTLESS_DOUBT = "lone jumps all over the clip make every find unsure"
 
 
 class ClipAnalysis:
@@ -86,8 +88,8 @@ class ClipAnalysis:
         if rig == self.rig:
             return self
         other = ClipAnalysis(self.motion, rig.chains(self.motion), self.name, rig)
-        if "poses" in vars(self):  # which no chain changes
-            vars(other)["poses"] = self.poses
+        for name in {"poses", "bursts"} & vars(self).keys():  # which no chain changes
+            vars(other)[name] = getattr(self, name)
         if "signals" in vars(self):  # nor those of another
             stay = [c for c in other.chains if rig.own(c.name) == self.rig.own(c.name)]
             known = {c.name: self.signals[c.name] for c in stay if c.name in self.signals}
@@ -159,9 +161,7 @@ class ClipAnalysis:
                 notes.append(Note(UNEXAMINED, left_out))
             offsets = constant_offsets(self.motion, self._of_limbs)
             notes += (Note("constant offset", str(offset)) for offset in offsets)
-            notes += (Note(NOISE, text) for text in burst_sentences(self.motion))
-            if frozen := frozen_sentence(self.motion, self._of_limbs):
-                notes.append(Note(FROZEN, frozen))
+            notes += self._fault_notes()
         borders = (Note("border", text) for text in border_notes(self.motion))
         return (*notes, *notation_notes(self.motion), *borders)
 
@@ -184,6 +184,16 @@ class ClipAnalysis:
     def kept(self, method: str) -> Analysis | None:
         """What a detector knows if it was asked before; waits for nothing."""
         return self._whole.kept(method) if self._whole else self._by_method.get(method)
+
+    def _fault_notes(self) -> Iterator[Note]:
+        """How many bursts of noise and frozen spans there are, and the bursts that no chain has."""
+        own = [i.kind for c in self._of_limbs for i in self.faults[c.name]]
+        every = [c for c in self.every_chain if not isinstance(c, Helper)]
+        outside = outside_chains(every, self.bursts)
+        names, listed = self.motion.skeleton.names, own.count(Kind.NOISE_BURST)
+        yield from (Note(NOISE, text) for text in burst_sentences(listed, outside, names))
+        if frozen := frozen_sentence(own.count(Kind.FROZEN)):
+            yield Note(FROZEN, frozen)
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:
@@ -230,6 +240,20 @@ class ClipAnalysis:
             self._jumps[method] = lone_jumps(refined, self._of_limbs)
         return self._jumps[method]
 
+    @cached_property
+    def bursts(self) -> tuple[NoiseBurst, ...]:
+        """The bursts of noise of all joints, by start."""
+        return self._whole.bursts if self._whole else noise_bursts(self.motion)
+
+    @cached_property
+    def faults(self) -> Mapping[str, tuple[Interval, ...]]:
+        """Noise bursts and frozen frames by chain: faults of the capture, shown only."""
+        if self._whole is not None:
+            return self._whole.faults
+        noisy = burst_intervals(self.motion, self._of_limbs, self.bursts)
+        frozen = frozen_intervals(self.motion, self._of_limbs)
+        return {name: (*noisy[name], *frozen[name]) for name in noisy}
+
     def restless(self, method: str = DEFAULT_METHOD) -> bool:
         """Whether joints jump alone dozens of times a minute: then no find is sure.
 
@@ -264,8 +288,8 @@ class ClipAnalysis:
     ) -> Analysis:
         """What is known by the name of a chain or limb, of these kinds.
 
-        Of a chain what :meth:`by` and :meth:`jumps` tell, of a limb :attr:`flips`; nothing is made
-        before it is asked. TwistError for a method that there is not.
+        Of a chain what :meth:`by`, :meth:`jumps` and :attr:`faults` tell, of a limb :attr:`flips`;
+        nothing is made before it is asked. TwistError for a method that there is not.
         """
         _check_method(method)
         return _ByName(self, method, frozenset(kinds))
@@ -281,8 +305,8 @@ class ClipAnalysis:
         """The intervals of these kinds: those of chains, then flips of limbs.
 
         τ: for all chains, or by the name of a chain or limb; else the automatic one. A limb's is
-        another quantity, as is that of a twist bone: one τ for all is for other chains only; lone
-        jumps have none.
+        another quantity, as is that of a twist bone: one τ for all is for other chains only; kinds
+        that cannot be repaired have none.
         TwistError for a kind, a method or a name that there is not.
         """
         wanted = {kinds} if isinstance(kinds, str) else set(kinds)
@@ -342,6 +366,8 @@ class _ByName:
             found = self._unless_not_followed(named, found)
         if not isinstance(named, Limb | Helper) and Kind.LONE_JUMP in self.kinds:
             found += self.clip.jumps(self.method)[chain]
+        if not isinstance(named, Limb | Helper) and not _FAULTS.isdisjoint(self.kinds):
+            found += (i for i in self.clip.faults[chain] if i.kind in self.kinds)
         if self.final and any(not i.open for i in found) and self.clip.restless(self.method):
             found = [self.clip.left_open(i) for i in found]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
@@ -373,7 +399,7 @@ class _ByName:
 def _doubted(explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
     """Why a find of a restless clip was found, and why it is left to a person."""
     told = explain() if explain else {}
-    return {**told, "doubts": [_LEFT, *told.get("doubts", ())]}
+    return {**told, "doubts": [RESTLESS_DOUBT, *told.get("doubts", ())]}
 
 
 def _same_frames(a: Interval, b: Interval) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from PySide6.QtCore import QSignalBlocker, Qt, Signal
 from PySide6.QtWidgets import (
     QAbstractSpinBox,
+    QBoxLayout,
     QComboBox,
     QFormLayout,
     QHBoxLayout,
@@ -31,6 +32,7 @@ from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption, Headline, as_tip, bold
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
+from twistcore.analysis import RESTLESS_DOUBT
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
 from twistcore.helper import Helper
@@ -41,9 +43,12 @@ from twistcore.review.soft_onset import soft_onset
 from twistcore.why_not import Why
 
 _RARE, _RARER = 0.7, 3.0  # logarithms of odds: a side where a limb is half as often, hardly ever
+_UNBOUND = 16_777_215  # pixels: Qt's own largest
 _ARROWS = 28  # pixels: of a number box, its arrows and borders
 _NEXT = tr("N goes to the next one.")
 _OPEN = tr("Open a clip: N goes through its intervals.")
+_SMOOTH = tr("Smooth it in Quality → Track")
+_NOTHING_OUT = tr("Nothing is taken out; Accept marks it as seen.")
 _OTHER_SIDE = tr("the other side of the clip may be the wrong one")
 
 
@@ -51,6 +56,7 @@ class DetailCard(QWidget):
     """Spin boxes for start, stop and δ, a note, and Accept / Reject / Reset."""
 
     judged = Signal(object)  # Decision
+    quality_asked = Signal(object)  # Interval: a noise burst or frozen frames, whose joint to show
     end_turned = Signal()  # a flipped limb's end is to be kept if it was carried, or the reverse
 
     def __init__(self, document: Document) -> None:
@@ -86,6 +92,10 @@ class DetailCard(QWidget):
         self.why = Caption(soft=True)
         self.end = EndChoice()
         self.end.turned.connect(self.end_turned)
+        self.to_quality = QPushButton(_SMOOTH)
+        self.to_quality.clicked.connect(self._ask_quality)
+        self._link = QWidget()  # hidden it takes no room
+        hbox(self.to_quality, None, owner=self._link, margins=(0, 0, 0, 0))
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
         self._form = form
@@ -106,7 +116,8 @@ class DetailCard(QWidget):
             buttons.addWidget(button)
             self.buttons[decision] = button
         head = hbox((self.title, 1), self.end)
-        vbox(head, self.why, form, buttons, owner=self)
+        self._told = vbox((self.why, 1), self._link)
+        vbox(head, self._told, form, buttons, owner=self)
         self.set_low(False)
         self.start.valueChanged.connect(self._edges_edited)
         self.stop.valueChanged.connect(self._edges_edited)
@@ -134,6 +145,10 @@ class DetailCard(QWidget):
         layout.setSpacing(3 if low else -1)  # -1: as the style has it
         self._form.setVerticalSpacing(3 if low else -1)
         self.why.set_short(low)
+        beside = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
+        self._told.setDirection(beside[0 if low else 1])
+        line = self.fontMetrics().height() + 4 if low else _UNBOUND
+        self.to_quality.setMaximumHeight(line)
 
     def _take_clip(self) -> None:
         """Another clip: what is shown was about the last one, where it is committed already."""
@@ -148,13 +163,16 @@ class DetailCard(QWidget):
             self._shown = judged.id if judged else None
             self._show_note(judged)
         kind = judged.interval.kind if judged else None
+        self._offer_quality(kind)
         for widget in (self.note, self.reason, *self.buttons.values()):
             widget.setEnabled(kind is not None)
         for box in self._boxes:
-            box.setEnabled(kind not in (None, Kind.LONE_JUMP))
+            box.setEnabled(kind is not None and kind.repairable)
         self.end.setVisible(kind == Kind.LIMB_FLIP)
         for box in self._boxes:  # a number that is about nothing is not shown
             box.setSpecialValueText("" if judged else " ")
+        if kind is not None and kind.of_capture:
+            self.delta.setSpecialValueText(" ")
         if judged is None:
             with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
                 self.start.setValue(self.start.minimum())
@@ -186,9 +204,28 @@ class DetailCard(QWidget):
             self.stop.setRange(interval.start + 1 + first, self._document.frames + first)
             self.start.setValue(interval.start + first)
             self.stop.setValue(interval.stop + first)
-            self.delta.setValue(float(np.degrees(interval.shown)))
+            none = interval.kind.of_capture
+            self.delta.setValue(self.delta.minimum() if none else float(np.degrees(interval.shown)))
         if not self.note.hasFocus() and not self.reason.hasFocus():
             self._show_note(judged)
+
+    def _offer_quality(self, kind: Kind | None) -> None:
+        """The button of faults of the capture."""
+        fault = kind is not None and kind.of_capture
+        self._link.setVisible(fault)
+        self.end.keep_room(not fault)  # the heading has it
+        if kind == Kind.NOISE_BURST:
+            self.to_quality.setText(_SMOOTH)
+            self.to_quality.setToolTip(
+                tr("Open that page with the noisy joints selected; it tracks them in every frame")
+            )
+        elif kind == Kind.FROZEN:
+            self.to_quality.setText(tr("Show the joint in Quality"))
+            self.to_quality.setToolTip(tr("Open the table of joints with this one selected"))
+
+    def _ask_quality(self) -> None:
+        if judged := self._document.interval:
+            self.quality_asked.emit(self._document.told(judged).interval)
 
     def _show_reason(self) -> None:
         """No interval: at a peak of the strength past τ, why there is none."""
@@ -258,12 +295,17 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     evidence = interval.evidence or {}
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame)
+    if interval.kind == Kind.NOISE_BURST:
+        return _noise_burst(interval, evidence)
+    if interval.kind == Kind.FROZEN:
+        return _frozen(chain, evidence)
     if isinstance(chain, Limb):
         return _flip(judged, chain, first_frame)
     if isinstance(chain, Helper):
         return _helper_roll(judged, chain, evidence)
-    if doubts := evidence.get("doubts"):
-        parts.append(tr("against it: {why}", why=", ".join(map(of_core, doubts))))
+    doubts = _doubts(evidence)
+    if doubts:
+        parts.append(tr("against it: {why}", why=doubts))
     edges = evidence.get("edges", ())
     said = tr("opens with x {x}° against y {y}°"), tr("closes with x {x}° against y {y}°")
     for words, edge in zip(said, edges, strict=False):
@@ -286,7 +328,7 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     if abs(interval.residual) > np.radians(0.005):
         left = signed(np.degrees(interval.residual), 2)
         parts.append(tr("left over {angle}°", angle=left))
-    if interval.open:
+    if interval.open and RESTLESS_DOUBT not in evidence.get("doubts", ()):
         why = tr("one joint alone turns") if len(edges) > 1 else _OTHER_SIDE
         parts.append(tr("open: {why}", why=why))
     if not judged.supported:
@@ -301,7 +343,9 @@ def _helper_roll(judged: Judged, helper: Helper, evidence: Mapping[str, Any]) ->
     for words, key in zip(jumps, ("opens_deg", "closes_deg"), strict=True):
         if evidence.get(key) is not None:
             parts.append(words.format(angle=signed(evidence[key])))
-    if judged.interval.open:
+    if doubts := _doubts(evidence):
+        parts.append(tr("against it: {why}", why=doubts))
+    elif judged.interval.open:
         parts.append(tr("open: {why}", why=_OTHER_SIDE))
     if not judged.supported:
         parts.append(tr("no longer found at this τ"))
@@ -327,6 +371,37 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
     return f"{told}. {rest}"
 
 
+def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
+    """Which joints jitter, by how much, and what helps."""
+    said = tr(
+        "{joints}: noise of about {size}° in every frame, as no body moves",
+        joints=", ".join(evidence.get("joints", (interval.joint,))),
+        size=plain(np.degrees(interval.residual), 0),
+    )
+    return f"{said}. {_NOTHING_OUT}"
+
+
+def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
+    """Which limb does not move, and for how long."""
+    limb = of_core(evidence.get("part", chain.label))
+    limb = limb[:1].upper() + limb[1:]
+    if "seconds" not in evidence:
+        said = tr("{limb}: stands still to the last digit", limb=limb)
+    else:
+        said = tr(
+            "{limb}: stands still to the last digit for {seconds:.2f} s, while it moves in most "
+            "other frames",
+            limb=limb,
+            seconds=evidence["seconds"],
+        )
+    return f"{said}. {_NOTHING_OUT}"
+
+
+def _doubts(evidence: Mapping[str, Any]) -> str:
+    """What speaks against a correction, as one text."""
+    return ", ".join(map(of_core, evidence.get("doubts", ())))
+
+
 def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
     """The jumps about the limb's line, and where it is between them."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
@@ -344,7 +419,9 @@ def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
         sentences.append(tr("The {middle} jumps {told}.", middle=middle_of(limb), told=told))
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
-    if interval.open:
+    if doubts := _doubts(evidence):
+        sentences.append(tr("Against it: {why}.", why=doubts))
+    elif interval.open:
         sentences.append(tr("Open: {why}.", why=_OTHER_SIDE))
     if not judged.supported:
         sentences.append(tr("No longer found at this τ."))

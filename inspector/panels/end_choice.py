@@ -38,8 +38,12 @@ class EndChoice(QWidget):
             button.clicked.connect(self._clicked)
         self._carried = False
         hbox(self.name, 4, *self.choices.values(), owner=self, margins=(0, 0, 0, 0), spacing=0)
+        self.keep_room(True)  # what is below stays where it is
+
+    def keep_room(self, keep: bool) -> None:
+        """Whether its room stays empty while it is hidden."""
         policy = self.sizePolicy()
-        policy.setRetainSizeWhenHidden(True)  # what is below stays where it is
+        policy.setRetainSizeWhenHidden(keep)
         self.setSizePolicy(policy)
 
     def show_end(self, word: str, carried: bool) -> None:

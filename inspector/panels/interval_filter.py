@@ -22,6 +22,8 @@ KINDS = {  # in the table, and as filters
     Kind.LIMB_FLIP: (tr_as("kind of error", "flip"), tr("Limb flips")),
     Kind.HELPER_ROLL: (tr_as("kind of error", "helper"), tr("Helper rolls")),
     Kind.LONE_JUMP: (tr_as("kind of error", "jump"), tr("Lone jumps")),
+    Kind.NOISE_BURST: (tr_as("kind of error", "noise"), tr("Noise bursts")),
+    Kind.FROZEN: (tr_as("kind of error", "frozen"), tr("Frozen frames")),
 }
 ALL, OF_CHAIN = "All", "This chain"
 _OF_KIND = {
@@ -29,6 +31,8 @@ _OF_KIND = {
     "Limb flips": Kind.LIMB_FLIP,
     "Helper rolls": Kind.HELPER_ROLL,
     "Lone jumps": Kind.LONE_JUMP,
+    "Noise bursts": Kind.NOISE_BURST,
+    "Frozen frames": Kind.FROZEN,
 }
 FILTERS = {  # what is asked for, and its words in the list of filters
     ALL: tr_as("intervals", "All"),

@@ -19,7 +19,7 @@ from inspector.session.examined import left_out, not_examined
 from inspector.session.settings import Settings
 from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.signed_numbers import signed
+from inspector.widgets.signed_numbers import angle_of, plain, signed
 from inspector.widgets.tables import Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.detection import Kind
@@ -62,7 +62,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         assert document.data is not None
         delta, first = float(np.degrees(interval.shown)), document.first_frame
         seconds = interval.start * document.data.motion.frame_time
-        seen = (interval.kind, judged.decision) == (Kind.LONE_JUMP, Decision.ACCEPTED)
+        seen = not interval.repairable and judged.decision == Decision.ACCEPTED
         decision = tr("✓ seen") if seen else MARKS[judged.decision]
         if judged.verdict == APPLIED:
             decision = tr("✓ automatic")
@@ -80,7 +80,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
             "stop": (str(interval.stop + first), interval.stop),
             "frames": (str(interval.frames), interval.frames),
             "time": (f"{seconds:.2f} s", interval.start),
-            "delta": (f"{signed(delta)}°", abs(delta)),
+            "delta": (angle_of(interval.kind, interval.shown), abs(delta)),
             "confidence": ("–" if interval.confidence is None else f"{sure:.2f}", sure),
             "end": (end, end),
             "kind": (KINDS[interval.kind][0], interval.kind.value),
@@ -110,7 +110,12 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     interval = judged.interval
     kind, joint = of_core(interval.kind), interval.joint
     parts = [tr("{chain}, {kind}, {n} frames", chain=chain, kind=kind, n=interval.frames)]
-    if interval.kind == Kind.LONE_JUMP:
+    if interval.kind == Kind.NOISE_BURST:
+        size = plain(np.degrees(interval.residual))
+        parts.append(tr("{joint}: noise of {size}°; nothing is taken out", joint=joint, size=size))
+    elif interval.kind == Kind.FROZEN:
+        parts.append(tr("the limb does not move at all; nothing is taken out"))
+    elif interval.kind == Kind.LONE_JUMP:
         parts.append(tr("{joint} jumps about its own axis; nothing is taken out", joint=joint))
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from PySide6.QtCore import QItemSelection, QItemSelectionModel, Qt, QTimer
@@ -38,6 +38,7 @@ class QualityPanel(QWidget):
         self.evidence = Evidence(document, self)
         self.tracked = Tracked(document, self)
         self.measure = 0
+        self._wished: tuple[str, ...] = ()  # joints to choose once their rows are there
         self._stale = Stale(self)
         self._stale.due.connect(self.refresh)
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
@@ -49,6 +50,7 @@ class QualityPanel(QWidget):
             signal.connect(self._stale.mark)
         document.frame_changed.connect(self._move)
         document.chain_changed.connect(self._follow_chain)
+        document.opened.connect(self._forget_wish)
         self.set_theme(theme)
 
     def _build(self, theme: Theme) -> None:
@@ -138,6 +140,24 @@ class QualityPanel(QWidget):
         self.table.setCurrentIndex(self.model.index(rows[0], 0))
         self.table.selectionModel().select(picked, flags.ClearAndSelect | flags.Rows)
 
+    def show_joints(self, names: Sequence[str], *, track: bool) -> None:
+        """Choose joints on the page of tracking or on that of the joints, now or once looked at."""
+        self.tabs.setCurrentIndex(self.tabs.indexOf(self.page) if track else 0)
+        self._wished = tuple(names)
+        self._choose_wished()
+
+    def _choose_wished(self) -> bool:
+        """Choose what was asked for; False where nothing was, or its rows are not there yet."""
+        wished = tuple(name for name in self._wished if name in self.model.rows)
+        if not wished or self.evidence.known is None or not self.model.rowCount():
+            return False
+        self._wished = ()
+        self.choose(*wished)
+        return True
+
+    def _forget_wish(self) -> None:
+        self._wished = ()
+
     def track(self) -> None:
         """Track the selected joints with the gains of the page."""
         if self._actions["track_joints"].isEnabled():
@@ -149,7 +169,7 @@ class QualityPanel(QWidget):
     def _renewed(self) -> None:
         """Another clip, or its numbers have come: the worst joint first."""
         self.model.reset()
-        if self.model.rowCount():
+        if not self._choose_wished() and self.model.rowCount():
             self.table.setCurrentIndex(self.model.index(0, 0))
         self._stale.mark()
 

@@ -50,9 +50,9 @@ class Analysed:
     """A clip as it was opened: what is known of it, and the review that it begins with.
 
     session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
-    another version of this clip; added: how many flips and lone jumps the session, which knew
-    neither, did not have, None for one that did; stamp: of the clip's file before it was read, None
-    if it was in memory; blind: an exercise, in which what the detector knows is not told.
+    another version of this clip; added: how many finds of kinds that the session did not
+    know were added to it, None where it knew all; stamp: of the clip's file before it was read,
+    None if it was in memory; blind: an exercise, in which what the detector knows is not told.
     """
 
     clip: Clip
@@ -247,10 +247,33 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
 
 
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """A review with what it knows nothing of: limbs at their own τ, flips, lone jumps, undecided.
+    """A review with what it knows nothing of, undecided.
 
-    The very same one where it knows all limbs.
+    Limbs at their own τ, their flips and lone jumps where it knows no limbs; noise bursts and
+    frozen frames where it has none of the kind. The very same review where nothing is new.
     """
+    return _with_faults(_with_limbs(state, analysis), analysis)
+
+
+def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
+    """A review with the faults of the capture of each kind of which it has no interval."""
+    known = {judged.interval.kind for judged in state.intervals}
+    there = set(state.tau)
+    new = [
+        fault
+        for chain, own in analysis.faults.items()
+        for fault in own
+        if chain in there and fault.kind not in known
+    ]
+    return _with_undecided(state, new) if new else state
+
+
+def _with_undecided(state: ReviewState, new: Sequence[Interval]) -> ReviewState:
+    judged = [Judged(k, as_written(i)) for k, i in enumerate(new, state.next_id)]
+    return state.with_intervals((*state.intervals, *judged), state.next_id + len(judged))
+
+
+def _with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     new = [limb.name for limb in analysis.limbs if limb.name not in state.tau]
     if not new:
         return state
@@ -259,8 +282,7 @@ def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     found = tuple(i for name, t in tau.items() for i in analysis.flips.intervals(name, t))
     state = Redetect(tau, found).apply(replace(state, chain_order=order))
     jumps = [i for own in analysis.jumps(state.method).values() for i in own]
-    judged = [Judged(k, as_written(i)) for k, i in enumerate(jumps, state.next_id)]
-    return state.with_intervals((*state.intervals, *judged), state.next_id + len(judged))
+    return _with_undecided(state, jumps)
 
 
 def opening_notes(
@@ -275,8 +297,7 @@ def opening_notes(
         if data.added is not None:
             found = tr("{n} found, undecided", n=data.added) if data.added else tr("none found")
             told += " " + tr(
-                "Flips of limbs and lone jumps, of which it knew nothing, were looked for as "
-                "well: {found}.",
+                "Kinds of finds of which it knew nothing were looked for as well: {found}.",
                 found=found,
             )
         yield told, False

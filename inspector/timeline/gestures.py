@@ -22,7 +22,7 @@ from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.axes import from_root_scale
 from inspector.widgets.labels import as_tip
 from inspector.widgets.later import Latest
-from inspector.widgets.signed_numbers import signed
+from inspector.widgets.signed_numbers import angle_of
 from twistcore.detection import Interval
 from twistcore.review import Judged
 from twistcore.review.model import resized
@@ -302,7 +302,7 @@ class Gestures:
             kind, decision = of_core(i.kind), of_core(judged.decision)
             lines = [
                 f"{i.chain}  {self._words(i.start, i.stop)}",
-                f"{kind}, δ {signed(np.degrees(i.size))}°, {decision}",
+                f"{kind}, {angle_of(i.kind, i.size)}, {decision}",
             ]
             if not judged.supported:
                 lines.append(

@@ -20,6 +20,7 @@ from inspector.viewport.overlays import legend_text, trails_text
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Pose, Style
 from inspector.widgets.labels import inked
+from inspector.widgets.signed_numbers import plain, signed
 from inspector.widgets.theme import Theme
 from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
@@ -147,17 +148,15 @@ class FrameDrawing:
             text = self.guest.legend()
         else:
             chain, degrees = selected_chain(document), 0.0
-            jump = jump_at(document)
-            if jump is not None:
-                degrees = float(np.degrees(jump.residual))
-            elif chain is not None:
+            fault = fault_at(document)
+            if chain is not None:
                 degrees = float(np.degrees(document.offset(chain.name)[document.frame]))
             name = of_core(chain.label) if chain is not None else ""
             show = "split" if scene.split else document.show
             tracked, swivel = scene.accompanied, isinstance(chain, Limb)
             text = legend_text(
                 theme, show, name, degrees,
-                tracked=tracked, swivel=swivel, jump=jump is not None,
+                tracked=tracked, swivel=swivel, fault=_fault_words(fault) if fault else "",
             )  # fmt: skip
             if swivel and not scene.circled:
                 text += inked(f"&nbsp;&nbsp; {_NO_CIRCLE}", theme.soft)
@@ -187,13 +186,23 @@ def selected_chain(document: Document) -> Chain | None:
         return None
 
 
-def jump_at(document: Document) -> Interval | None:
-    """The selected interval if it is a lone jump and the frame is in it."""
+def fault_at(document: Document) -> Interval | None:
+    """The selected interval if it is of a kind that is only shown and the frame is in it."""
     judged = document.interval
-    if judged is None or judged.interval.kind != Kind.LONE_JUMP:
+    if judged is None or judged.interval.repairable:
         return None
     interval = judged.interval
     return interval if interval.start <= document.frame < interval.stop else None
+
+
+def _fault_words(interval: Interval) -> str:
+    """What the legend says of a lone jump, a noise burst or frozen frames."""
+    if interval.kind == Kind.FROZEN:
+        return tr("does not move")
+    degrees = float(np.degrees(interval.residual))
+    if interval.kind == Kind.NOISE_BURST:
+        return tr("noise of {size}°", size=plain(degrees))
+    return tr("jumps by {angle}", angle=f"{signed(degrees)}°")
 
 
 def selected_limb(document: Document) -> Limb | None:

@@ -101,12 +101,12 @@ def legend_text(
     *,
     tracked: bool,
     swivel: bool = False,
-    jump: bool = False,
+    fault: str = "",
 ) -> str:
     """Rich text: what is before and after, by colour and form, and the chain's offset now.
 
     show: one of document.Show, or 'split' for one beside the other; tracked: with a third figure;
-    swivel: the offset is a limb's; jump: degrees are those of a jump that stays as it is.
+    swivel: the offset is a limb's; fault: words on what stays as it is, in place of the offset.
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))
@@ -116,15 +116,13 @@ def legend_text(
         both = f"{before}&nbsp;&nbsp; {after}"
         text = {Show.BEFORE: before, Show.AFTER: after, Show.BOTH: both}[Show(show)]
     if chain:
-        colour = theme.before if abs(degrees) >= 0.05 else theme.soft
+        colour = theme.before if fault or abs(degrees) >= 0.05 else theme.soft
         angle = f"{signed(degrees)}°"
         words = (
             tr("{angle} of swivel off", angle=angle) if swivel else tr("{angle} off", angle=angle)
         )
-        if jump:
-            words = tr("jumps by {angle}", angle=angle)
         text += f"&nbsp;&nbsp;&nbsp; {_unbroken(bold(chain))}&nbsp; "
-        text += inked(_unbroken(words), colour)
+        text += inked(_unbroken(fault or words), colour)
     if tracked:
         text += f"&nbsp;&nbsp;&nbsp; {_key('┄', theme.tracked, tr('tracked'))}"
     return text

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 from PySide6.QtGui import QValidator
 from PySide6.QtWidgets import QDoubleSpinBox
+
+from twistcore.detection import Kind
 
 _MINUS = "−"
 
@@ -17,6 +21,14 @@ def signed(value: float, digits: int = 1) -> str:
 def plain(value: float, digits: int = 1) -> str:
     """With a minus sign where it is below zero as it is rounded: '12.0', '−0.3', '0.0'."""
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", _MINUS)
+
+
+def angle_of(kind: Kind, radians: float) -> str:
+    """The angle of an interval in a list: '+12.0°', '±8.0°' of noise, '–' of frozen frames."""
+    if kind == Kind.FROZEN:
+        return "–"
+    degrees = math.degrees(radians)
+    return f"±{plain(degrees)}°" if kind == Kind.NOISE_BURST else f"{signed(degrees)}°"
 
 
 class SignedBox(QDoubleSpinBox):

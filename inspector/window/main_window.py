@@ -67,6 +67,7 @@ from inspector.window.review_actions import ReviewActions
 from inspector.window.settings_keeper import SettingsKeeper
 from inspector.window.toolbar import ToolBar
 from inspector.window.usual_layout import DOCKS, UsualLayout
+from twistcore.detection import Interval, Kind
 from twistcore.encoding import legible
 from twistcore.review import Decision
 
@@ -247,6 +248,7 @@ class MainWindow(Parts):
         self.intervals.activated.connect(self.timeline.visible.zoom_to_interval)
         self.detail.judged.connect(self.review_actions.judge)
         self.detail.end_turned.connect(self.review_actions.turn_end)
+        self.detail.quality_asked.connect(self._show_in_quality)
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
         self.presentation.escaped.connect(lambda: actions["presentation"].setChecked(False))
         self.timeline.toggles["other"].toggled.connect(actions["both_detectors"].setChecked)
@@ -273,6 +275,14 @@ class MainWindow(Parts):
         if self.actions_by_id["presentation"].isChecked():
             return None
         return self.usual_layout.kept(self.settings.geometry)
+
+    def _show_in_quality(self, interval: Interval) -> None:
+        """Open the quality tab for a fault of the capture: its joints, and its first frame."""
+        if not interval.start <= self.document.frame < interval.stop:
+            self.document.go_to(interval.start)
+        joints = (interval.evidence or {}).get("joints", (interval.joint,))
+        bring_to_front(self.docks["quality"])
+        self.quality.show_joints(joints, track=interval.kind == Kind.NOISE_BURST)
 
     # -- what is asked of it ------------------------------------------------------------------
 

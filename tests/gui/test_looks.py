@@ -24,6 +24,7 @@ from inspector.window.keyboard_page import KeyboardPage
 from tests.conftest import ASSETS
 from tests.gui.looks import EVERY
 from tests.gui.windows import act, open_clip
+from tests.twistcore.test_capture_faults import faulty_clip
 from tests.twistcore.test_strangers import flipping_helper
 from twistcore.bvh.compose import bvh_text
 from twistcore.detection import Kind
@@ -111,6 +112,9 @@ def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window
     if kind == Kind.HELPER_ROLL:
         clip = tmp_path / "flipping.bvh"
         clip.write_bytes(bvh_text(flipping_helper()).encode())
+    elif kind.of_capture:
+        clip = tmp_path / "faulty.bvh"
+        clip.write_bytes(faulty_clip().data)
     else:
         name = "walk_injected.bvh" if kind == Kind.COUNTER_TWIST else "kick.bvh"
         clip = shutil.copy(ASSETS / name, tmp_path)
@@ -119,7 +123,8 @@ def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window
     window.document.select_interval(judged.id, jump=True)
     area, table, card = window.docks["intervals"].widget(), window.intervals.table, window.detail
     qtbot.waitUntil(lambda: rows_seen(table) >= 4)
-    for part in (card.title, card.why, card.start, card.reason, *card.buttons.values()):
+    link = [card.to_quality] if kind.of_capture else []
+    for part in (card.title, card.why, *link, card.start, card.reason, *card.buttons.values()):
         assert whole(part, area), part
     assert not any(
         bar.isVisible()

@@ -1,11 +1,14 @@
 """What the card says of an open interval: whose other side, or that one joint turns alone."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 from inspector.panels.detail_card import explanation
 from tests.conftest import ASSETS
 from twistcore import detect
+from twistcore.analysis import RESTLESS_DOUBT
 from twistcore.bvh import read_bvh
+from twistcore.detection import Kind
+from twistcore.helper import Helper
 from twistcore.review import Review
 
 
@@ -33,3 +36,32 @@ def test_the_card_says_by_how_much_the_child_turns_back():
         replace(judged, interval=replace(interval, explain=lambda: in_part)), chain, 0
     )
     assert "the child turns back by 80% of it" in told
+
+
+def test_doubts_stand_for_the_other_side_of_the_clip():
+    found = detect(read_bvh(ASSETS / "walk_injected.bvh"))
+    twist = Review.of(found).state.intervals[0]
+    (limb, *_), chain = found.analysis.limbs, found.analysis.chain(twist.interval.chain)
+    doubt = "the path of the knee would get longer"
+    for kind, owner in ((Kind.LIMB_FLIP, limb), (Kind.HELPER_ROLL, helper_of(chain))):
+        plain = replace(twist.interval, kind=kind, open=True, explain=dict)
+        told = explanation(replace(twist, interval=plain), owner, 0)
+        assert "the other side of the clip" in told
+        doubted = replace(plain, explain=lambda: {"doubts": [doubt]})
+        told = explanation(replace(twist, interval=doubted), owner, 0)
+        assert f"gainst it: {doubt}" in told
+        assert "the other side" not in told
+
+
+def test_a_twist_of_a_restless_clip_is_not_said_to_turn_alone():
+    found = detect(read_bvh(ASSETS / "walk_injected.bvh"))
+    twist = Review.of(found).state.intervals[0]
+    chain = found.analysis.chain(twist.interval.chain)
+    left_open = found.analysis.left_open(twist.interval)
+    told = explanation(replace(twist, interval=left_open), chain, 0)
+    assert f"against it: {RESTLESS_DOUBT}" in told
+    assert "open:" not in told
+
+
+def helper_of(chain):
+    return Helper(**{field.name: getattr(chain, field.name) for field in fields(chain)})

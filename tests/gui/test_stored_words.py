@@ -41,12 +41,13 @@ def test_filters_ask_for_the_same_in_german():
         "back()\n"
         "print(line.wanted.chosen, line.wanted.bounds)\n"
     )
-    assert [line.split("|")[0] for line in said[:9]] == [
+    assert [line.split("|")[0] for line in said[:11]] == [
         "All", "Undecided", "Accepted", "Rejected",
         "This chain", "Counter-twists", "Limb flips", "Helper rolls", "Lone jumps",
+        "Noise bursts", "Frozen frames",
     ]  # fmt: skip
     assert said[1].split("|")[1] == "Offen"
-    assert said[9:] == ["All ()", "Lone jumps (('≥', 0.95),)"]
+    assert said[11:] == ["All ()", "Frozen frames (('≥', 0.95),)"]
 
 
 def test_a_reason_is_read_in_german_and_kept_in_english():

@@ -10,6 +10,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CLIP, find_flips, flip, flipped
+from tests.twistcore.test_capture_faults import faulty_clip
 from twistcore.analysis import analyse as analysed
 from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
@@ -134,6 +135,38 @@ def test_flips_have_a_kind_a_limb_and_an_end(capsys, monkeypatch):
         "    jumps: frame 100, jump 170.2°",
         "2 intervals in 10 chains (2 limb flips)",
     ]
+
+
+def test_doubts_are_printed_once(capsys, monkeypatch):
+    doubted = {**EVIDENCE, "doubts": ["a burst of noise is there"]}
+    find_flips(monkeypatch, flip(explain=lambda: doubted, open=True))
+    told = run(capsys, "detect", DIRTY, "--tau", "175", "--explain")[1]
+    assert told.count("a burst of noise is there") == 1
+    assert "    against it: a burst of noise is there\n" in told
+
+
+def test_faults_of_the_capture_have_rows_and_are_counted_where_asked(capsys, tmp_path):
+    clip = tmp_path / "walk.bvh"
+    clip.write_bytes(faulty_clip().data)
+    code, out, err = run(capsys, "detect", clip, "--fail-over", "0")
+    assert code == 0
+    assert "±8.66°  open  noise burst" in out
+    assert "frozen frames: right arm stands still to the last digit" in out
+    assert "3 intervals in 10 chains (2 noise bursts, 1 frozen span)" in out
+    assert "2 bursts of noise are listed" in err
+    kinds = "--kinds", "noise-burst,frozen-frames"
+    code, document = run_json(capsys, "detect", clip, "--fail-over", "0", *kinds)
+    assert code == 1
+    noise, _, frozen = document["intervals"]
+    assert (noise["kind"], noise["joint"], noise["delta_deg"]) == ("noise burst", "LeftArm", 0.0)
+    assert noise["joints"] == ["LeftArm"]
+    assert noise["sigma_deg"] > 5.0
+    assert (frozen["kind"], frozen["part"]) == ("frozen frames", "right arm")
+    code, out, err = run(capsys, "refine", clip, "-o", tmp_path / "out.bvh")
+    assert code == 0
+    assert "0 of 0 intervals corrected, 2 noise bursts, 1 frozen span" in out + err
+    assert "left for a person" not in out + err
+    assert (tmp_path / "out.bvh").read_bytes() == clip.read_bytes()
 
 
 @pytest.mark.parametrize(

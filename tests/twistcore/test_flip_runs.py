@@ -280,7 +280,7 @@ def test_a_flip_says_what_it_was_found_by():
     ]  # fmt: skip
     assert told["closing_residual_deg"] == pytest.approx(20.0)
     path = {f"path{what}{when}" for what in ("", "_roughness") for when in ("", "_corrected")}
-    assert set(told) == {"edges", "closing_residual_deg", "side", "odds", *path}
+    assert set(told) == {"edges", "closing_residual_deg", "side", "odds", "doubts", *path}
     (run,) = explain(
         flips.jumps(50.0 * DEGREE),
         flips.swivel.angle,
@@ -312,7 +312,7 @@ def test_a_limb_tells_why_a_jump_is_left():
 
 @pytest.mark.parametrize(("odds", "opened"), [(1.49, True), (1.5, False), (80.0, False)])
 def test_a_flip_is_sure_from_odds_of_one_and_a_half(odds, opened, monkeypatch):
-    monkeypatch.setattr("twistcore.detection.limb_flips.flips._eased", lambda *_: True)
+    monkeypatch.setattr("twistcore.detection.limb_flips.flips.LimbFlips.doubts", lambda *_: [])
     jump = Jump(60, 61, (3.0,), 0.01)
     run = Run(60, np.array([3.0, 3.0]), jump, jump, (jump,), 0.0, 0.0, odds)
     flip = flips_of({})._interval(run)
@@ -328,10 +328,12 @@ def test_a_flip_that_makes_the_path_of_the_knee_longer_is_left_to_a_person():
     made_up = flips_of({})._interval(run)
     assert made_up.open
     assert made_up.evidence["path_corrected"] > made_up.evidence["path"]
+    assert made_up.evidence["doubts"] == ["the path of the knee would get longer"]
     limb = "LeftUpLeg-LeftFoot"
     motion = flipped(WALK, flip(limb, 60, 72, 150.0))
     (real,) = analyse_limbs(motion, LIMBS).intervals(limb, 50.0 * DEGREE)
     assert not real.open
+    assert real.evidence["doubts"] == []
     assert real.evidence["path_corrected"] < real.evidence["path"]
 
 

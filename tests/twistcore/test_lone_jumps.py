@@ -198,7 +198,7 @@ def test_the_report_tells_the_turn_the_speed_and_that_it_was_seen(tmp_path):
     turn = f"{seen['delta_deg']:+.2f}° at {seen['speed_deg_s']:,.0f}°/s"
     assert f"<td>lone jump of LeftFoot, {turn}</td>" in text
     assert '<td class="seen">seen</td>' in text
-    assert "<b>1</b> lone jump seen<" in text
+    assert "<b>1</b> seen, with nothing to correct<" in text
     told = f"LeftLeg lone jump {np.degrees(jump.size):+.1f}° seen"
     assert ascii(told) in markers.read_text("utf-8")
 

@@ -90,7 +90,7 @@ def test_edits_stay_in_their_chain_and_have_frames():
     ):
         with pytest.raises(ValueError, match=said):
             done.do(Edit(3, wrong))
-    with pytest.raises(ValueError, match="lone jump"):
+    with pytest.raises(ValueError, match="nothing is taken out"):
         done.do(Edit(4, made(ARM, 30, 31)))
     assert done.position == 2
 

@@ -348,7 +348,7 @@ def test_angles_in_a_file_have_bounds(key):
         ({"open": 1}, "true or false for open"),
         (
             {"kind": "flip"},
-            "'counter-twist' or 'limb flip' or 'helper roll' or 'lone jump' for kind, found 'flip'",
+            "or 'lone jump' or 'noise burst' or 'frozen frames' for kind, found 'flip'",
         ),
         ({"carried": 0}, "true or false for carried"),
         ({"joint": None}, "a text for joint"),

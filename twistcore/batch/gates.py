@@ -19,16 +19,18 @@ A rule names what must not be: "severity>5" fails where a clip's severity is abo
   [total.]WHAT[FILTER,…] OP NUMBER      quoted, for > means something to a shell
 
 WHAT      severity        how bad a clip is, degrees: root mean square over its frames
-          count           intervals
-          degrees         the largest delta_deg of an interval; of a lone jump, its turn in a frame
+          count           intervals; noise-burst and frozen-frames only where [ ] asks for them
+          degrees         the largest delta_deg of an interval; of a lone jump, its turn in a frame;
+                          of a noise burst, where [noise-burst] asks for it, σ of the noise
           affected        frames with an error that can be taken out, in percent: affected>2%;
-                          of lone jumps only where [lone-jump] asks for them
+                          of kinds that are only shown where [ ] asks for them
           missing-frames  frames that the file's header declares and the file does not have
           unexamined      arms and legs that no chain examines: unexamined>0
           failed          clips that could not be processed, of the whole run: failed>0
           unchecked       clips in which nothing could be looked at: no chain, too few frames
 FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
-          a kind (counter-twist, limb-flip, helper-roll, lone-jump; of several, any),
+          a kind (counter-twist, limb-flip, helper-roll, lone-jump, noise-burst, frozen-frames;
+          of several, any),
           confidence OP NUMBER
 OP        >  >=  <  <=  ==
 
@@ -53,6 +55,7 @@ _OF_CLIPS = ("failed", "unchecked")  # counted over the run
 _MISSING = "missing-frames"
 _WHAT = ("severity", *_OF_INTERVALS, _MISSING, "unexamined", *_OF_CLIPS)
 _KINDS = {kind.value.replace(" ", "-"): kind for kind in Kind}
+_SIZES = {Kind.LONE_JUMP: "turn_deg", Kind.NOISE_BURST: "sigma_deg"}  # of those without an offset
 _OP = "|".join(map(re.escape, _OPERATORS))
 _RULE = re.compile(
     rf"(?P<total>total\.)?(?P<what>\w[\w-]*)\s*(?:\[(?P<filters>[^\[\]]*)\])?"
@@ -82,7 +85,8 @@ class Rule:
 
         Where a detector knows no confidence it counts as 1, as it does in the severity.
         """
-        if self.kinds and interval["kind"] not in self.kinds:
+        kind = Kind(interval["kind"])
+        if kind not in self.kinds if self.kinds else kind.of_capture:
             return False
         sure = 1.0 if interval["confidence"] is None else float(interval["confidence"])
         return all(_OPERATORS[op](sure, limit) for op, limit in self.confidence)
@@ -215,22 +219,21 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 
 
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
-    """Of every interval that counts, degrees; nothing is taken out of a lone jump, but it turns."""
+    """Of every interval that counts, degrees: of kinds without an offset their turn or noise."""
     for interval in result["intervals"]:
         if rule.counts(interval):
-            lone = interval["kind"] == Kind.LONE_JUMP
-            yield abs(interval.get("turn_deg", 0.0) if lone else interval["delta_deg"])
+            own = interval.get(_SIZES.get(interval["kind"], "delta_deg"), 0.0)
+            yield abs(float(own or 0.0))
 
 
 def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
     """Frames in which an interval lies that counts, each once.
 
-    Out of a lone jump nothing is taken, so it counts where it is asked for alone: as it does in a
-    result's affected frames.
+    What cannot be repaired counts only where it is asked for, as in a result's affected frames.
     """
     if not (rule.kinds or rule.confidence):
         return int(result["affected_frames"])
-    kinds = rule.kinds or {*Kind} - {Kind.LONE_JUMP}
+    kinds = rule.kinds or {kind for kind in Kind if kind.repairable}
     counted = (i for i in result["intervals"] if rule.counts(i) and i["kind"] in kinds)
     spans = sorted((i["start"], i["stop"]) for i in counted)
     frames, reached = 0, 0

@@ -22,8 +22,8 @@ def severity(found: Detection) -> float:
     """How bad a clip is, degrees: the root mean square over its frames of all errors that show.
 
     Every find counts by its angle, by its joint and by its confidence, as if it were 0.1 s longer
-    than it is; a lone jump for 0.1 s. In squares a knee that bends backwards for a moment
-    outweighs a small guess that lasts.
+    than it is; a lone jump for 0.1 s, a fault of the capture not at all. In squares a knee that
+    bends backwards for a moment outweighs a small guess that lasts.
     """
     motion, of = found.analysis.motion, found.analysis.chain
     return root_mean_square(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
@@ -33,6 +33,8 @@ def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: 
     """The same of finds with their chains, in a clip of so many frames, at frames a second."""
     total = 0.0
     for interval, chain in finds:
+        if interval.kind.of_capture:
+            continue
         shown = abs(math.degrees(interval.shown)) * _shows(interval, chain)
         lasts = interval.frames * interval.repairable + _SEEN * fps
         sure = 1.0 if interval.confidence is None else interval.confidence

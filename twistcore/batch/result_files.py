@@ -15,7 +15,7 @@ from twistcore.detection import Kind
 from twistcore.encoding import csv_text, encoded, escaped, json_text
 from twistcore.errors import TwistError
 
-_KINDS = {f"{kind.replace(' ', '_').replace('-', '_')}s": kind for kind in Kind}
+_KINDS = {f"{kind.replace(' ', '_').replace('-', '_').removesuffix('s')}s": kind for kind in Kind}
 _VERDICTS = ("accepted", "rejected", "undecided")
 _ROWS = 50_000  # of a Parquet row group, some MB
 

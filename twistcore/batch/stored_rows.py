@@ -163,9 +163,10 @@ _MORE: Mapping[str, _Check] = {
     "quality": _quality,
 }
 _OF_INTERVAL: Mapping[str, _Check] = {
-    **dict.fromkeys(("chain", "parent", "child", "limb", "end", "joint", "person"), text),
+    **dict.fromkeys(("chain", "parent", "child", "limb", "end", "joint", "person", "part"), text),
     **dict.fromkeys(("open", "carried"), flag),
-    **dict.fromkeys(("delta_deg", "turn_deg", "residual_deg", "speed_deg_s"), number),
+    **dict.fromkeys(("delta_deg", "turn_deg", "residual_deg", "speed_deg_s", "sigma_deg"), number),
+    "joints": texts,
     "confidence": lambda value, what: number(value, what, 0.0, 1.0),
 }
 

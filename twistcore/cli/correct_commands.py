@@ -15,9 +15,9 @@ from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip
 from twistcore.cli.folder_commands import apply_folder, diff_folders
 from twistcore.cli.interval_words import (
     jump_sentences,
-    lone_jumps,
     not_examined,
     note_sentences,
+    shown_only,
     told_of,
     unexamined_to_json,
     without_limbs,
@@ -92,7 +92,7 @@ def refine(arguments: argparse.Namespace) -> int:
             write_clip_report(arguments.report, report)
     done = correctable(clip.motion, chains, applied)
     count = told_of(done, found, "corrected")
-    count += f"{lone_jumps(found)}{_left(name, len(applied), found)}"
+    count += f"{shown_only(found)}{_left(name, len(applied), found)}"
     if not found.not_examined:
         remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
     problems, beside = uncorrected(clip, chains, applied)
@@ -118,7 +118,7 @@ def apply(arguments: argparse.Namespace) -> int:
     chosen, judged = session.state.chosen(), session.state.intervals
     done = correctable(clip.motion, chains, chosen)
     count = told_of(done, [j.interval for j in judged], "applied")
-    seen = lone_jumps([j.interval for j in judged if j.verdict == SEEN], " seen")
+    seen = shown_only([j.interval for j in judged if j.verdict == SEEN], " seen")
     if not blind:
         remark(f"{arguments.output}: {count}{seen}{without_limbs(analysis.unexamined)}")
     problems, beside = uncorrected(clip, chains, chosen)

@@ -204,8 +204,8 @@ def detect(arguments: argparse.Namespace) -> int:
     """Find intervals; of several clips each under its name."""
     several = len(arguments.clips) > 1
     found, failed = look_at(arguments.clips, partial(_detect_in, arguments, several=several))
-    total = sum(intervals for intervals, *_ in found)
-    blind = sum(mute for _, mute, _ in found)
+    counted, total = sum(count for count, *_ in found), sum(every for _, every, *_ in found)
+    blind = sum(mute for *_, mute, _ in found)
     if found and arguments.json:
         documents = [document for *_, document in found]
         every = _together("twistcore.detections/1", documents, failed)
@@ -214,16 +214,17 @@ def detect(arguments: argparse.Namespace) -> int:
         left_out = f"; {count_of(blind, 'clip')} not examined" if blind else ""
         say(f"{count_of(len(found), 'clip')}, {count_of(total, 'interval')}{left_out}", head=True)
     code = tell_problems([why for _, why in failed], len(found))
-    over = int(arguments.fail_over is not None and total > arguments.fail_over)
+    over = int(arguments.fail_over is not None and counted > arguments.fail_over)
     return max(code, int(blind > 0), over)
 
 
 def _detect_in(
     arguments: argparse.Namespace, path: Path, *, several: bool
-) -> tuple[int, int, Document]:
-    """How many intervals, 1 if nothing could be examined, and the document, if that is wanted.
+) -> tuple[int, int, int, Document]:
+    """How many intervals `--fail-over` counts and how many there are, 1 if nothing was examined.
 
-    Text is said at once.
+    Last the document, if it is wanted; text is printed at once. `--fail-over` counts faults of the
+    capture only where `--kinds` is given.
     """
     clip = open_clip(path, fps=arguments.fps)
     found = detected(arguments, clip)
@@ -244,7 +245,8 @@ def _detect_in(
             note(sentence)
         if several:
             say()
-    return len(found), len(blind), document
+    counted = sum(bool(arguments.kinds) or not i.kind.of_capture for i in found)
+    return counted, len(found), len(blind), document
 
 
 def _say_intervals(found: Detection, *, explain: bool) -> None:
@@ -259,10 +261,10 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
             head=True,
         )
     for i in found:
-        name, degrees = shown(i.joint or i.chain), math.degrees(i.shown)
+        name = shown(i.joint or i.chain)
         whose = f"{people[i.chain]:<{broad}}"
         say(
-            f"{whose}{name:<{width}} {i.start:>7} – {i.stop:<7} {degrees:>+9.2f}°"
+            f"{whose}{name:<{width}} {i.start:>7} – {i.stop:<7} {i.angle_text(2):>10}"
             f"{'' if i.confidence is None else f'  {i.confidence:.2f}'}"
             f"{'  open' if i.open else ''}{_kind(i)}"
         )
@@ -286,10 +288,15 @@ def _kind(interval: Interval) -> str:
     """What is wrong, where it is not the usual thing."""
     if interval.kind == Kind.COUNTER_TWIST:
         return ""
+    evidence = interval.evidence or {}
     if interval.kind == Kind.LONE_JUMP:
-        evidence = interval.evidence or {}
         fast, most = evidence["speed_deg_s"], evidence["limit_deg_s"]
         return f"  {interval.kind}, {fast:,.0f}°/s where no body does {most:,.0f}"
+    if interval.kind == Kind.NOISE_BURST:
+        joints = [*map(shown, evidence["joints"])]
+        return f"  {interval.kind}{f' in {_listed(joints)}' if len(joints) > 1 else ''}"
+    if interval.kind == Kind.FROZEN:
+        return f"  {interval.kind}: {shown(evidence['part'])} stands still to the last digit"
     if interval.kind == Kind.LIMB_FLIP:
         return f"  {interval.kind}, end {'carried' if interval.carried else 'kept'}"
     return f"  {interval.kind}"
@@ -307,7 +314,8 @@ def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
         say(f"    {told}, gain {evidence['gain']:.1f}".replace("−", "-"))
         return
     if interval.kind != Kind.COUNTER_TWIST or "transition" in evidence:
-        for line in _in_words(evidence):
+        own = {name: value for name, value in evidence.items() if name != "doubts"}
+        for line in _in_words(own):
             say(f"    {line}")
         return
     for edge in evidence.get("edges", ()):

@@ -59,8 +59,7 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
     count = Counter(i.kind for i in intervals)
     if not count or {*count, *(i.kind for i in among)} == {Kind.COUNTER_TWIST}:
         return ""
-    words = (f"{count[k]} {k}{'' if count[k] == 1 else 's'}" for k in Kind if count[k])
-    return f" ({', '.join(words)})"
+    return f" ({', '.join(_counted(count[k], k) for k in Kind if count[k])})"
 
 
 def told_of(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
@@ -73,7 +72,13 @@ def told_of(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -
     return f"{len(applied)} of {repairable} intervals {verb}{by_kind(applied, every)}"
 
 
-def lone_jumps(intervals: Iterable[Interval], mark: str = "") -> str:
-    """', 6 lone jumps' where there are any; mark: what is said of them."""
-    count = sum(not i.repairable for i in intervals)
-    return f", {count} {Kind.LONE_JUMP}{'' if count == 1 else 's'}{mark}" if count else ""
+def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
+    """', 6 lone jumps, 1 noise burst' where there are any; mark: a word after each."""
+    count = Counter(i.kind for i in intervals if not i.repairable)
+    return "".join(f", {_counted(count[k], k)}{mark}" for k in Kind if count[k])
+
+
+def _counted(count: int, kind: Kind) -> str:
+    """'2 limb flips', '1 frozen span': frames are not counted, spans of them are."""
+    word = "frozen span" if kind == Kind.FROZEN else kind.value
+    return f"{count} {word}{'' if count == 1 else 's'}"

@@ -13,7 +13,6 @@ from twistcore.notation import without_held
 
 _LEAST, _FEWEST = 0.25, 6  # seconds, and frames at least
 _ALIVE = 0.7  # of the other frames, in which the same limb moves
-_MOST = 5  # spans that are named
 
 
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
@@ -26,10 +25,7 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
         return ()
     limbs: dict[str, set[int]] = {}
     for chain in chains:
-        if chain.side:
-            kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"
-            whose = f" of {chain.person}" if chain.person else ""
-            name = f"{chain.side.lower()} {kind}{whose}"
+        if name := limb_of(chain):
             limbs.setdefault(name, set()).update((chain.parent, chain.child))
     least = max(_FEWEST, round(_LEAST * motion.fps))
     found = []
@@ -46,11 +42,19 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
     return tuple(sorted(inner, key=lambda f: (f[1], f[2], f[0])))
 
 
-def frozen_sentence(motion: Motion, chains: Sequence[Chain]) -> str:
-    """What is said of them; '' where there are none."""
-    spans = frozen_spans(motion, chains)
+def limb_of(chain: Chain) -> str:
+    """The limb that a chain is part of, in words; '' for a chain of the trunk."""
+    if not chain.side:
+        return ""
+    kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"
+    whose = f" of {chain.person}" if chain.person else ""
+    return f"{chain.side.lower()} {kind}{whose}"
+
+
+def frozen_sentence(spans: int) -> str:
+    """The note on a clip with so many frozen spans; '' for none."""
     if not spans:
         return ""
-    named = [f"{start}–{stop - 1} ({limb})" for limb, start, stop in spans[:_MOST]]
-    listed = ", ".join(named) + (" …" if len(spans) > _MOST else "")
-    return f"A limb stands still to the last digit in frames {listed}: nothing was captured there."
+    if spans == 1:
+        return "A limb stands still to the last digit once, listed as the kind 'frozen frames'."
+    return f"Limbs stand still to the last digit {spans} times, listed as the kind 'frozen frames'."

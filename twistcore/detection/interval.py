@@ -21,6 +21,18 @@ class Kind(StrEnum):
     LIMB_FLIP = "limb flip"  # P turns about the line to the limb's end E, which keeps its place
     HELPER_ROLL = "helper roll"  # a twist bone next to the chain turns about the bone alone
     LONE_JUMP = "lone jump"  # a joint turns about its own axis too fast, and nothing explains it
+    NOISE_BURST = "noise burst"  # joints jitter for a while as no body moves
+    FROZEN = "frozen frames"  # a limb does not move at all for a while
+
+    @property
+    def repairable(self) -> bool:
+        """Whether there is anything to take out; kinds without it are shown only."""
+        return self in (Kind.COUNTER_TWIST, Kind.LIMB_FLIP, Kind.HELPER_ROLL)
+
+    @property
+    def of_capture(self) -> bool:
+        """Whether the fault is the capture's, not a twist: gates count it only where asked to."""
+        return self in (Kind.NOISE_BURST, Kind.FROZEN)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,12 +41,13 @@ class Interval:
 
     chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist, or of
     its turn about the limb's line; carried: of a limb flip, whether E turned along with P; joint:
-    the name of the joint that jumps alone; confidence: 0…1, or None where the detector has none;
-    open: it may be the other side of the clip that is wrong, or one joint alone, so it is not
-    applied unasked;
-    residual: what is left of the offset behind the closing edge, or the turn of a lone jump,
-    radians; explain: tells why it was found, asked only where a person looks; followed: the share
-    of the offset by which C turned back, 1 but where it clearly did so only in part.
+    the name of the joint that jumps alone, is the noisiest, or begins a frozen limb; confidence:
+    0…1, or None where the detector has none; open: it may be the other side of the clip that is
+    wrong, or one joint alone, so it is not applied unasked;
+    residual: what is left of the offset behind the closing edge, or the turn of a lone jump, or σ
+    of a noise burst, radians; explain: tells why it was found, asked only where a person looks;
+    followed: the share of the offset by which C turned back, 1 but where it clearly did so only
+    in part.
     """
 
     chain: str
@@ -93,8 +106,8 @@ class Interval:
 
     @property
     def size(self) -> float:
-        """What a table shows of it: the offset's median, or the turn of a lone jump, radians."""
-        return self.residual if self.kind == Kind.LONE_JUMP else self.delta
+        """What a table shows, radians: the offset's median, a lone jump's turn, σ of noise."""
+        return self.delta if self.repairable else self.residual
 
     @property
     def largest(self) -> float:
@@ -119,6 +132,14 @@ class Interval:
         both_ways = twist and abs(self.size) < 0.5 * abs(self.largest)
         return self.largest if both_ways or self.soft_ended else self.size
 
+    def angle_text(self, digits: int) -> str:
+        """`shown` in degrees with its sign, '±8.0°' for noise, '–' for frozen frames."""
+        if self.kind == Kind.FROZEN:
+            return "–"
+        sign = "±" if self.kind == Kind.NOISE_BURST else "+"
+        degrees = f"{math.degrees(self.shown):+.{digits}f}°"
+        return degrees.replace("+", sign)
+
     @property
     def seen_at(self) -> int:
         """The first frame in which at least half of the largest offset is there to be seen."""
@@ -127,8 +148,8 @@ class Interval:
 
     @property
     def repairable(self) -> bool:
-        """Whether there is anything to take out: of a lone jump there is not, it is only shown."""
-        return self.kind != Kind.LONE_JUMP
+        """Whether there is anything to take out."""
+        return self.kind.repairable
 
     @property
     def automatic(self) -> bool:

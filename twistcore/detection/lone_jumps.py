@@ -52,7 +52,7 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
     least = limit(motion.fps)
     names = motion.skeleton.names
     jumps: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
-    for joint, chain in _joints(chains).items():
+    for joint, chain in chain_of_joint(chains).items():
         axis = own_axis(motion.skeleton, joint)
         if axis is None:
             continue
@@ -99,7 +99,7 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
     return next((axis for axis in below if axis is not None), None)
 
 
-def _joints(chains: Sequence[Chain]) -> dict[int, Chain]:
+def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
     """Parents and children of chains, each with its own chain, or that in which it is a child."""
     owner = {chain.child: chain for chain in reversed(chains)}
     return owner | {chain.parent: chain for chain in chains}

@@ -94,17 +94,30 @@ def _changes(turns: Array) -> Array:
     return out
 
 
-def burst_sentences(motion: Motion) -> tuple[str, ...]:
-    """What is said of a clip's bursts: those that overlap together, the first few by themselves."""
+def burst_sentences(
+    listed: int, outside: Iterable[NoiseBurst], names: Sequence[str]
+) -> tuple[str, ...]:
+    """The notes on a clip's bursts.
+
+    listed: how many intervals of chains there are; outside: bursts by start in joints of no chain,
+    reported here with their frames, those that overlap together; names: of the joints.
+    """
     spans: list[list[NoiseBurst]] = []
-    for burst in noise_bursts(motion):
+    for burst in outside:
         if spans and burst.start < max(b.stop for b in spans[-1]):
             spans[-1].append(burst)
         else:
             spans.append([burst])
-    said = [_said(span, motion.skeleton.names) for span in spans[:_MOST]]
+    said = [_said(span, names) for span in spans[:_MOST]]
     if len(spans) > _MOST:
-        said.append(f"{len(spans) - _MOST} more bursts of noise were found.")
+        said.append(f"{len(spans) - _MOST} more bursts of noise are outside the chains.")
+    if listed:
+        one = "A burst of noise is listed as the kind 'noise burst': Quality → Track smooths it."
+        many = (
+            f"{listed} bursts of noise are listed as the kind 'noise burst': Quality → Track "
+            "smooths them."
+        )
+        said.insert(0, one if listed == 1 else many)
     return tuple(said)
 
 
@@ -114,8 +127,8 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
     start, stop = min(b.start for b in span), max(b.stop for b in span)
     most = max(b.degrees for b in span)
     return (
-        f"Noise of about {most:.0f}° in frames {start}–{stop - 1} ({listed}): nothing is corrected "
-        "there unasked. Quality → Track smooths noise."
+        f"Noise of about {most:.0f}° in frames {start}–{stop - 1} ({listed}), outside the chains. "
+        "Quality → Track smooths noise."
     )
 
 

@@ -6,7 +6,6 @@ import math
 from typing import Any
 
 from twistcore.analysis import Detection
-from twistcore.detection import Kind
 from twistcore.limb import Limb
 
 
@@ -32,7 +31,7 @@ def intervals_to_json(found: Detection, *, explain: bool = False) -> list[dict[s
             entry["person"] = chain.person
         if isinstance(chain, Limb):
             entry |= {"limb": chain.name, "end": names[chain.end], "carried": i.carried}
-        if i.kind == Kind.LONE_JUMP:
+        if not i.repairable:
             entry |= i.evidence or {}
         if explain:
             entry["residual_deg"] = math.degrees(i.residual)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-import numpy as np
-
 from twistcore.detection import Kind
 from twistcore.review.model import Judged
 
@@ -35,7 +33,7 @@ def blender_markers(
     """
     rows = [
         (
-            f"{_what(j)} {np.degrees(j.interval.size):+.1f}° {verdict(j)}",
+            f"{_what(j)} {j.interval.angle_text(1)} {verdict(j)}",
             j.interval.start,
             j.interval.stop - 1,
         )

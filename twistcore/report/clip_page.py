@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.analysis import ClipAnalysis
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.detection_json import intervals_to_json
@@ -194,7 +194,10 @@ def _evidence(report: Report) -> dict[str, Any]:
     if left is None and changes:
         left = intervals_to_json(found_again(report.refined, report.chains, report.state))
     if left is not None:
-        left = [{**entry, "before": _before(entry, report)} for entry in left]
+        left = [
+            {**e, "before": _before(e, report), "lone": not Kind(e["kind"]).repairable}
+            for e in left
+        ]
     return {"changes": changes, "kept": kept, "trouble": trouble, "left": left}
 
 

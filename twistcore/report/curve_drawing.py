@@ -158,7 +158,7 @@ class ClipCurves:
                 round(max(j.interval.frames * scale, 1.5), 1),
                 self._verdict(j),
                 f"frames {j.interval.start}–{j.interval.stop}, "
-                f"{np.degrees(j.interval.shown):+.1f}°, {self._verdict(j)}",
+                f"{j.interval.angle_text(1)}, {self._verdict(j)}",
             )
             for j in judged
         )
@@ -187,7 +187,7 @@ def _whole(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
 
 
 def weight(judged: Judged) -> float:
-    """How bad an interval is: degrees times frames; a lone jump by its turn."""
+    """How bad an interval is: degrees times frames; what has no offset by its angle."""
     interval = judged.interval
     if not interval.repairable:
         return float(abs(np.degrees(interval.residual)))

@@ -24,7 +24,7 @@ class ClipRow:
     frames that the file's header declares and the file does not have; unexamined: limbs that no
     chain examines, each with the reason; left:
     intervals found after the correction, None where nothing was corrected; decided, of: how many
-    of the repairable and lone intervals a person decided, None where nobody reviewed it.
+    of all intervals a person decided, None where nobody reviewed it.
     """
 
     name: str
@@ -118,7 +118,7 @@ class FolderNumbers:
         for entry in intervals:
             name, kind = _where(entry), entry["kind"]
             self.joints.setdefault(name, Counter())[kind] += 1
-            if kind != Kind.LONE_JUMP:
+            if Kind(kind).repairable:
                 at = min(int(abs(entry["delta_deg"]) // BIN), _BINS - 1)
                 self.sizes.setdefault(kind, [0] * _BINS)[at] += 1
 

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 
 from twistcore.batch.gates import Broken
 from twistcore.batch.manifest import ClipRecord
+from twistcore.detection import Kind
 from twistcore.report.clip_page import Home
 from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, given
 from twistcore.report.page_templates import GENERATOR, rendered
@@ -42,7 +43,7 @@ def folder_page(
         "folder.html",
         title=title,
         numbers=numbers,
-        kinds=KINDS,
+        kinds=_kinds(numbers),
         rows=done[:MOST_ROWS],
         rows_left_out=max(0, len(done) - MOST_ROWS),
         troubled=[row for row in rows if row.state != "done"][:MOST_ROWS],
@@ -72,10 +73,15 @@ def known_page(record: ClipRecord, why: str, home: Home) -> str:
     )
 
 
+def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
+    """The kinds that have a column: faults of the capture only where there are any."""
+    return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
+
+
 def _bars(numbers: FolderNumbers) -> list[Bar]:
     """The histogram, empty where there is nothing to count."""
     if not numbers.sizes:
         return []
     count = len(next(iter(numbers.sizes.values())))
-    by_kind = [numbers.sizes.get(kind, [0] * count) for kind in KINDS]
+    by_kind = [numbers.sizes.get(kind, [0] * count) for kind in _kinds(numbers)]
     return [Bar(k * BIN, tuple(sizes[k] for sizes in by_kind)) for k in range(count)]

@@ -235,7 +235,9 @@ def _end(interval: Interval) -> str:
 
 def _speed(interval: Interval, fps: float) -> float | None:
     """How fast a lone jump is; None for what is none."""
-    return None if interval.repairable else round(abs(float(np.degrees(interval.size))) * fps, 1)
+    if interval.kind != Kind.LONE_JUMP:
+        return None
+    return round(abs(float(np.degrees(interval.size))) * fps, 1)
 
 
 def _frames_changed(report: Report, difference: Difference) -> int:

@@ -140,7 +140,7 @@ class Edit(Command):
         if self.interval.chain != old.interval.chain:
             raise ValueError("an edit does not move an interval to another chain")
         if not old.interval.repairable:
-            raise ValueError("of a lone jump nothing is taken out; Insert makes an interval there")
+            raise ValueError("nothing is taken out of this kind of find; Insert makes an interval")
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 
     def continues(self, earlier: Command) -> bool:

@@ -124,7 +124,7 @@ def _at(found: Detection, name: str, frame: int) -> Interval | None:
 
 
 def _in_interval(place: Place, interval: Interval) -> Reason:
-    lone = interval.kind == Kind.LONE_JUMP
+    lone = not interval.repairable
     strength, tau = place.strength, place.tau
     reason = place.reason(Why.INTERVAL, "", start=interval.start, stop=interval.stop)
     here, past = reason.text.partition(" is ")[0], strength >= tau
@@ -137,6 +137,8 @@ def _in_interval(place: Place, interval: Interval) -> Reason:
             Kind.LIMB_FLIP: f"limb flip {frames} ({size})",
             Kind.HELPER_ROLL: f"helper roll {frames} of {interval.joint} ({size})",
             Kind.LONE_JUMP: f"lone jump {frames} of {interval.joint} ({size})",
+            Kind.NOISE_BURST: f"noise burst {frames} of {interval.joint}",
+            Kind.FROZEN: f"frozen frames {frames} of {interval.joint}",
         }[interval.kind]
         side = f"{here} is above τ" if past else f"{here} is below τ"
         text = f"{called} lies in an interval: {what}. {side}."
@@ -162,7 +164,7 @@ def _edges_near(
         other = others.get(i.chain)
         at = any(start - BESIDE <= edge < stop + BESIDE for edge in (i.start, i.stop))
         at |= i.soft_ended and _change(i, start, stop) >= _ENOUGH * strength
-        if other is not None and at and own & _wrong(i, other, skeleton):
+        if other is not None and not i.kind.of_capture and at and own & _wrong(i, other, skeleton):
             near.append((i, other))
     return sorted(near, key=lambda pair: pair[0].kind == Kind.LONE_JUMP)  # what explains it first
 
@@ -175,7 +177,7 @@ def _change(interval: Interval, start: int, stop: int) -> float:
 
 def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
     """Names of the joints that an error of a chain or limb turns."""
-    if interval.kind == Kind.LONE_JUMP:
+    if not interval.repairable:
         return {interval.joint}
     joints = chain.changed_joints(skeleton) if isinstance(chain, Limb) else _turned(chain)
     return {skeleton.names[j] for j in joints}

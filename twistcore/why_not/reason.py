@@ -127,15 +127,19 @@ class Place:
         return f"frames {self.in_clip(start) + self.first}–{self.in_clip(stop) + self.first}"
 
     def named(self, interval: Interval) -> str:
-        """An interval, or a lone jump, which has no offset."""
+        """An interval, or what has no offset by its kind and joint."""
         span = self.span(interval.start, interval.stop)
+        if interval.kind == Kind.NOISE_BURST:
+            return f"the noise burst of {interval.joint} in {span}"
+        if interval.kind == Kind.FROZEN:
+            return f"the frozen span of {interval.joint} in {span}"
         if interval.kind == Kind.LONE_JUMP:
             return f"the lone jump of {interval.joint} in {span} ({signed(interval.residual)})"
         return f"the interval of {span} ({signed(interval.shown)})"
 
     def error(self, interval: Interval, other: Chain) -> str:
         """What is wrong with another chain or limb."""
-        if interval.kind == Kind.LONE_JUMP:
+        if not interval.repairable:
             return self.named(interval)
         span = self.span(interval.start, interval.stop)
         return f"the error of {other.label} in {span} ({signed(interval.shown)})"

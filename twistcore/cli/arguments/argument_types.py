@@ -16,7 +16,10 @@ if TYPE_CHECKING:
     from twistcore.detection import Kind
 
 METHODS = ("consistency", "paper")  # the detectors by name, without loading any
-KINDS = ("counter-twist", "limb-flip", "helper-roll", "lone-jump")  # of errors, as --kinds has them
+KINDS = (  # of errors, as --kinds has them
+    *("counter-twist", "limb-flip", "helper-roll"),
+    *("lone-jump", "noise-burst", "frozen-frames"),
+)
 STANDARD_INPUT = Path("/dev/stdin")  # by this name also on systems that have no such file
 
 _LEAST_MIB = 256  # with less numpy cannot be loaded, or a short clip not be analysed

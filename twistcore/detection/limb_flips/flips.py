@@ -90,10 +90,17 @@ class LimbFlips:
             self._solved[passing] = runs, tuple(self._interval(run) for run in runs)
         return self._solved[passing]
 
-    def _may_be_mended(self, run: Run) -> bool:
-        """Whether C's path gets shorter and smoother without it, and no burst of noise is there."""
-        noisy = self.noisy[max(run.start - 1, 0) : run.stop + 1].any()
-        return not noisy and _eased(self.swivel, run.start, run.offset)
+    def doubts(self, run: Run) -> list[str]:
+        """What forbids an automatic correction, in words: noise, or C's path without the flip."""
+        found = []
+        if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
+            found.append("a burst of noise is there")
+        now, then = child_path(self.swivel, run.start, run.offset)
+        if then[0] >= now[0]:
+            found.append(f"the path of the {self.limb.middle_word} would get longer")
+        elif then[1] >= now[1]:
+            found.append(f"the path of the {self.limb.middle_word} would get rougher")
+        return found
 
     def departures_without(self, offset: Array) -> Array:
         """The departures once an offset, radians, (frames,), is taken out of the limb's turn."""
@@ -111,10 +118,10 @@ class LimbFlips:
             run.start,
             run.stop,
             run.offset,
-            open=run.odds < SURE or not self._may_be_mended(run),
+            open=run.odds < SURE or bool(self.doubts(run)),
             confidence=1.0 / (1.0 + math.exp(-min(run.odds, 50.0))),
             residual=run.residual,
-            explain=partial(_explained, self.swivel, run),
+            explain=partial(_explained, self, run),
             kind=Kind.LIMB_FLIP,
             carried=self.end_carried(run.start, run.offset),
         )
@@ -137,12 +144,6 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
     return now, then
 
 
-def _eased(swivel: Swivel, start: int, offset: Array) -> bool:
-    """Whether C's path gets shorter and smoother once a flip is taken out."""
-    now, then = child_path(swivel, start, offset)
-    return bool((then < now).all())
-
-
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
     """How far E turns at the edges of a flip once it is taken out, radians.
 
@@ -163,8 +164,9 @@ def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> flo
     return total
 
 
-def _explained(swivel: Swivel, run: Run) -> dict[str, Any]:
+def _explained(limb: LimbFlips, run: Run) -> dict[str, Any]:
     """Why a flip was found; degrees, odds as logarithms."""
+    swivel = limb.swivel
     edges = (run.first, *run.followed, run.last)
     (length, roughness), (after, rough_after) = child_path(swivel, run.start, run.offset)
     return {
@@ -176,6 +178,7 @@ def _explained(swivel: Swivel, run: Run) -> dict[str, Any]:
         "path_corrected": float(after),
         "path_roughness": float(roughness),
         "path_roughness_corrected": float(rough_after),
+        "doubts": limb.doubts(run),
     }
 
 

@@ -1,0 +1,90 @@
+"""Bursts of noise and frozen limbs as intervals of chains: faults of the capture, only shown."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from twistcore.chain import Chain
+from twistcore.detection.frozen_frames import frozen_spans, limb_of
+from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.lone_jumps import chain_of_joint
+from twistcore.detection.noise_bursts import NoiseBurst
+from twistcore.motion import Motion
+
+_APART = 0.1  # seconds between two bursts of a chain that are still one
+
+
+def burst_intervals(
+    motion: Motion, chains: Sequence[Chain], bursts: Iterable[NoiseBurst]
+) -> dict[str, tuple[Interval, ...]]:
+    """Bursts of the joints of chains by chain name, by start.
+
+    Bursts of a chain that overlap, or nearly so, are one interval. `residual` is σ of the noise
+    about each axis in the noisiest joint, which gives its name; there is no offset, for nothing is
+    taken out. Bursts of joints of no chain are left out.
+    """
+    owner, apart = chain_of_joint(chains), _APART * motion.fps
+    together: dict[str, list[list[NoiseBurst]]] = {chain.name: [] for chain in chains}
+    for burst in sorted(bursts, key=lambda b: (b.start, b.stop, b.joint)):
+        if burst.joint not in owner:
+            continue
+        spans = together[owner[burst.joint].name]
+        if spans and burst.start <= max(b.stop for b in spans[-1]) + apart:
+            spans[-1].append(burst)
+        else:
+            spans.append([burst])
+    return {
+        name: tuple(_burst(name, span, motion.skeleton.names) for span in spans)
+        for name, spans in together.items()
+    }
+
+
+def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tuple[NoiseBurst, ...]:
+    """The bursts of joints that no chain has."""
+    owner = chain_of_joint(chains)
+    return tuple(burst for burst in bursts if burst.joint not in owner)
+
+
+def frozen_intervals(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Interval, ...]]:
+    """Frames in which a limb does not move at all, by the name of the limb's first chain."""
+    first: dict[str, Chain] = {}
+    for chain in chains:
+        if limb := limb_of(chain):
+            first.setdefault(limb, chain)
+    found: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
+    for limb, start, stop in frozen_spans(motion, chains):
+        chain = first[limb]
+        joint = motion.skeleton.names[chain.parent]
+        told = {"joint": joint, "part": limb, "seconds": (stop - start) / motion.fps}
+        found[chain.name].append(_fault(Kind.FROZEN, chain.name, start, stop, told))
+    return {name: tuple(own) for name, own in found.items()}
+
+
+def _burst(chain: str, span: Sequence[NoiseBurst], names: Sequence[str]) -> Interval:
+    most = max(span, key=lambda b: b.degrees)
+    told = {
+        "joint": names[most.joint],
+        "joints": sorted({names[b.joint] for b in span}),
+        "sigma_deg": most.degrees,
+    }
+    start, stop = min(b.start for b in span), max(b.stop for b in span)
+    return _fault(Kind.NOISE_BURST, chain, start, stop, told)
+
+
+def _fault(kind: Kind, chain: str, start: int, stop: int, told: dict[str, Any]) -> Interval:
+    return Interval(
+        chain,
+        start,
+        stop,
+        np.zeros(stop - start),
+        open=True,
+        residual=math.radians(told.get("sigma_deg", 0.0)),
+        explain=partial(dict, told),
+        kind=kind,
+        joint=told["joint"],
+    )
