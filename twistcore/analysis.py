@@ -258,6 +258,7 @@ class ClipAnalysis:
         """Whether joints jump alone dozens of times a minute: then no find is sure.
 
         As captured and as corrected: where a few jump from the start no detector need be asked.
+        Jumps in a burst of noise do not count.
         """
         if self._whole is not None:
             return self._whole.restless(method)
@@ -270,9 +271,14 @@ class ClipAnalysis:
         return self._many(lone_jumps(self.motion, self._of_limbs))
 
     def _many(self, jumps: Mapping[str, Sequence[Interval]]) -> bool:
-        count = sum(map(len, jumps.values()))
+        count = sum(not self._in_burst(j) for own in jumps.values() for j in own)
         minutes = self.motion.frames / self.motion.fps / 60.0
         return count >= RESTLESS and count >= RESTLESS_A_MINUTE * minutes
+
+    def _in_burst(self, jump: Interval) -> bool:
+        names = self.motion.skeleton.names
+        same = (b for b in self.bursts if names[b.joint] == jump.joint)
+        return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
         """A find of a restless clip, left to a person; the same one each time."""

@@ -66,9 +66,7 @@ class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
     head_tips = (
         tr("Name of the clip; ↺: decisions of it wait to be restored"),
-        tr(
-            "How bad it is: root mean square of its errors over all frames; a click on a head sorts by it"
-        ),
+        tr("Root mean square of its errors over all frames; a click on a head sorts by it"),
         tr("Intervals decided, of those there are"),
         tr("Whether it was exported"),
     )

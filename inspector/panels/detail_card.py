@@ -363,9 +363,11 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
         frame=frame,
     )
     if evidence:
-        speed, limit = (evidence[k] for k in ("speed_deg_s", "limit_deg_s"))
+        fps = evidence["speed_deg_s"] / abs(evidence["turn_deg"])
         told += tr(
-            ": {speed:.0f}°/s, and no body does more than {limit:.0f}°/s", speed=speed, limit=limit
+            "; at {fps:.0f} frames a second no body turns by more than {limit:.0f}° in one",
+            fps=fps,
+            limit=evidence["limit_deg_s"] / fps,
         )
     rest = tr("Nothing is taken out; Insert makes an interval here, Accept marks it as seen.")
     return f"{told}. {rest}"

@@ -390,7 +390,7 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     document.select_interval(jumps[0].id, jump=True)
     assert detail.title.text() == "<b>Right Leg</b> · jump · 1 frame"
     assert detail.why.text().startswith(
-        "RightFoot turns about its own axis by −66° in a frame, at 14: 7932°/s"
+        "RightFoot turns about its own axis by −66° in a frame, at 14; at 120 frames a second"
     )
     assert not detail.delta.isEnabled()
     assert detail.delta.value() == pytest.approx(-66.1, abs=0.01)

@@ -16,6 +16,7 @@ from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import limit, lone_jumps
+from twistcore.detection.noise_bursts import NoiseBurst
 from twistcore.notes import RESTLESS_CLIP
 from twistcore.refinement import applied_unasked, refine
 from twistcore.report.clip_report import write_clip_report
@@ -138,7 +139,7 @@ def test_the_command_tells_the_speed_and_the_limit(tmp_path, capsys):
     said = capsys.readouterr().out.splitlines()[1:]
     assert "LeftFoot" in said[0]
     assert "lone jump, " in said[0]
-    assert "°/s where no body does 7,500" in said[0]
+    assert "in a frame where no body turns by 62°" in said[0]
     assert main(["detect", str(path), "--json"]) == 0
     first = json.loads(capsys.readouterr().out)["intervals"][0]
     assert (first["kind"], first["chain"], first["joint"]) == ("lone jump", "LeftLeg", "LeftFoot")
@@ -267,3 +268,15 @@ def test_asking_of_a_detector_without_confidence_keeps_nothing_alive():
     first = weakref.ref(next(i for i in clip.detect("paper") if i.repairable))
     gc.collect()
     assert first() is None
+
+
+def test_jumps_in_a_burst_of_noise_make_no_clip_restless():
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    jumpy = motion
+    for k in range(8):
+        jumpy = spun("LeftFoot", 20 + 40 * k, 22 + 40 * k, 170.0, jumpy)
+    assert analyse(jumpy).restless()
+    clip = analyse(jumpy)
+    foot = motion.skeleton.index("LeftFoot")
+    vars(clip)["bursts"] = (NoiseBurst(foot, 0, motion.frames, 10.0),)
+    assert not clip.restless()

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from twistcore.detection.runs import runs
 from twistcore.detection.straight_limbs.straight_claims import _hinge_says, _Jumping
 from twistcore.detection.straight_limbs.straight_course import course, scale_of
-from twistcore.detection.runs import runs
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
     Spell,

@@ -290,8 +290,9 @@ def _kind(interval: Interval) -> str:
         return ""
     evidence = interval.evidence or {}
     if interval.kind == Kind.LONE_JUMP:
-        fast, most = evidence["speed_deg_s"], evidence["limit_deg_s"]
-        return f"  {interval.kind}, {fast:,.0f}°/s where no body does {most:,.0f}"
+        turn = abs(evidence["turn_deg"])
+        most = turn * evidence["limit_deg_s"] / evidence["speed_deg_s"]
+        return f"  {interval.kind}, {turn:.0f}° in a frame where no body turns by {most:.0f}°"
     if interval.kind == Kind.NOISE_BURST:
         joints = [*map(shown, evidence["joints"])]
         return f"  {interval.kind}{f' in {_listed(joints)}' if len(joints) > 1 else ''}"
