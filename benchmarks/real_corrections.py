@@ -2,11 +2,11 @@
 
     python -m benchmarks.real_corrections FOLDER [--json FILE]
 
-FOLDER holds a folder of clips for every set. Of every automatic counter-twist: whether it takes a
-joint off the hinge that it keeps to elsewhere by more than 1° (goal: none), and whether the twists
-of P and C, the azimuth and the turn of both run smoother after it than before (goal: 98 %). Of
-every automatic limb flip: whether the path of the elbow or knee gets longer (goal: none). And how
-many finds are left for a person.
+FOLDER holds a folder of clips for every set. Of every automatic correction the protected measures
+are taken (:mod:`twistcore.protected_measures`), each a column: how many corrections make it worse,
+of how many it was measured on (goal: none). Of every automatic counter-twist also whether the
+twists of P and C, the azimuth and the turn of both run smoother after it than before (goal: 98 %).
+And how many finds are left for a person.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -23,41 +23,21 @@ from twistcore.analysis import REPAIRED, ClipAnalysis, analyse
 from twistcore.chain import Chain
 from twistcore.clip_suffixes import clip_suffix
 from twistcore.detection import Interval, Kind
-from twistcore.detection.evidence import Find, Witnesses, taken_by, terms_of
+from twistcore.detection.evidence import Witnesses
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.errors import TwistError
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
+from twistcore.protected_measures import NAMES, Hinges, protected_measures
 from twistcore.twist_removal import applied_unasked, refine
 
-HINGE, BEND, OFF = 3.0, 25.0, 1.0  # degrees: how still it stands, where it is bent, how far off
 BESIDE = 3  # frames around an edge
+COUNTS = "clips", "twists", "smoother", "flips", "left"
 
 
 def clips_of(folder: Path) -> Iterator[Path]:
     """All files that may be clips, in order."""
     return (p for p in sorted(folder.rglob("*")) if p.is_file() and clip_suffix(p.name))
-
-
-def off_hinge(
-    motion: Motion, chain: Chain, interval: Interval, every: Sequence[Interval]
-) -> float | None:
-    """By how much a correction takes the joint off its hinge, degrees; None where it has none.
-
-    every: all finds, whose frames say nothing of the hinge.
-    """
-    known = Witnesses.of(motion, chain)
-    if not known.hinged:
-        return None
-    find = Find(interval.start, interval.stop, np.degrees(interval.offset))
-    if not (known.bend[interval.start : interval.stop] > BEND).any():
-        return None
-    own = [Find(i.start, i.stop, i.offset) for i in every if i.chain == interval.chain]
-    taken = taken_by(motion.frames, own)
-    terms = terms_of(known, find, taken)
-    if not terms.side_spread < HINGE:
-        return None
-    return terms.off_after - terms.off_before
 
 
 def roughness(
@@ -91,22 +71,27 @@ def roughness(
 def measure(analysis: ClipAnalysis) -> Counter[str]:
     """The counts of one clip."""
     motion, found = analysis.motion, analysis.detect(kinds=REPAIRED)
-    done = applied_unasked(found)
+    done, chains = applied_unasked(found), analysis.chains_and_limbs
+    hinges = Hinges(motion, found.intervals)
     count = Counter(left=len(found) - len(done))
     for interval in done:
-        chain = analysis.chain(interval.chain)
+        for one in protected_measures(motion, chains, interval, hinges, done):
+            count[f"{one.name}: measured"] += 1
+            count[f"{one.name}: worse"] += one.worse
         if interval.kind == Kind.LIMB_FLIP:
-            told = interval.evidence or {}
             count["flips"] += 1
-            count["longer"] += told["path_corrected"] >= told["path"]
         elif interval.kind == Kind.COUNTER_TWIST:
             count["twists"] += 1
-            off = off_hinge(motion, chain, interval, found.intervals)
-            count["hinged"] += off is not None
-            count["off hinge"] += off is not None and off > OFF
+            chain = analysis.chain(interval.chain)
             before, after = roughness(motion, refine(motion, [chain], [interval]), chain, interval)
             count["smoother"] += after < before
     return count
+
+
+def row_of(count: Counter[str]) -> str:
+    """The numbers of a set, a column each."""
+    measured = (f"{count[f'{n}: worse']}/{count[f'{n}: measured']}" for n in NAMES)
+    return "".join(f"{count[name]:>10}" for name in COUNTS) + "".join(f"{m:>19}" for m in measured)
 
 
 def main() -> None:
@@ -115,9 +100,9 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
-    names = "clips", "twists", "hinged", "off hinge", "smoother", "flips", "longer", "left"
     rows: dict[str, Counter[str]] = {}
-    print(f"{'set':<28}" + "".join(f"{name:>10}" for name in names))
+    heads = "".join(f"{name:>10}" for name in COUNTS) + "".join(f"{name:>19}" for name in NAMES)
+    print(f"{'set':<28}{heads}")
     for folder in sorted(p for p in given.folder.iterdir() if p.is_dir()):
         rows[folder.name] = row = Counter()
         for path in clips_of(folder):
@@ -126,9 +111,8 @@ def main() -> None:
                 row["clips"] += 1
             except TwistError as error:
                 print(f"left out: {error}")
-        print(f"{folder.name:<28}" + "".join(f"{row[name]:>10}" for name in names), flush=True)
-    total = sum(rows.values(), Counter[str]())
-    print(f"{'all':<28}" + "".join(f"{total[name]:>10}" for name in names))
+        print(f"{folder.name:<28}{row_of(row)}", flush=True)
+    print(f"{'all':<28}{row_of(sum(rows.values(), Counter[str]()))}")
     if given.json:
         given.json.write_text(json.dumps({k: dict(v) for k, v in rows.items()}, indent=2))
 

@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.chain import Chain
 from twistcore.detection.cuts import find_cuts
@@ -49,16 +50,14 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
     cut = find_cuts(motion)
     cut[:1] = True
     in_room = forward_kinematics(motion)[0]
-    least = limit(motion.fps)
     names = motion.skeleton.names
     jumps: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
     for joint, chain in chain_of_joint(chains).items():
         axis = own_axis(motion.skeleton, joint)
         if axis is None:
             continue
-        turn = _turns(in_room[:, joint], axis)
-        own = _turns(motion.rotations[:, joint], axis)
-        fast = (np.abs(turn) > least) & (np.abs(own) > _OWN_SHARE * least) & ~cut
+        turn = turns_about(in_room[:, joint], axis)
+        fast = too_fast(turn, turns_about(motion.rotations[:, joint], axis), motion.fps) & ~cut
         for start, stop in runs(fast):
             most = max(turn[start:stop].tolist(), key=abs)
             jumps[chain.name].append(
@@ -105,7 +104,20 @@ def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
     return owner | {chain.parent: chain for chain in chains}
 
 
-def _turns(rotations: Array, axis: Array) -> Array:
+def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
+    """Where a joint turns about its own axis faster than any body does, (frames,).
+
+    in_room, own: of :func:`turns_about`, of its rotation in the room and in its parent's frame.
+    """
+    return np.asarray((np.abs(in_room) > limit(fps)) & may_be_too_fast(own, fps))
+
+
+def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
+    """Where a joint turns so fast in its parent's frame that it may be too fast, (frames,)."""
+    return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
+
+
+def turns_about(rotations: Array, axis: Array) -> Array:
     """Turn about a joint's own axis since the frame before, radians, (frames,); swing left out."""
     out = np.zeros(len(rotations))
     out[1:] = twist_angle(multiply(conjugate(rotations[:-1]), rotations[1:]), axis)

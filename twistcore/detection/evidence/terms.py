@@ -225,15 +225,14 @@ class _Measured:
         if not c.hinged:
             return unknown
         weight = c.sine**2
-        there = ~self.busy & (c.sine > ALONG)
         full = self.inside & (np.abs(self.offset) > 0.5 * np.abs(self.offset).max())
         here = full & (c.sine > ALONG)
-        if (weight * there).sum() < 3.0 or not full.any():
+        usual = usual_side(c, self.busy)
+        if usual is None or not full.any():
             return unknown
-        off = wrapped(c.azimuth - _middle(c.azimuth[there], weight[there]))
-        off = wrapped(off - _weighted_quantile(off[there], weight[there], 0.5))
+        off, furthest = usual.off, usual.furthest
+        there = ~self.busy & (c.sine > ALONG)
         fixed = wrapped(off + self.offset)
-        furthest = _weighted_quantile(np.abs(off[there]), weight[there], 0.95)
         spread = 1.48 * float(np.average(np.sqrt(np.abs(off[there])), weights=weight[there])) ** 2
         sigma = np.hypot(max(spread, 0.5), _BONE / np.maximum(c.sine, 0.01))[full]
         gain = residual_cost(off[full] / sigma) - residual_cost(fixed[full] / sigma)
@@ -267,6 +266,28 @@ class _Measured:
         many = np.diff(((against >= 0.5 * self._step) & free).astype(int), prepend=0) == 1
         rate = (float(many.sum()) + 0.15) / (seconds + 1.0)
         return rate, max(float(np.quantile(against[free], 0.99)), 0.05)
+
+
+@dataclass(frozen=True, eq=False)
+class Side:
+    """How far C's bone is from its usual side, degrees, (frames,), and 95 % of the clip at most."""
+
+    off: Array
+    furthest: float
+
+
+def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
+    """The side to which C's bone leaves P's in most of the clip; None where that is not known.
+
+    busy: frames that say nothing of it, (frames,).
+    """
+    weight = chain.sine**2
+    there = ~busy & (chain.sine > ALONG)
+    if not chain.hinged or (weight * there).sum() < 3.0:
+        return None
+    off = wrapped(chain.azimuth - _middle(chain.azimuth[there], weight[there]))
+    off = wrapped(off - _weighted_quantile(off[there], weight[there], 0.5))
+    return Side(off, _weighted_quantile(np.abs(off[there]), weight[there], 0.95))
 
 
 def scale(residuals: Array, least: float) -> float:
