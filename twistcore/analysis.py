@@ -34,6 +34,7 @@ from twistcore.notation import notation_notes
 from twistcore.notes import FROZEN, NOISE, NOT_EXAMINED, RESTLESS_CLIP, UNEXAMINED, Note
 from twistcore.people import find_people
 from twistcore.progress import Tell, nobody
+from twistcore.protected_measures import Hinges, Measure, protected_measures
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
@@ -77,6 +78,10 @@ class ClipAnalysis:
         self._helpers: HelperAnalysis | None = None
         self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
+        self._hinges: dict[tuple[str, bool], Hinges] = {}
+        self._sure: dict[str, tuple[Interval, ...]] = {}
+        # What comes of a find whose correction makes something worse, None of any other.
+        self._protected: WeakKeyDictionary[Interval, Interval | None] = WeakKeyDictionary()
         self._making = Lock()
 
     def __repr__(self) -> str:
@@ -289,6 +294,75 @@ class ClipAnalysis:
             kept = self._left[interval] = replace(interval, open=True, explain=explain)
         return kept
 
+    def measures(
+        self, interval: Interval, others: Sequence[Interval] = (), method: str = DEFAULT_METHOD
+    ) -> tuple[Measure, ...]:
+        """What the correction of an interval changes in its limb and the neighbours.
+
+        others: what is corrected as well, before and after; method: whose finds say nothing of a
+        joint's hinge.
+        """
+        if self._whole is not None:
+            return self._whole.measures(interval, others, method)
+        hinges = self._hinges_by(method, of_flips=interval.kind == Kind.LIMB_FLIP)
+        return protected_measures(self.motion, self.chains_and_limbs, interval, hinges, others)
+
+    def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
+        """A find, left to a person if its correction makes something worse; the same each time.
+
+        Of a detector without confidence, as the paper's, all is as it found it.
+        """
+        if self._whole is not None:
+            return self._whole.protected(interval, method)
+        if interval.open or not interval.automatic or interval.confidence is None:
+            return interval
+        if interval not in self._protected:
+            measured = self.measures(interval, self._corrected_with(interval, method), method)
+            worse = tuple(m for m in measured if m.worse)
+            explain = partial(_made_worse, interval.explain, worse)
+            left = replace(interval, open=True, explain=explain) if worse else None
+            self._protected.setdefault(interval, left)
+        return self._protected[interval] or interval
+
+    def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
+        """Counter-twists that are corrected unasked with another, of chains that share a joint.
+
+        At another τ than the automatic one those of its own chain may be the same error.
+        """
+        if interval.kind != Kind.COUNTER_TWIST:  # of which no detector of chains is asked
+            return []
+        own = self.chain(interval.chain)
+        joints = {own.parent, own.child}
+        near = {c.name for c in self._of_limbs if not joints.isdisjoint((c.parent, c.child))}
+        sure = self._sure_by(method)
+        if all(i is not interval for i in sure):
+            near.discard(own.name)
+        return [i for i in sure if i.chain in near]
+
+    def _sure_by(self, method: str) -> tuple[Interval, ...]:
+        """Counter-twists at the automatic τ that are sure enough."""
+        if method not in self._sure:
+            self._sure[method] = applied_unasked(self._twists_by(method))
+        return self._sure[method]
+
+    def _twists_by(self, method: str) -> list[Interval]:
+        """All counter-twists at the automatic τ."""
+        known = self.by(method)
+        names = [c.name for c in self._of_limbs]
+        return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
+
+    def _hinges_by(self, method: str, *, of_flips: bool) -> Hinges:
+        """The hinges of the clip; of flips no detector of chains is asked."""
+        key = method, of_flips
+        if key not in self._hinges:
+            if of_flips:
+                self._hinges[key] = Hinges(self.motion)
+            else:
+                finds = self._twists_by(method)
+                known = getattr(self.by(method), "witnesses", {})
+                self._hinges[key] = Hinges(self.motion, finds, known)
+        return self._hinges[key]
+
     def detector(
         self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] = ALL_KINDS
     ) -> Analysis:
@@ -370,6 +444,7 @@ class _ByName:
             found += self._of(chain).intervals(chain, tau)
         if found and isinstance(named, Limb) and Kind.COUNTER_TWIST in self.kinds:
             found = self._unless_not_followed(named, found)
+        found = [self.clip.protected(i, self.method) for i in found]
         if not isinstance(named, Limb | Helper) and Kind.LONE_JUMP in self.kinds:
             found += self.clip.jumps(self.method)[chain]
         if not isinstance(named, Limb | Helper) and not _FAULTS.isdisjoint(self.kinds):
@@ -406,6 +481,16 @@ def _doubted(explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
     """Why a find of a restless clip was found, and why it is left to a person."""
     told = explain() if explain else {}
     return {**told, "doubts": [RESTLESS_DOUBT, *told.get("doubts", ())]}
+
+
+def _made_worse(
+    explain: Callable[[], dict[str, Any]] | None, worse: Sequence[Measure]
+) -> dict[str, Any]:
+    """Why an interval was found, and what its correction would make worse."""
+    told = explain() if explain else {}
+    doubts = [m.doubt for m in worse]
+    doubts += [d for d in told.get("doubts", ()) if d not in doubts]
+    return {**told, "doubts": doubts, "worse": [m.name for m in worse]}
 
 
 def _same_frames(a: Interval, b: Interval) -> bool:

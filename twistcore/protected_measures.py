@@ -15,6 +15,7 @@ import numpy as np
 from twistcore.body import ancestors
 from twistcore.chain import Chain
 from twistcore.detection.evidence import Witnesses, usual_side
+from twistcore.detection.evidence.judgement import MIDDLE
 from twistcore.detection.evidence.witnesses import wrapped
 from twistcore.detection.interval import Interval
 from twistcore.detection.lone_jumps import may_be_too_fast, own_axis, too_fast, turns_about
@@ -30,6 +31,7 @@ UNITS = {HINGE: "°", TURNS: "frames", ROLL: "° a frame", PATH: "%", ENDS: "%"}
 EXACT = 3.0  # degrees within which 95 % of a clip is on a joint's hinge
 TOLERANCE = {HINGE: 1.0, TURNS: 0.0, ROLL: 5.0, PATH: 0.1, ENDS: 0.1}
 SHARE = {ROLL: 0.5}  # of what it was before: where that is more than the tolerance
+_LAST = {"Arm": "ForeArm", "UpLeg": "Leg"}  # the last bone of a limb by its first
 _BESIDE = 3  # frames on either side of an interval
 _BENT = 30.0  # degrees: below it a straight limb is told by its course, not by its hinge
 
@@ -39,7 +41,8 @@ class Measure:
     """One measure of one correction.
 
     name: one of NAMES; unit: of UNITS; before, after: as captured and corrected; worse: whether it
-    grew by more than its tolerance; joint: where it was measured, by the skeleton's name.
+    grew by more than its tolerance; joint: where it was measured, by the skeleton's name; word:
+    what people call that.
     """
 
     name: str
@@ -48,11 +51,27 @@ class Measure:
     after: float
     worse: bool
     joint: str
+    word: str
 
     @property
     def growth(self) -> float:
         """By how much it got worse; negative where it got better."""
         return self.after - self.before
+
+    @property
+    def doubt(self) -> str:
+        """What would get worse by it, as people read it."""
+        if self.name == HINGE:
+            return f"the {self.word} would leave its hinge by {self.growth:.0f}°"
+        if self.name == TURNS:
+            count = f"{self.growth:.0f} more frame{'s' if self.growth > 1.0 else ''}"
+            return f"{self.joint} would turn faster than any body does in {count}"
+        if self.name == ROLL:
+            return f"the {self.word} would turn {self.after:.0f}° in one frame"
+        if self.name == PATH:
+            share = 100.0 * self.growth / max(self.before, 1e-9)
+            return f"the path of the {self.word} would get {share:.0f} % longer"
+        return f"{self.joint} would move by {self.after:.1f} % of the height"
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,48 +153,6 @@ def protected_measures(
     return tuple(m for m in measured if m is not None)
 
 
-class _State:
-    """A limb in the frames around an interval, as captured or as corrected."""
-
-    def __init__(self, motion: Motion, chain: Chain) -> None:
-        self.motion, self.chain = motion, chain
-
-    def own(self, joint: int) -> Array:
-        """Rotations of a joint in its parent's frame, (frames, 4)."""
-        return self.motion.rotations[:, joint]
-
-    @cached_property
-    def from_above(self) -> dict[int, Array]:
-        """Rotations of P and the joints down to C or a limb's end, in the frame P hangs in."""
-        first, *below = _joints_of(self.chain, self.motion)
-        out = {first: self.own(first)}
-        for joint, above in zip(below, (first, *below), strict=False):
-            out[joint] = multiply(out[above], self.own(joint))
-        return out
-
-    @cached_property
-    def _above(self) -> Array:
-        """Rotations in the room of the joint that P hangs on, (frames, 4)."""
-        q = np.broadcast_to(np.array([1.0, 0.0, 0.0, 0.0]), (self.motion.frames, 4))
-        for joint in ancestors(self.motion.skeleton, self.chain.parent)[::-1]:
-            q = multiply(q, self.own(joint))
-        return q
-
-    def impossible(self, joint: int, axis: Array) -> int:
-        """Frames in which a joint turns about its axis faster than any body does."""
-        own = turns_about(self.own(joint), axis)
-        if not may_be_too_fast(own, self.motion.fps).any():  # which is the rule, and soon known
-            return 0
-        in_room = turns_about(multiply(self._above, self.from_above[joint]), axis)
-        return int(too_fast(in_room, own, self.motion.fps).sum())
-
-    @cached_property
-    def places(self) -> tuple[Array, Array]:
-        """Where a limb's C and E are from P, in the frame of P's parent."""
-        assert isinstance(self.chain, Limb)
-        return places(self.motion, self.chain)
-
-
 class _Around:
     """The frames around an interval, as captured and corrected."""
 
@@ -201,19 +178,65 @@ class _Around:
         before = refine(part, here, self.others) if self.others else part
         after = refine(part, here, [*self.others, own])
         self.changed = not np.array_equal(before.rotations, after.rotations)
-        self.before, self.after = _State(before, self.chain), _State(after, self.chain)
+        self.both = before, after
+        self.skeleton = motion.skeleton
         self.next_joint = chain.grandchild if isinstance(chain, Limb) else chain.child
+        self.joints = chain.parent, *path(motion.skeleton, chain.parent, self.next_joint)
 
-    @property
-    def both(self) -> tuple[_State, _State]:
-        """As captured, and corrected."""
-        return self.before, self.after
+    @cached_property
+    def own(self) -> Array:
+        """Rotations of the limb's joints in their parents' frames, (frames, 2, joints, 4)."""
+        return np.stack([m.rotations[:, self.joints] for m in self.both], axis=1)
+
+    @cached_property
+    def from_above(self) -> Array:
+        """The same in the frame that P hangs in."""
+        out = self.own.copy()
+        for k in range(1, len(self.joints)):
+            out[:, :, k] = multiply(out[:, :, k - 1], out[:, :, k])
+        return out
+
+    @cached_property
+    def in_room(self) -> Array:
+        """The same in the room."""
+        above = np.zeros((self.captured.frames, 2, 4))
+        above[..., 0] = 1.0
+        for joint in ancestors(self.skeleton, self.chain.parent)[::-1]:
+            own = np.stack([m.rotations[:, joint] for m in self.both], axis=1)
+            above = multiply(above, own)
+        return multiply(above[:, :, None], self.from_above)
+
+    @cached_property
+    def axes(self) -> Array:
+        """Each joint's own axis, (joints, 3); 0 for one that has none."""
+        axes = (own_axis(self.skeleton, joint) for joint in self.joints)
+        return np.array([np.zeros(3) if a is None else a for a in axes])
+
+    @cached_property
+    def turns(self) -> Array:
+        """Turns about each joint's own axis in its parent's frame, (frames, 2, joints)."""
+        return turns_about(self.own, self.axes)
+
+    @cached_property
+    def places(self) -> list[tuple[Array, Array]]:
+        """Where a limb's C and E are from P, in the frame of P's parent, before and after."""
+        assert isinstance(self.chain, Limb)
+        return [places(m, self.chain) for m in self.both]
 
     def measure(self, name: str, before: float, after: float, joint: int) -> Measure:
         """What was measured at a joint, with whether it is worse."""
         worse = after > before + max(TOLERANCE[name], SHARE.get(name, 0.0) * before)
-        joint_name = self.before.motion.skeleton.names[joint]
-        return Measure(name, UNITS[name], before, after, worse, joint_name)
+        joint_name = self.skeleton.names[joint]
+        return Measure(name, UNITS[name], before, after, worse, joint_name, self._word(joint))
+
+    def _word(self, joint: int) -> str:
+        """What people call a joint of the limb."""
+        segment = self.chain.segment
+        if isinstance(self.chain, Limb):
+            if joint == self.chain.child:
+                return self.chain.middle_word
+            segment = _LAST.get(segment, "")
+        return MIDDLE.get(segment, "joint")
 
 
 def _within(interval: Interval, low: int, high: int) -> Interval:
@@ -237,8 +260,7 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Meas
     inside = slice(interval.start - around.low, interval.stop - around.low)
     here = chain.sliced(around.low, around.low + around.captured.frames)
     azimuth = [
-        Witnesses.of(m, here).azimuth[inside][there]
-        for m in (around.captured, *(s.motion for s in around.both))
+        Witnesses.of(m, here).azimuth[inside][there] for m in (around.captured, *around.both)
     ]
     before, after = (
         float(np.sqrt(np.mean(wrapped(off[there] + a - azimuth[0]) ** 2))) for a in azimuth[1:]
@@ -253,64 +275,52 @@ def _turns_in(chain: Chain, joint: int) -> bool:
 
 def _impossible(around: _Around) -> Measure:
     """Frames in which a joint of the limb turns about its own axis faster than any body does."""
-    motion = around.before.motion
-    counts: dict[int, tuple[int, int]] = {}
-    for joint in around.before.from_above:
-        if (axis := own_axis(motion.skeleton, joint)) is not None:
-            before, after = (s.impossible(joint, axis) for s in around.both)
-            counts[joint] = before, after
-    joint = max(counts, key=lambda j: counts[j][1] - counts[j][0], default=around.chain.parent)
-    sums = [float(sum(n)) for n in zip((0, 0), *counts.values(), strict=True)]
-    return around.measure(TURNS, sums[0], sums[1], joint)
+    counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
+    if may_be_too_fast(around.turns, fps).any():  # which is seldom, and soon known
+        in_room = turns_about(around.in_room, around.axes)
+        counts = too_fast(in_room, around.turns, fps).sum(axis=0)
+    before, after = counts.sum(axis=1).tolist()
+    joint = around.joints[int(np.argmax(counts[1] - counts[0]))]
+    return around.measure(TURNS, float(before), float(after), joint)
 
 
 def _roll(around: _Around) -> Measure | None:
     """The fastest turn of the next joint about its own bone, in its parent's frame."""
-    joint = around.next_joint
-    axis = own_axis(around.before.motion.skeleton, joint)
-    if axis is None:
+    if not around.axes[-1].any():
         return None
-    before, after = (
-        float(np.degrees(np.abs(turns_about(s.own(joint), axis)).max())) for s in around.both
-    )
-    return around.measure(ROLL, before, after, joint)
+    before, after = np.degrees(np.abs(around.turns[:, :, -1]).max(axis=0)).tolist()
+    return around.measure(ROLL, before, after, around.next_joint)
 
 
 def _path(around: _Around) -> Measure | None:
     """The length of the middle joint's path in the frame of the limb's parent, % of the limb."""
     if not isinstance(limb := around.chain, Limb):
         return None
-    whole = sum(bones(around.before.motion, limb))
+    whole = sum(bones(around.captured, limb))
     before, after = (
-        100.0 * float(np.linalg.norm(np.diff(s.places[0], axis=0), axis=1).sum()) / whole
-        for s in around.both
+        100.0 * float(np.linalg.norm(np.diff(child, axis=0), axis=1).sum()) / whole
+        for child, _ in around.places
     )
     return around.measure(PATH, before, after, limb.child)
 
 
 def _ends(around: _Around) -> Measure:
     """How far a joint moves that the correction should leave in its place, % of the height."""
-    chain, motion = around.chain, around.before.motion
-    moved: dict[int, Array] = {}
-    turning: tuple[int, ...]
+    chain, skeleton = around.chain, around.skeleton
+    largest: dict[int, float] = {}
+    turning: Sequence[int] = around.joints
     if isinstance(chain, Limb):
-        last = chain.end
-        moved[last] = around.after.places[1] - around.before.places[1]
-        turning = () if around.interval.carried else (last,)
-    else:
-        turning = chain.parent, chain.child
+        (_, before), (_, after) = around.places
+        largest[chain.end] = float(np.linalg.norm(after - before, axis=1).max())
+        turning = () if around.interval.carried else (chain.end,)
     for joint in turning:
-        now, then = (s.from_above[joint] for s in around.both)
-        for child in motion.skeleton.children[joint]:
-            place = np.broadcast_to(motion.translation(child), (motion.frames, 3))
-            moved[child] = rotate(then, place) - rotate(now, place)
-    largest = {j: float(np.linalg.norm(v, axis=1).max()) for j, v in moved.items()}
+        q = around.from_above[:, :, around.joints.index(joint)]
+        for child in skeleton.children[joint]:
+            place = around.captured.translation(child)
+            if place.any():
+                ends = rotate(q, place if place.ndim == 1 else place[:, None])
+                moved = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+                largest[child] = float(moved.max())
     joint = max(largest, key=lambda j: largest[j], default=chain.child)
-    share = 100.0 * largest.get(joint, 0.0) / motion.skeleton.height
+    share = 100.0 * largest.get(joint, 0.0) / skeleton.height
     return around.measure(ENDS, 0.0, share, joint)
-
-
-def _joints_of(chain: Chain, motion: Motion) -> tuple[int, ...]:
-    """P, what is between, and C; of a limb down to its end."""
-    last = chain.grandchild if isinstance(chain, Limb) else chain.child
-    return chain.parent, *path(motion.skeleton, chain.parent, last)

@@ -118,8 +118,11 @@ def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:
-    """Turn about a joint's own axis since the frame before, radians, (frames,); swing left out."""
-    out = np.zeros(len(rotations))
+    """Turn about a joint's own axis since the frame before, radians; swing left out.
+
+    rotations: (frames, …, 4); axis: unit, (…, 3); returns (frames, …).
+    """
+    out = np.zeros(rotations.shape[:-1])
     out[1:] = twist_angle(multiply(conjugate(rotations[:-1]), rotations[1:]), axis)
     return out
 

@@ -40,7 +40,8 @@ _TOLD = -0.4  # log odds from which a term is a doubt worth telling
 
 _USUAL = 10.0  # degrees: a fast turn of a joint of which the clip tells nothing else
 _UNNAMED = "joint"
-_MIDDLE = {
+# What people call the joint below a bone.
+MIDDLE = {
     "Shoulder": "shoulder",
     "Arm": "elbow",
     "UpLeg": "knee",
@@ -104,7 +105,7 @@ def judgement_of(t: Terms, segment: str = "") -> Judgement:
         vetoes.append("noise")
     for veto in vetoes:
         parts[veto] = min(0.0, _NEVER - sum(parts.values()))
-    joint = _MIDDLE.get(segment, _UNNAMED)
+    joint = MIDDLE.get(segment, _UNNAMED)
     score = sum(parts.values())
     against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
     told = dict.fromkeys([*reversed(vetoes), *against])
