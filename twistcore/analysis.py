@@ -294,19 +294,6 @@ class ClipAnalysis:
             kept = self._left[interval] = replace(interval, open=True, explain=explain)
         return kept
 
-    def measures(
-        self, interval: Interval, others: Sequence[Interval] = (), method: str = DEFAULT_METHOD
-    ) -> tuple[Measure, ...]:
-        """What the correction of an interval changes in its limb and the neighbours.
-
-        others: what is corrected as well, before and after; method: whose finds say nothing of a
-        joint's hinge.
-        """
-        if self._whole is not None:
-            return self._whole.measures(interval, others, method)
-        hinges = self._hinges_by(method, of_flips=interval.kind == Kind.LIMB_FLIP)
-        return protected_measures(self.motion, self.chains_and_limbs, interval, hinges, others)
-
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
         """A find, left to a person if its correction makes something worse; the same each time.
 
@@ -317,12 +304,18 @@ class ClipAnalysis:
         if interval.open or not interval.automatic or interval.confidence is None:
             return interval
         if interval not in self._protected:
-            measured = self.measures(interval, self._corrected_with(interval, method), method)
+            measured = self._measures(interval, method)
             worse = tuple(m for m in measured if m.worse)
             explain = partial(_made_worse, interval.explain, worse)
             left = replace(interval, open=True, explain=explain) if worse else None
             self._protected.setdefault(interval, left)
         return self._protected[interval] or interval
+
+    def _measures(self, interval: Interval, method: str) -> tuple[Measure, ...]:
+        """What the correction of a find changes in its limb and the neighbours."""
+        others = self._corrected_with(interval, method)
+        hinges = self._hinges_by(method, of_flips=interval.kind == Kind.LIMB_FLIP)
+        return protected_measures(self.motion, self.chains_and_limbs, interval, hinges, others)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
         """Counter-twists that are corrected unasked with another, of chains that share a joint.

@@ -64,8 +64,10 @@ class Measure:
         if self.name == HINGE:
             return f"the {self.word} would leave its hinge by {self.growth:.0f}°"
         if self.name == TURNS:
-            count = f"{self.growth:.0f} more frame{'s' if self.growth > 1.0 else ''}"
-            return f"{self.joint} would turn faster than any body does in {count}"
+            if self.growth <= 1.0:
+                return f"{self.joint} would turn faster than any body does in one more frame"
+            more = f"{self.growth:.0f}"
+            return f"{self.joint} would turn faster than any body does in {more} more frames"
         if self.name == ROLL:
             return f"the {self.word} would turn {self.after:.0f}° in one frame"
         if self.name == PATH:

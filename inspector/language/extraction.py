@@ -25,6 +25,7 @@ _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "tex
 # Rooms of twistcore whose sentences the window shows; what is said only by commands is not here.
 _ROOMS_OF_CORE = (
     *("detection", "why_not", "review", "tuning", "quality", "refinement", "twist_removal"),
+    "protected_measures",
     *("quamo/response", "quamo/track_clip", "errors", "formats", "clip_files", "clip", "chain"),
     *("body", "examination", "limb", "rig", "motion", "analysis", "notation", "bvh", "amc", "npz"),
     *("atomic", "file_lock", "file_kinds", "wide_text", "clip_suffixes"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.end_choice import EndChoice
 from inspector.panels.interval_filter import KINDS
 from inspector.panels.limb_words import middle_of
+from inspector.panels.protected_words import table_of, worse_line
 from inspector.panels.reject_reasons import REASONS, kept_reason, told_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
@@ -37,6 +38,7 @@ from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
 from twistcore.helper import Helper
 from twistcore.limb import Limb
+from twistcore.protected_measures import Hinges, Measure, protected_measures
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
 from twistcore.review.soft_onset import soft_onset
@@ -195,8 +197,11 @@ class DetailCard(QWidget):
         self.title.setToolTip(as_tip(f"{label}{what} · {count}{varies}\n{joints}"))
         self.title.setText(f"{bold(label)}{what} · {count}{varies}")
         first = self._document.first_frame
-        self.why.setToolTip(as_tip(_figures(judged, chain)))
-        self.why.set_plain(explanation(self._document.told(judged), chain, first))
+        measures = self._measures(judged)
+        figures = filter(None, (_figures(judged, chain), table_of(measures)))
+        self.why.setToolTip(as_tip("\n".join(figures)))
+        why = explanation(self._document.told(judged), chain, first, measures)
+        self.why.set_plain(f"{worse_line(measures)} {why}".strip())
         if isinstance(chain, Limb):
             self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
@@ -226,6 +231,20 @@ class DetailCard(QWidget):
     def _ask_quality(self) -> None:
         if judged := self._document.interval:
             self.quality_asked.emit(self._document.told(judged).interval)
+
+    def _measures(self, judged: Judged) -> tuple[Measure, ...]:
+        """What a correction changes in the limb, with the others that are shown as corrected."""
+        document = self._document
+        assert document.data is not None
+        motion, state = document.data.motion, document.review.state
+        hinges = Hinges(motion, [j.interval for j in state.intervals if j.interval.repairable])
+        return protected_measures(
+            motion,
+            document.data.chains_and_limbs,
+            judged.interval,
+            hinges,
+            state.chosen(undecided=True),
+        )
 
     def _show_reason(self) -> None:
         """No interval: at a peak of the strength past τ, why there is none."""
@@ -285,8 +304,10 @@ class DetailCard(QWidget):
             self._document.do(Annotate(judged.id, note, reason))
 
 
-def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
-    """Why the interval of a chain is there, in a line or two."""
+def explanation(
+    judged: Judged, chain: Chain, first_frame: int, measures: Sequence[Measure] = ()
+) -> str:
+    """Why the interval of a chain is there, in a line or two; measures: said by themselves."""
     if judged.by_hand:
         return tr("Made by hand.")
     interval, parts = judged.interval, []
@@ -300,10 +321,10 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     if interval.kind == Kind.FROZEN:
         return _frozen(chain, evidence)
     if isinstance(chain, Limb):
-        return _flip(judged, chain, first_frame)
+        return _flip(judged, chain, first_frame, measures)
     if isinstance(chain, Helper):
         return _helper_roll(judged, chain, evidence)
-    doubts = _doubts(evidence)
+    doubts = _doubts(evidence, measures)
     if doubts:
         parts.append(tr("against it: {why}", why=doubts))
     edges = evidence.get("edges", ())
@@ -328,7 +349,8 @@ def explanation(judged: Judged, chain: Chain, first_frame: int) -> str:
     if abs(interval.residual) > np.radians(0.005):
         left = signed(np.degrees(interval.residual), 2)
         parts.append(tr("left over {angle}°", angle=left))
-    if interval.open and RESTLESS_DOUBT not in evidence.get("doubts", ()):
+    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or "worse" in evidence
+    if interval.open and not known:
         why = tr("one joint alone turns") if len(edges) > 1 else _OTHER_SIDE
         parts.append(tr("open: {why}", why=why))
     if not judged.supported:
@@ -399,12 +421,13 @@ def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
     return f"{said}. {_NOTHING_OUT}"
 
 
-def _doubts(evidence: Mapping[str, Any]) -> str:
-    """What speaks against a correction, as one text."""
-    return ", ".join(map(of_core, evidence.get("doubts", ())))
+def _doubts(evidence: Mapping[str, Any], measures: Sequence[Measure] = ()) -> str:
+    """What speaks against a correction, as one text; measures: said by themselves."""
+    said_before = {m.doubt for m in measures if m.worse}
+    return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in said_before)
 
 
-def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
+def _flip(judged: Judged, limb: Limb, first_frame: int, measures: Sequence[Measure] = ()) -> str:
     """The jumps about the limb's line, and where it is between them."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
     sentences = []
@@ -421,9 +444,9 @@ def _flip(judged: Judged, limb: Limb, first_frame: int) -> str:
         sentences.append(tr("The {middle} jumps {told}.", middle=middle_of(limb), told=told))
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
-    if doubts := _doubts(evidence):
+    if doubts := _doubts(evidence, measures):
         sentences.append(tr("Against it: {why}.", why=doubts))
-    elif interval.open:
+    elif interval.open and "worse" not in evidence:
         sentences.append(tr("Open: {why}.", why=_OTHER_SIDE))
     if not judged.supported:
         sentences.append(tr("No longer found at this τ."))

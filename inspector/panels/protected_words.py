@@ -1,0 +1,42 @@
+"""What a correction makes worse, in words and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from inspector.language import of_core, tr
+from inspector.widgets.signed_numbers import plain
+from twistcore.protected_measures import ENDS, HINGE, PATH, ROLL, TURNS, Measure
+
+_NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
+    HINGE: (tr("off its hinge"), "°"),
+    TURNS: (tr("turns that no body makes"), tr(" frames")),
+    ROLL: (tr("fastest roll of the next joint"), tr("° a frame")),
+    PATH: (tr("path of the middle joint"), tr(" % of the limb")),
+    ENDS: (tr("ends moved"), tr(" % of the height")),
+}
+
+
+def worse_line(measures: Sequence[Measure]) -> str:
+    """A sentence about what gets worse by a correction; '' where nothing does."""
+    worse = [of_core(m.doubt) for m in measures if m.worse]
+    return tr("Corrected, it gets worse: {what}.", what="; ".join(worse)) if worse else ""
+
+
+def table_of(measures: Sequence[Measure]) -> str:
+    """All measures before and after, a line each."""
+    return "\n".join(map(_line, measures))
+
+
+def _line(measure: Measure) -> str:
+    name, unit = _NAMES[measure.name]
+    digits = 0 if measure.name == TURNS else 1
+    line = tr(
+        "{joint}, {name}: {before} → {after}{unit}",
+        joint=measure.joint,
+        name=name,
+        before=plain(measure.before, digits),
+        after=plain(measure.after, digits),
+        unit=unit,
+    )
+    return tr("{line} (worse)", line=line) if measure.worse else line
