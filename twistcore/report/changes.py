@@ -13,10 +13,12 @@ from twistcore.analysis import ClipAnalysis, Detection
 from twistcore.bvh import BvhClip
 from twistcore.chain import Chain
 from twistcore.clip import Clip, changed_rotations
+from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.export.compare import Difference
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
+from twistcore.protected_measures import NAMES, UNITS, Hinges, Measure, protected_measures
 from twistcore.review import ReviewState
 from twistcore.rotation import geodesic_angle
 
@@ -52,6 +54,70 @@ class Kept:
     same: int
     outside: int
     head: bool | None
+
+
+@dataclass(frozen=True)
+class MeasureSum:
+    """One protected measure over all corrections.
+
+    measured: corrections that it was taken of; better, worse: of these; most: by how much it grew
+    at most, 0 where it never did; rows: those that got worse, by chain and frames.
+    """
+
+    name: str
+    unit: str
+    measured: int
+    better: int
+    worse: int
+    most: float
+    rows: tuple[WorseRow, ...]
+
+
+@dataclass(frozen=True)
+class WorseRow:
+    """A correction that made a measure worse at a joint: chain, frames [start, stop), numbers."""
+
+    chain: str
+    start: int
+    stop: int
+    joint: str
+    before: float
+    after: float
+
+
+def protected_sums(
+    motion: Motion,
+    chains: Sequence[Chain],
+    applied: Sequence[Interval],
+    finds: Sequence[Interval],
+) -> tuple[MeasureSum, ...]:
+    """What the corrections changed in the limbs and their neighbours, a sum for each measure.
+
+    applied: each is measured with the others corrected as well; finds: all intervals of the clip.
+    """
+    hinges = Hinges(motion, finds)
+    every: dict[str, list[tuple[Interval, Measure]]] = {name: [] for name in NAMES}
+    for interval in applied:
+        for one in protected_measures(motion, chains, interval, hinges, applied):
+            every[one.name].append((interval, one))
+    return tuple(_sum_of(name, found) for name, found in every.items() if found)
+
+
+def _sum_of(name: str, found: Sequence[tuple[Interval, Measure]]) -> MeasureSum:
+    least = 1e-6  # of any unit: less is rounding
+    return MeasureSum(
+        name,
+        UNITS[name],
+        len(found),
+        sum(m.growth < -least for _, m in found),
+        sum(m.worse for _, m in found),
+        max(0.0, *(m.growth for _, m in found)),
+        tuple(
+            WorseRow(i.chain, i.start, i.stop, m.joint, m.before, m.after)
+            for i, m in found
+            if m.worse
+        ),
+    )
 
 
 def joint_changes(before: Motion, after: Motion, difference: Difference) -> tuple[JointChange, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
@@ -23,6 +23,7 @@ from twistcore.motion import Motion
 from twistcore.notes import NOT_EXAMINED, Note
 from twistcore.quamo.track_clip import placed_joint
 from twistcore.refinement import children_off_axis, stuck_joints
+from twistcore.report.changes import MeasureSum, protected_sums
 from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
 from twistcore.review.session import tracking_to_json
 from twistcore.version import __version__
@@ -116,6 +117,12 @@ class Report:
             j.interval for j in accepted if j.interval.repairable and j.id not in self.stuck
         )
 
+    @cached_property
+    def protected(self) -> tuple[MeasureSum, ...]:
+        """What the corrections changed in the limbs and their neighbours, by measure."""
+        finds = [j.interval for j in self.state.intervals if j.interval.repairable]
+        return protected_sums(self.clip.motion, self.chains, self.applied, finds)
+
     @property
     def not_corrected(self) -> tuple[str, ...]:
         """Sentences: what was accepted and could not be taken out. No folder is named in them."""
@@ -134,7 +141,8 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
     tracking: what was tracked with QuaMo after the correction, as in a session, or null; changed:
     frames in which anything turns otherwise or has other position channels, joints that turn, and
-    joints that moved, by how much and why.
+    joints that moved, by how much and why; protected: the measures that a correction must not make
+    worse, over all of them.
     """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
@@ -182,6 +190,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
             ],
             "rest_of_height": difference.rest_of_height,
         },
+        "protected": [asdict(one) for one in report.protected],
         "warnings": [
             *map(str, (*report.clip.warnings, *report.notes)),
             *report.not_corrected,
