@@ -4,11 +4,15 @@ import json
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
+from tests.conftest import ASSETS
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS
 from twistcore.analysis import detect
-from twistcore.protected_measures import NAMES, ROLL
+from twistcore.bvh import read_bvh
+from twistcore.detection import Interval
+from twistcore.protected_measures import ENDS, NAMES, ROLL
 from twistcore.refinement import refine
 from twistcore.report.changes import protected_sums
 from twistcore.report.clip_report import write_clip_report
@@ -30,12 +34,25 @@ def test_sums_count_what_got_better_and_name_what_got_worse(found):
     assert not any(s.worse or s.rows for s in sums.values())
     assert sums[ROLL].measured == sums[ROLL].better == len(right)
     assert sums[ROLL].most == 0.0
+    assert (sums[ENDS].measured, sums[ENDS].better) == (len(right), 0)
     wrong = replace(right[0], offset=-right[0].offset)  # twice the error instead of none
     worse = {s.name: s for s in protected_sums(CLIP.motion, EVERY, [wrong, *right[1:]], right)}
     (row,) = worse[ROLL].rows
     assert (row.chain, row.start, row.stop) == (wrong.chain, wrong.start, wrong.stop)
     assert worse[ROLL].most == pytest.approx(row.after - row.before)
     assert worse[ROLL].better == len(right) - 1
+
+
+def test_corrections_are_measured_with_the_others_done():
+    """A step of 60° and, right behind it, one of 110° more: each alone leaves the other's edge."""
+    clean = read_bvh(ASSETS / "walk.bvh").motion
+    both = [
+        Interval("RightArm", start, start + 20, np.full(20, math.radians(degrees)))
+        for start, degrees in ((100, 60.0), (120, 110.0))
+    ]
+    wrong = refine(clean, CHAINS, [i.with_offset(i.start, -i.offset) for i in both])
+    assert not any(s.worse for s in protected_sums(wrong, CHAINS, both, both))
+    assert any(s.worse for s in protected_sums(wrong, CHAINS, both[:1], both))
 
 
 def test_the_report_has_the_table_and_the_rows_that_got_worse(found, tmp_path):
