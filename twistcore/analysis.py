@@ -25,16 +25,17 @@ from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
+from twistcore.detection.notated import NotatedAnalysis
 from twistcore.errors import TwistError
 from twistcore.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
-from twistcore.notation import notation_notes
+from twistcore.notation import Kept, notation_notes
 from twistcore.notes import FROZEN, NOISE, NOT_EXAMINED, RESTLESS_CLIP, UNEXAMINED, Note
 from twistcore.people import find_people
 from twistcore.progress import Tell, nobody
-from twistcore.protected_measures import Hinges, Measure, protected_measures
+from twistcore.protected_measures import Hinges, Measure, protected_measures, shown_at
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
@@ -313,24 +314,34 @@ class ClipAnalysis:
 
     def _measures(self, interval: Interval, method: str) -> tuple[Measure, ...]:
         """What the correction of a find changes in its limb and the neighbours."""
-        others = self._corrected_with(interval, method)
-        hinges = self._hinges_by(method, of_flips=interval.kind == Kind.LIMB_FLIP)
-        return protected_measures(self.motion, self.chains_and_limbs, interval, hinges, others)
+        if interval.kind != Kind.COUNTER_TWIST:  # of others no detector of chains is asked
+            hinges = Hinges(self.motion)
+            return protected_measures(self.motion, self.chains_and_limbs, interval, hinges)
+        others, kept = self._corrected_with(interval, method), _kept(self.by(method))
+        if kept is None or kept.even:
+            hinges = self._hinges_by(method, None)
+            measured = protected_measures(self.motion, self._of_limbs, interval, hinges, others)
+            if kept is None or not any(m.worse for m in measured):
+                return measured
+        # Frames between keys, or held ones, were not captured: what they show alone is no fault.
+        own, *others = (shown_at(i, kept.first) for i in (interval, *others))
+        needed = {i.chain for i in (own, *others)}
+        chains = [c.at(kept.first) for c in self._of_limbs if c.name in needed]
+        hinges = self._hinges_by(method, kept)
+        return protected_measures(kept.motion, chains, own, hinges, others)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
         """Counter-twists that are corrected unasked with another, of chains that share a joint.
 
         At another τ than the automatic one those of its own chain may be the same error.
         """
-        if interval.kind != Kind.COUNTER_TWIST:  # of which no detector of chains is asked
-            return []
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
         near = {c.name for c in self._of_limbs if not joints.isdisjoint((c.parent, c.child))}
         sure = self._sure_by(method)
         if all(i is not interval for i in sure):
             near.discard(own.name)
-        return [i for i in sure if i.chain in near]
+        return [i for i in sure if i.chain in near and i is not interval]
 
     def _sure_by(self, method: str) -> tuple[Interval, ...]:
         """Counter-twists at the automatic τ that are sure enough."""
@@ -344,16 +355,15 @@ class ClipAnalysis:
         names = [c.name for c in self._of_limbs]
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
-    def _hinges_by(self, method: str, *, of_flips: bool) -> Hinges:
-        """The hinges of the clip; of flips no detector of chains is asked."""
-        key = method, of_flips
+    def _hinges_by(self, method: str, kept: Kept | None) -> Hinges:
+        """The hinges of the clip, or of its kept frames, told by what no counter-twist is in."""
+        key = method, kept is None
         if key not in self._hinges:
-            if of_flips:
-                self._hinges[key] = Hinges(self.motion)
-            else:
-                finds = self._twists_by(method)
-                known = getattr(self.by(method), "witnesses", {})
-                self._hinges[key] = Hinges(self.motion, finds, known)
+            finds, motion = self._twists_by(method), self.motion
+            if kept is not None:
+                motion, finds = kept.motion, [shown_at(i, kept.first) for i in finds]
+            known = getattr(self.by(method), "witnesses", {})
+            self._hinges[key] = Hinges(motion, finds, known)
         return self._hinges[key]
 
     def detector(
@@ -474,6 +484,11 @@ def _doubted(explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
     """Why a find of a restless clip was found, and why it is left to a person."""
     told = explain() if explain else {}
     return {**told, "doubts": [RESTLESS_DOUBT, *told.get("doubts", ())]}
+
+
+def _kept(analysis: Analysis) -> Kept | None:
+    """The frames by which a clip in coarse notation was examined; None for any other."""
+    return analysis.kept if isinstance(analysis, NotatedAnalysis) else None
 
 
 def _made_worse(

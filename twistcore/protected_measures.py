@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.body import ancestors
 from twistcore.chain import Chain
@@ -21,7 +22,7 @@ from twistcore.detection.interval import Interval
 from twistcore.detection.lone_jumps import may_be_too_fast, own_axis, too_fast, turns_about
 from twistcore.helper import Helper
 from twistcore.limb import Limb, bones, path, places
-from twistcore.motion import Motion
+from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array, multiply, rotate
 from twistcore.twist_removal import refine
 
@@ -112,6 +113,12 @@ class Hinges:
         return np.where(signals.bend > _BENT, side.off, np.nan)
 
 
+def shown_at(interval: Interval, frames: NDArray[np.intp]) -> Interval:
+    """An interval of a clip among some of its frames, ascending; empty where none is in it."""
+    start, stop = np.searchsorted(frames, [interval.start, interval.stop]).tolist()
+    return interval.with_offset(start, interval.offset[frames[start:stop] - interval.start])
+
+
 def protected_measures(
     motion: Motion,
     chains: Iterable[Chain],
@@ -132,6 +139,7 @@ def protected_measures(
       of C after a counter-twist, of the limb's end after a flip. 5° more, or half as much again.
     - *path*: of a flip, the length of the middle joint's path, % of the limb. 0.1 % more.
     - *ends*: how far a joint moves that should stay, % of the skeleton's height. 0.1 %.
+      Leaves beside the bone, as helpers are, turn with it.
 
     chains: of the motion, limbs among them; hinges: made once a clip for all its corrections, else
     from the motion alone; others: what is corrected as well, before and after. Nothing is measured
@@ -139,7 +147,8 @@ def protected_measures(
     """
     every = tuple(chains)
     chain = next((c for c in every if c.name == interval.chain), None)
-    if chain is None or isinstance(chain, Helper) or not interval.repairable:
+    nothing = not interval.frames or not interval.repairable
+    if chain is None or isinstance(chain, Helper) or nothing:
         return ()
     around = _Around(motion, every, chain, interval, others)
     if not around.changed:
@@ -319,10 +328,15 @@ def _ends(around: _Around) -> Measure:
         q = around.from_above[:, :, around.joints.index(joint)]
         for child in skeleton.children[joint]:
             place = around.captured.translation(child)
-            if place.any():
+            if place.any() and (joint != chain.parent or _carries(skeleton, child, chain)):
                 ends = rotate(q, place if place.ndim == 1 else place[:, None])
                 moved = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
                 largest[child] = float(moved.max())
     joint = max(largest, key=lambda j: largest[j], default=chain.child)
     share = 100.0 * largest.get(joint, 0.0) / skeleton.height
     return around.measure(ENDS, 0.0, share, joint)
+
+
+def _carries(skeleton: Skeleton, joint: int, chain: Chain) -> bool:
+    """Whether a child of P is no mere helper: a leaf beside the bone turns with its skin."""
+    return joint == chain.child or bool(skeleton.children[joint])

@@ -12,7 +12,7 @@ from twistcore.analysis import ClipAnalysis, analyse
 from twistcore.bvh import read_bvh
 from twistcore.detection import Interval, Kind
 from twistcore.limb import Limb
-from twistcore.protected_measures import PATH, ROLL, SHARE, TOLERANCE
+from twistcore.protected_measures import PATH, ROLL, SHARE, TOLERANCE, shown_at
 from twistcore.twist_removal import applied_unasked, refine
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
@@ -116,3 +116,23 @@ def test_the_correction_of_one_error_is_judged_with_the_others_beside_it():
     alone = analyse(wrong.motion)
     alone._sure["consistency"] = (one,)
     assert alone.protected(one).open
+
+
+@pytest.mark.parametrize("held", [1, 2, 4])
+def test_held_frames_are_no_frames_of_their_own(held):
+    """90° a frame are too fast at 120 frames a second, but not at the 30 that are held."""
+    slow = replace(WALK, rotations=WALK.rotations[::4], positions=WALK.positions[::4])
+    slow = replace(slow, frame_time=4.0 * WALK.frame_time)
+    at = np.arange(slow.frames).repeat(held)
+    motion = replace(slow.at(at), frame_time=slow.frame_time / held)
+    made_up = find("RightArm", 90.0, 20 * held, 25 * held)
+    left = analyse(motion).protected(made_up)
+    assert "impossible turns" not in (left.evidence or {}).get("worse", ())
+    assert left.open  # its forearm would turn by 90° in one frame
+
+
+def test_a_correction_of_linear_keys_is_judged_at_the_keys():
+    kept = np.arange(0, WALK.frames - 4, 4)
+    keys = shown_at(find("RightArm", 90.0, 40, 81), kept)
+    assert (keys.start, keys.stop, len(keys.offset)) == (10, 21, 11)
+    assert not shown_at(find("RightArm", 90.0, 41, 43), kept).frames
