@@ -99,7 +99,7 @@ def find_flips(monkeypatch, *found):
         return {chain.name: () for chain in chains}
 
     monkeypatch.setattr("twistcore.analysis.analyse_limbs", analyse_limbs)
-    monkeypatch.setattr("twistcore.analysis.protected_measures", lambda *given: ())
+    monkeypatch.setattr("twistcore.analysis.protected_measures", lambda *_: ())
     monkeypatch.setattr("twistcore.analysis.lone_jumps", lone_jumps)
     return made
 
