@@ -70,7 +70,8 @@ class Measure:
             more = f"{self.growth:.0f}"
             return f"{self.joint} would turn faster than any body does in {more} more frames"
         if self.name == ROLL:
-            return f"the {self.word} would turn {self.after:.0f}° in one frame"
+            then, now = (f"{turn:.0f}°" for turn in (self.after, self.before))
+            return f"the {self.word} would turn by {then} in one frame instead of {now}"
         if self.name == PATH:
             share = 100.0 * self.growth / max(self.before, 1e-9)
             return f"the path of the {self.word} would get {share:.0f} % longer"

@@ -31,7 +31,7 @@ def measure(name, *, worse=True):
 def test_a_line_says_what_gets_worse_and_nothing_where_nothing_does():
     assert worse_line([measure(name, worse=False) for name in NAMES]) == ""
     line = worse_line([measure(ROLL), measure(TURNS, worse=False), measure(PATH)])
-    assert "the wrist would turn 35° in one frame" in line
+    assert "the wrist would turn by 35° in one frame" in line
     assert "the path of the wrist would get 20 % longer" in line
     assert "faster than any body" not in line
 
