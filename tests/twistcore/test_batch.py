@@ -6,8 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.severity_order import jumps_a_second
 from tests.conftest import ASSETS
-from tests.twistcore.reviews import find_flips, flip
+from tests.twistcore.reviews import find_flips, flip, spun
 from twistcore.batch import survey
 from twistcore.batch.how_bad import root_mean_square
 from twistcore.bvh import read_bvh
@@ -80,3 +81,11 @@ def test_a_clip_in_which_nothing_can_be_checked_is_not_called_clean(tmp_path):
         "utf-8",
     )
     assert "no arm or leg" in survey(tmp_path / "ball.bvh").unchecked
+
+
+def test_a_plain_count_of_jumps_knows_a_joint_that_jumps():
+    walk = read_bvh(ASSETS / "walk.bvh").motion
+    assert jumps_a_second(walk) == 0.0
+    jumping = spun("LeftFoot", 100, 110, 170.0, walk)
+    assert jumps_a_second(jumping) * walk.frames / walk.fps >= 2.0
+    assert jumps_a_second(walk.sliced(0, 3)) == 0.0

@@ -1,0 +1,77 @@
+"""Whether the worst clips come first, against a plain count of jumps that knows no twist.
+
+    python -m benchmarks.severity_order FOLDER [--first N]
+
+Of every clip below FOLDER: its severity, and how many times a second a joint's rotation or place
+jumps: by more than 45° or 4 % of the figure's height in a frame, and by four times the median of
+the two frames before and behind. Told: Spearman's rank correlation of both over all clips and over
+those in which either is above 0, and the N first clips by each.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import spearmanr
+
+from benchmarks.real_corrections import clips_of
+from twistcore.analysis import analyse
+from twistcore.batch import severity
+from twistcore.errors import TwistError
+from twistcore.formats import read_clip
+from twistcore.motion import Motion, forward_kinematics
+from twistcore.rotation import geodesic_angle
+
+TURN, WAY, TIMES = 45.0, 0.04, 4.0
+
+
+def jumps_a_second(motion: Motion) -> float:
+    """Of rotations and places of all joints, the root's way left out."""
+    if motion.frames < 6:
+        return 0.0
+    turns = np.degrees(geodesic_angle(motion.rotations[1:], motion.rotations[:-1]))
+    places = forward_kinematics(motion)[1]
+    ways = np.linalg.norm(np.diff(places - places[:, :1], axis=0), axis=2) / motion.skeleton.height
+    seconds = motion.frames * motion.frame_time
+    return (_jumps(turns, TURN) + _jumps(ways, WAY)) / seconds
+
+
+def _jumps(steps: np.ndarray, least: float) -> float:
+    """How many steps, (frames − 1, joints), are larger than this and than those beside."""
+    beside = np.median([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]], axis=0)
+    here = steps[2:-2]
+    return float(((here > least) & (here > TIMES * beside)).sum())
+
+
+def main() -> None:
+    """Compare both orders."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--first", type=int, default=12)
+    given = parser.parse_args()
+    names, ours, plain = [], [], []
+    for path in clips_of(given.folder):
+        try:
+            motion = read_clip(path).motion
+            ours.append(severity(analyse(motion).detect()))
+        except TwistError as error:
+            print(f"left out: {error}")
+            continue
+        plain.append(jumps_a_second(motion))
+        names.append(str(path.relative_to(given.folder)))
+    a, b = np.array(ours), np.array(plain)
+    some = (a > 0.0) | (b > 0.0)
+    print(f"{len(names)} clips, {(a > 0.0).sum()} with a severity, {(b > 0.0).sum()} with jumps")
+    print(
+        f"Spearman {spearmanr(a, b)[0]:.2f}, of {some.sum()}: {spearmanr(a[some], b[some])[0]:.2f}"
+    )
+    for title, values in (("by severity", a), ("by jumps", b)):
+        print(f"{title}:")
+        for k in np.argsort(-values)[: given.first]:
+            print(f"  {names[k]:<60} {a[k]:8.2f}° {b[k]:8.3f} a second")
+
+
+if __name__ == "__main__":
+    main()
