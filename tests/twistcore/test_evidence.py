@@ -55,6 +55,7 @@ def test_a_repair_that_takes_an_exact_hinge_apart_says_so():
     assert terms.off_after - terms.off_before == pytest.approx(12.0, abs=1.0)
     assert found.probability < 0.1
     assert "12°" in found.doubts[0]
+    assert sum("12°" in doubt for doubt in found.doubts) == 1
 
 
 def test_the_azimuth_is_no_witness_where_nothing_hangs_on_the_child():

@@ -109,6 +109,8 @@ def judgement_of(t: Terms, segment: str = "") -> Judgement:
     score = sum(parts.values())
     against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
     told = dict.fromkeys([*reversed(vetoes), *against])
+    if "off_its_hinge" in told:  # which says as much
+        told.pop("off_its_side", None)
     doubts = (_in_words(name, t, joint) for name in told if score < _SURE)
     return Judgement(score, tuple(d for d in doubts if d), MappingProxyType(parts), motion)
 
