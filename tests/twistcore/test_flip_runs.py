@@ -18,7 +18,7 @@ from twistcore.detection.limb_flips.flips import LimbFlips, _end_turns, _of_limb
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.limb import find_limbs
 from twistcore.motion import forward_kinematics
-from twistcore.rotation import multiply, quaternion_from_axis_angle, wrap
+from twistcore.rotation import conjugate, multiply, quaternion_from_axis_angle, wrap
 
 DEGREE = math.pi / 180.0
 FRAMES = 300
@@ -335,6 +335,23 @@ def test_a_flip_that_makes_the_path_of_the_knee_longer_is_left_to_a_person():
     assert not real.open
     assert real.evidence["doubts"] == []
     assert real.evidence["path_corrected"] < real.evidence["path"]
+
+
+def test_a_flip_that_ends_over_two_frames_is_found():
+    """The thigh rolls back first, half of that with the shin; then the knee comes back."""
+    limb, start, stop = "LeftUpLeg-LeftFoot", 60, 72
+    motion = flipped(WALK, flip(limb, start, stop, 179.0))
+    by_name = {c.name: c for c in CHAINS}
+    upper, lower = (by_name[name].axis for name in ("LeftUpLeg", "LeftLeg"))
+    thigh, shin = (WALK.skeleton.index(name) for name in ("LeftUpLeg", "LeftLeg"))
+    rotations, t = motion.rotations.copy(), stop - 1
+    whole = quaternion_from_axis_angle(upper, np.radians(179.0))
+    half = quaternion_from_axis_angle(lower, np.radians(90.0))
+    rotations[t, thigh] = multiply(rotations[t, thigh], whole)
+    rotations[t, shin] = multiply(multiply(conjugate(whole), rotations[t, shin]), half)
+    split = motion.with_rotations(rotations)
+    found = analyse_limbs(split, LIMBS).intervals(limb, 50.0 * DEGREE)
+    assert [(i.start, i.stop) for i in found] == [(start, stop)]
 
 
 def test_departures_without_an_offset_are_those_of_the_turns_that_are_left():

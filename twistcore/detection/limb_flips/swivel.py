@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twistcore.detection.prediction import Mask
 from twistcore.limb import Limb, path, places
 from twistcore.motion import Motion
 from twistcore.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
@@ -14,6 +15,7 @@ BENT = 0.03  # of the limb's length: a middle joint nearer to the line has no an
 _FOLDED = 0.02  # of the limb's length: an end nearer to the first joint leaves no line
 _REFINED = 5  # times
 _ALIKE = np.radians(40.0)
+_LARGE = np.radians(90.0)  # what may take two frames
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,18 +89,34 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
     A twist that a child takes back turns one of the rotations and no place; bones that spin both
     turn no place either. A straight limb has no place to be seen at: there both rotations speak.
-    Where none agree, the least counts.
+    Where none agree, the least counts; unless they agree over two frames, of which one turns the
+    rotations and the other the place.
     """
-    way = _least_turn(line[:-1], line[1:])
-    of_upper, of_lower = _roll(upper, way, line), _roll(lower, way, line)
-    seen = np.minimum(height[1:], height[:-1]) > BENT
-    judge = np.where(seen, _turn(way, line, aside), of_lower)
+    out = np.zeros(len(line))
+    out[1:], alike = _agreed(upper, lower, line, aside, height, 1)
+    over_two, alike_two = _agreed(upper, lower, line, aside, height, 2)
+    # over_two[k] leads from frame k to k + 2, by out[k + 1] and out[k + 2].
+    for k in np.flatnonzero(alike_two & (np.abs(over_two) > _LARGE) & ~(alike[:-1] & alike[1:])):
+        pair = out[k + 1 : k + 3]
+        if np.abs(pair).max() < _LARGE:
+            pair[1] = wrap(over_two[k] - pair[0])
+    return out
+
+
+def _agreed(
+    upper: Array, lower: Array, line: Array, aside: Array, height: Array, step: int
+) -> tuple[Array, Mask]:
+    """How far the limb turns in so many frames, and where witnesses agree, (frames − step,)."""
+    way = _least_turn(line[:-step], line[step:])
+    of_upper, of_lower = (_roll(q, way, line, step) for q in (upper, lower))
+    seen = np.minimum(height[step:], height[:-step]) > BENT
+    place = angle_about(line[step:], rotate(way, aside[:-step]), aside[step:])
+    judge = np.where(seen, place, of_lower)
     off_upper, off_lower = wrap(of_upper - judge), wrap(of_lower - judge)
     nearer = np.where(seen & (np.abs(off_lower) < np.abs(off_upper)), off_lower, off_upper)
     least = np.where(np.abs(of_upper) < np.abs(judge), of_upper, judge)
-    out = np.zeros(len(line))
-    out[1:] = np.where(np.abs(nearer) < _ALIKE, wrap(judge + 0.5 * nearer), least)
-    return out
+    alike = np.abs(nearer) < _ALIKE
+    return np.where(alike, wrap(judge + 0.5 * nearer), least), alike
 
 
 def _least_turn(a: Array, b: Array) -> Array:
@@ -109,14 +127,10 @@ def _least_turn(a: Array, b: Array) -> Array:
     return turn
 
 
-def _roll(q: Array, way: Array, line: Array) -> Array:
-    """Turn of q about the line from frame to frame, the line's own way left out, (frames − 1,)."""
-    return twist_angle(multiply(multiply(q[1:], conjugate(q[:-1])), conjugate(way)), line[1:])
-
-
-def _turn(way: Array, line: Array, aside: Array) -> Array:
-    """Turn of C's place about the line from frame to frame, likewise."""
-    return angle_about(line[1:], rotate(way, aside[:-1]), aside[1:])
+def _roll(q: Array, way: Array, line: Array, step: int) -> Array:
+    """Turn of q about the line in so many frames, its own way left out, (frames − step,)."""
+    turn = multiply(q[step:], conjugate(q[:-step]))
+    return twist_angle(multiply(turn, conjugate(way)), line[step:])
 
 
 def _usual_side(line: Array, aside: Array, height: Array) -> Array:
