@@ -321,7 +321,9 @@ def test_axes_may_vary_over_time():
     chains[2] = replace(CHAINS[2], axis=rotate(wobble, CHAINS[2].axis))
     error = shift(2, 100, [40.0] * 9)
     dirty = inject(DANCE, chains, [error])
-    assert_found(list(detect(dirty, chains)), error)
+    analysis = DETECTOR.analyse(dirty, chains)  # the whole clip would miss that the hand moves
+    found = [i for c in chains for i in analysis.intervals(c.name, analysis.automatic_tau(c.name))]
+    assert_found(found, error)
 
 
 @pytest.mark.parametrize("frames", [1, 2, 3, 4, 5, 10, 17])

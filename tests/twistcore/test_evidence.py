@@ -16,7 +16,7 @@ from twistcore.detection.chain_analysis import judged
 from twistcore.detection.evidence import Find, Witnesses, judgement_of, taken_by, terms_of
 from twistcore.detection.evidence.judgement import WEIGHTS
 from twistcore.detection.evidence.witnesses import ALONG
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.rotation import exponential, multiply, quaternion_from_axis_angle
 from twistcore.twist_removal import applied_unasked, refine
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
@@ -168,3 +168,21 @@ def test_motion_is_what_the_terms_alone_say_twenty_to_one():
     assert not judgement_of(replace(terms, noise=8.0)).motion  # no motion: noise
     unlikely = replace(terms, for_x=0.0, for_y=0.0, rate=5.0, natural=120.0, together=20.0)
     assert judgement_of(unlikely).motion
+
+
+def test_a_hinge_that_the_rig_makes_counts_of_a_limb_that_is_nearly_straight():
+    """As in the last frames of some exports: the elbow keeps its hinge, only its angle is small."""
+    chain = CHAINS["LeftUpLeg"]
+    hinge = np.cross(chain.axis, [0.0, 0.0, 1.0])
+    angle = np.radians(6.0 + 3.0 * np.sin(np.arange(WALK.frames) / 9.0))
+    rotations = WALK.rotations.copy()
+    across = np.cross(chain.arm, chain.axis)
+    size = np.linalg.norm(across)
+    aligned = exponential(across / max(size, 1e-12) * np.arctan2(size, chain.arm @ chain.axis))
+    bent = quaternion_from_axis_angle(hinge / np.linalg.norm(hinge), angle)
+    rotations[:, chain.child] = multiply(bent, aligned)
+    straight = WALK.with_rotations(rotations)
+    last = Find(WALK.frames - 1, WALK.frames, np.full(1, 15.0))
+    found, terms = judgement(straight, chain, last)
+    assert terms.off_after - terms.off_before == pytest.approx(15.0, abs=1.0)
+    assert found.probability < 0.1

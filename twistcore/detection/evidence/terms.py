@@ -24,6 +24,8 @@ _BONE = 2.5  # by how much a bone's direction is uncertain: over sin(bend) that 
 _ELSEWHERE = 1.0  # seconds without finds from which the clip tells what is natural
 _BESIDE = 0.1  # seconds on either side of an edge
 _NOISE = 3  # frames beside a find in which a burst of noise speaks against it
+_EXACT, _ENOUGH = 0.5, 20  # degrees off a hinge that the rig makes; frames that tell it
+_STRAIGHT = np.sin(np.radians(3.0))  # of a limb straighter than so even that hinge says nothing
 _NEAR = 0.6  # seconds in which an edge's neighbours count for more
 
 
@@ -226,17 +228,17 @@ class _Measured:
             return unknown
         weight = c.sine**2
         full = self.inside & (np.abs(self.offset) > 0.5 * np.abs(self.offset).max())
-        here = full & (c.sine > ALONG)
         usual = usual_side(c, self.busy)
         if usual is None or not full.any():
             return unknown
         off, furthest = usual.off, usual.furthest
-        there = ~self.busy & (c.sine > ALONG)
+        known, least = (c.sine > _STRAIGHT, 0.0) if usual.exact else (c.sine > ALONG, 0.3)
+        here, there = full & known, ~self.busy & known
         fixed = wrapped(off + self.offset)
         spread = 1.48 * float(np.average(np.sqrt(np.abs(off[there])), weights=weight[there])) ** 2
         sigma = np.hypot(max(spread, 0.5), _BONE / np.maximum(c.sine, 0.01))[full]
         gain = residual_cost(off[full] / sigma) - residual_cost(fixed[full] / sigma)
-        if (weight * here).sum() < 0.3:
+        if not (weight * here).sum() > least:
             return math.nan, math.nan, math.nan, float(gain.mean())
         before, after = (
             math.sqrt(np.average(v[here] ** 2, weights=weight[here])) for v in (off, fixed)
@@ -270,10 +272,14 @@ class _Measured:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """How far C's bone is from its usual side, degrees, (frames,), and 95 % of the clip at most."""
+    """How far C's bone is from its usual side, degrees, (frames,), and 95 % of the clip at most.
+
+    exact: it keeps to it wherever the limb is bent at all, as a rig makes it.
+    """
 
     off: Array
     furthest: float
+    exact: bool = False
 
 
 def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
@@ -281,9 +287,15 @@ def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
 
     busy: frames that say nothing of it, (frames,).
     """
-    weight = chain.sine**2
+    if not chain.hinged:
+        return None
+    weight, there = chain.sine**2, ~busy & (chain.sine > _STRAIGHT)
+    if there.sum() >= _ENOUGH:
+        off = wrapped(chain.azimuth - _middle(chain.azimuth[there], weight[there]))
+        if (furthest := float(np.quantile(np.abs(off[there]), 0.95))) < _EXACT:
+            return Side(off, furthest, exact=True)
     there = ~busy & (chain.sine > ALONG)
-    if not chain.hinged or (weight * there).sum() < 3.0:
+    if (weight * there).sum() < 3.0:
         return None
     off = wrapped(chain.azimuth - _middle(chain.azimuth[there], weight[there]))
     off = wrapped(off - _weighted_quantile(off[there], weight[there], 0.5))
