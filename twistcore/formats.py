@@ -4,23 +4,40 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
-from twistcore.amc import read_amc
 from twistcore.bvh import read_bvh
 from twistcore.clip import Clip
 from twistcore.clip_suffixes import CLIP_SUFFIXES, clip_suffix
 from twistcore.errors import AmcError, ClipError
-from twistcore.npz import read_npz, read_pkl
-from twistcore.npz.archive import names_in
-from twistcore.npz.pose_names import SMPL_POSES, has_pose_names
 from twistcore.ordinary_files import is_file, open_to_read
 from twistcore.progress import Tell, nobody
 
+
+# What reads the other formats is loaded when such a clip comes: most clips are BVH.
+def _read_npz(path: str | Path, **how: Any) -> Clip:
+    from twistcore.npz import read_npz
+
+    return read_npz(path, **how)
+
+
+def _read_pkl(path: str | Path, **how: Any) -> Clip:
+    from twistcore.npz import read_pkl
+
+    return read_pkl(path, **how)
+
+
+def _read_amc(path: str | Path, **how: Any) -> Clip:
+    from twistcore.amc import read_amc
+
+    return read_amc(path, **how)
+
+
 _READERS: Mapping[str, Callable[..., Clip]] = {
     ".bvh": read_bvh,
-    ".npz": read_npz,
-    ".amc": read_amc,
-    ".pkl": read_pkl,
+    ".npz": _read_npz,
+    ".amc": _read_amc,
+    ".pkl": _read_pkl,
 }
 _HEAD = 1 << 16  # bytes of a pickle in which its names are looked for
 CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # as file dialogs have them
@@ -61,6 +78,9 @@ def is_other_data(path: str | Path) -> bool:
     suffix = Path(path).suffix.lower()
     if suffix not in (".npz", ".pkl") or not is_file(path):
         return False
+    from twistcore.npz.archive import names_in
+    from twistcore.npz.pose_names import SMPL_POSES, has_pose_names
+
     if suffix == ".npz":
         names = names_in(Path(path))
         return names is not None and not has_pose_names(names)

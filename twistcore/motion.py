@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, wraps
+from typing import TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.rotation import Array
+
+Known = TypeVar("Known")
 
 _ELEMENTS = 1 << 16  # numbers of one kind in a block
 
@@ -136,6 +141,24 @@ class Motion:
         return replace(
             self, rotations=self.rotations[start:stop], positions=self.positions[start:stop]
         )
+
+
+def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:
+    """Keep what a function finds in a motion for as long as the motion is there.
+
+    The same object is returned each time: callers must not change it. It must not refer to the
+    motion, which would then never be released.
+    """
+    known: WeakKeyDictionary[Motion, Known] = WeakKeyDictionary()
+
+    @wraps(work)
+    def kept(motion: Motion) -> Known:
+        try:
+            return known[motion]
+        except KeyError:
+            return known.setdefault(motion, work(motion))
+
+    return kept
 
 
 def check_motion(thing: object) -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.motion import Motion
+from twistcore.motion import Motion, once_a_motion
 from twistcore.notes import Note
 from twistcore.rotation import Array, conjugate, multiply, wrap
 
@@ -133,6 +133,7 @@ class Kept:
 # -- frames held -----------------------------------------------------------------------------------
 
 
+@once_a_motion
 def without_held(motion: Motion) -> Kept | None:
     """The motion without repeated frames, where most frames are repeated by a rule; else None.
 
@@ -200,6 +201,7 @@ class Keys:
         return Kept(own, first, motion.frames, even=True)
 
 
+@once_a_motion
 def linear_keys(motion: Motion) -> Keys | None:
     """The keys between which all joints turn evenly; None where there are none.
 

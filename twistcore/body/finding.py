@@ -12,7 +12,7 @@ from twistcore.body.offsets import ancestors
 from twistcore.body.parts import LIMBS, Body, LimbLine, Unexamined
 from twistcore.body.shape import Shape
 from twistcore.joint_names import joint_as_said
-from twistcore.motion import Motion
+from twistcore.motion import Motion, once_a_motion
 from twistcore.people import find_people, joint_names
 
 
@@ -22,6 +22,15 @@ def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({}))
     said: what a person takes single joints for, by name: 'left hand', 'helper', as
     :func:`joint_as_said` has it.
     """
+    return _found(motion, said) if said else _as_found(motion)
+
+
+@once_a_motion
+def _as_found(motion: Motion) -> Body:
+    return _found(motion, MappingProxyType({}))
+
+
+def _found(motion: Motion, said: Mapping[str, str]) -> Body:
     skeleton = motion.skeleton
     people = find_people(skeleton)
     own = {k: joint_as_said(n, said[n]) for k, n in enumerate(skeleton.names) if n in said}

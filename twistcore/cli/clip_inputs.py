@@ -19,7 +19,6 @@ from twistcore.joint_names import read_words
 from twistcore.own_words import with_own_words
 from twistcore.processes import reason
 from twistcore.rig import AS_FOUND, Rig, read_rig
-from twistcore.tuning import read_profile
 
 Found = TypeVar("Found")
 
@@ -113,6 +112,8 @@ def _detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
     kinds = ALL_KINDS if arguments.kinds is None else arguments.kinds
     if not arguments.profile:
         return analysis.detect(method, kinds=kinds, tau_radians=arguments.tau)
+    from twistcore.tuning import read_profile  # slow to load; few commands need it
+
     profile = read_profile(arguments.profile)
     if profile.method not in ("", method):
         note(f"{arguments.profile}: note: tuned for detector {profile.method}, used with {method}")

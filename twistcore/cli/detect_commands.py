@@ -39,8 +39,6 @@ from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.notes import NOT_EXAMINED
 from twistcore.refinement import children_off_axis
-from twistcore.review.soft_onset import soft_onset
-from twistcore.why_not import peaks_without_interval
 
 Document = dict[str, Any]
 
@@ -311,6 +309,8 @@ def _explain(interval: Interval) -> None:
 
 
 def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
+    from twistcore.review.soft_onset import soft_onset  # only --explain needs it
+
     if told := soft_onset(interval):
         say(f"    {told}, gain {evidence['gain']:.1f}".replace("−", "-"))
         return
@@ -332,6 +332,8 @@ def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
 
 def _explain_peaks(found: Detection) -> None:
     """What is past τ in no interval, by chain, and why."""
+    from twistcore.why_not import peaks_without_interval  # only --explain needs it
+
     for chain in found.chains_and_limbs:
         if reasons := peaks_without_interval(found, chain.name):
             count = f"{len(reasons)} peak{'' if len(reasons) == 1 else 's'}"
@@ -341,6 +343,8 @@ def _explain_peaks(found: Detection) -> None:
 
 
 def _peaks_to_json(found: Detection) -> list[Document]:
+    from twistcore.why_not import peaks_without_interval  # only --explain needs it
+
     names = found.analysis.motion.skeleton.names
     entries = []
     for chain in found.chains_and_limbs:

@@ -9,7 +9,7 @@ import numpy as np
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.leading_blend import blend_end, held_frames, rest_frames
 from twistcore.detection.prediction import Mask
-from twistcore.motion import Motion
+from twistcore.motion import Motion, once_a_motion
 from twistcore.notation import Kept, without_held
 
 SHORTEST_SEGMENT = 0.25  # seconds between cuts: in less no error can be told from motion
@@ -27,6 +27,11 @@ def find_cuts(motion: Motion) -> Mask:
 
     That is a cut, or a step of a blend out of the clip's first pose or into a rest pose at its end.
     """
+    return _cuts(motion).copy()
+
+
+@once_a_motion
+def _cuts(motion: Motion) -> Mask:
     if (held := without_held(motion)) is not None:
         return _among_held(find_cuts(held.motion), held)
     rotations, fps = motion.rotations, motion.fps

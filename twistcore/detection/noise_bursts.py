@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter, uniform_filter1d
 
 from twistcore.body import ancestors
 from twistcore.detection.runs import runs
-from twistcore.motion import Motion
+from twistcore.motion import Motion, once_a_motion
 from twistcore.notation import without_held
 from twistcore.rotation import Array, conjugate, logarithm, multiply
 
@@ -70,7 +69,25 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """σ of a joint's noise that neither its parent nor a child takes back, degrees, (frames,)."""
+    """σ of a joint's noise that neither its parent nor a child takes back, degrees, (frames,).
+
+    Read only: kept with the motion, and that of quiet joints takes no memory.
+    """
+    known = _by_joint(motion)
+    if joint not in known:
+        sigma = _noise_of(motion, joint)
+        known[joint] = sigma if sigma.any() else np.broadcast_to(0.0, motion.frames)
+    return known[joint]
+
+
+@once_a_motion
+def _by_joint(motion: Motion) -> dict[int, Array]:
+    """What :func:`_of_joint` knows by now."""
+    del motion
+    return {}
+
+
+def _noise_of(motion: Motion, joint: int) -> Array:
     own = motion.rotations[:, joint]
     turns = turns_of(own)
     sigma = noise_level(turns, motion.fps)
@@ -151,6 +168,10 @@ def noise_level(turns: Array, fps: float) -> Array:
     change = np.zeros((frames, 3))
     change[1:-1] = turns[2:] - turns[1:-1]
     size, far = ((v**2).sum(axis=1) for v in (change, turns))
+    if not _often(size > 0.99 * _MIDDLE * _LEAST**2, width):
+        return none
+    from scipy.ndimage import median_filter, uniform_filter1d  # slow to load; few clips need it
+
     # Medians: a jump or two make no noise.
     changes, moves = (median_filter(v, width, mode="nearest") for v in (size, far))
     sigma = np.sqrt(changes / _MIDDLE)
@@ -170,3 +191,11 @@ def noise_level(turns: Array, fps: float) -> Array:
             if len(part) >= _FEWEST // 2 and part[0] < stop and part[-1] >= start:
                 out[part[0] : part[-1] + 1] = level
     return out
+
+
+def _often(mask: Mask, width: int) -> bool:
+    """True if the median over a window of so many frames may be one of the True frames."""
+    half = width // 2
+    counts = np.concatenate([[0], np.cumsum(np.pad(mask, half, mode="edge"))])
+    around = counts[2 * half + 1 :] - counts[: -2 * half - 1]
+    return bool(around.max() >= width - half)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import gammaincinv
 
 from twistcore.rotation import Array
 
@@ -106,5 +105,7 @@ class DrawnErrors:
 
 def rate_band(count: float) -> tuple[float, float]:
     """What a count of rare events may be a draw of: the mean's 95 % confidence (Poisson)."""
+    from scipy.special import gammaincinv  # slow to load; only a curve needs it
+
     low = float(gammaincinv(count, _TAIL)) if count > 0.0 else 0.0
     return low, float(gammaincinv(count + 1.0, 1.0 - _TAIL))

@@ -18,7 +18,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
 
 from twistcore.detection.prediction import Mask
 from twistcore.rotation import Array
@@ -110,6 +109,8 @@ def learned(given: Seen) -> LearnedConfidence:
         score = sign * (at[0] + math.exp(at[1]) * logit)
         prior = (at[0] / SHIFT_SPREAD) ** 2 + (at[1] / LOG_SCALE_SPREAD) ** 2
         return float(np.logaddexp(0.0, -score).sum() + 0.5 * prior)
+
+    from scipy.optimize import minimize  # slow to load; only a fit needs it
 
     shift, log_scale = minimize(loss, np.zeros(2)).x
     accepted = int(given.accepted.sum())
