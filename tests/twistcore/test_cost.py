@@ -8,12 +8,22 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
-from twistcore.detection import cuts, noise_bursts
+from twistcore.detection import bends, cuts, noise_bursts
+from twistcore.detection import lone_jumps as module
+from twistcore.detection.bends import bend_steps
+from twistcore.detection.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.cuts import find_cuts
+from twistcore.detection.evidence import Witnesses
+from twistcore.detection.lone_jumps import lone_jumps, own_axis
 from twistcore.detection.noise_bursts import noise_level, noise_near
+from twistcore.detection.pairing import Block
+from twistcore.motion import Motion
+from twistcore.rotation import Array, multiply, quaternion_from_axis_angle
+from twistcore.synthesis import InjectedError, inject
 
 ASSETS = Path(__file__).parents[2] / "assets"
 _DETECT = """
@@ -73,3 +83,71 @@ def test_a_quick_look_leaves_out_no_noise(fps: float, monkeypatch: pytest.Monkey
         assert np.array_equal(*found)
         some += found[0].any()
     assert 5 < some < 55
+
+
+def test_bends_are_the_same_by_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = read_bvh(ASSETS / "walk.bvh").motion
+    whole = bend_steps(motion)
+    monkeypatch.setattr(bends, "_BLOCK", 7)
+    assert np.array_equal(bend_steps(motion), whole)
+    for few in (1, 2):
+        assert bend_steps(motion.sliced(0, few)).shape == (len(whole), few - 1)
+
+
+def test_a_table_of_pairs_keeps_only_what_gains() -> None:
+    rng = np.random.default_rng(1)
+    gain = np.where(rng.random((64, 576)) < 0.01, rng.uniform(0.1, 9.0, (64, 576)), -np.inf)
+    follows = np.where(np.isfinite(gain), rng.integers(0, 3, gain.shape), 0).astype(np.int8)
+    block = Block.of(64, 0, gain, follows)
+    assert np.array_equal(block.gain, gain)
+    assert np.array_equal(block.follows, follows)
+    kept = sum(v.nbytes for v in vars(block).values() if isinstance(v, np.ndarray))
+    assert kept < 0.05 * gain.nbytes
+
+
+def test_the_signals_of_edges_of_any_width_take_bounded_memory() -> None:
+    motion = read_bvh(ASSETS / "walk.bvh").motion
+    witnesses = Witnesses.of(motion, analyse(motion).chains[0])
+    for width in range(1, motion.frames // 2):
+        witnesses.beyond_pace("x", width)
+    assert sum(len(v) for v in witnesses._series.values()) <= 1 << 18
+    again = Witnesses.of(motion, analyse(motion).chains[0]).beyond_pace("x", 1)
+    assert np.array_equal(witnesses.beyond_pace("x", 1), again, equal_nan=True)
+
+
+def test_a_level_up_to_the_end_of_a_clip_is_kept_once() -> None:
+    motion = read_bvh(ASSETS / "walk.bvh").motion
+    chain = next(c for c in analyse(motion).chains if c.name == "LeftArm")
+    start = motion.frames // 2 + 20
+    level = InjectedError(chain.name, start, motion.frames, np.full(motion.frames - start, 0.9))
+    known = analyse(inject(motion, [chain], [level])).by()
+    assert isinstance(known, ConsistencyAnalysis)
+    (found,) = known.chains[chain.name].between_edges(known.automatic_tau(chain.name))
+    assert (found.start, found.stop) == (start, motion.frames)
+    assert found.offset.strides == (0,)
+    assert found.delta == pytest.approx(0.9, abs=0.02)
+
+
+def test_lone_jumps_look_at_the_room_only_where_a_joint_turns_fast(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked = []
+    in_room = module._in_room
+
+    def counted(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
+        asked.append(len(at))
+        return in_room(motion, joint, at)
+
+    monkeypatch.setattr(module, "_in_room", counted)
+    motion = read_bvh(ASSETS / "walk.bvh").motion
+    chains = analyse(motion).chains
+    assert not any(lone_jumps(motion, chains).values())
+    assert sum(asked) == 0
+    rotations, joint = motion.rotations.copy(), chains[0].parent
+    axis = own_axis(motion.skeleton, joint)
+    assert axis is not None
+    turn = quaternion_from_axis_angle(axis, np.array(2.5))
+    rotations[200, joint] = multiply(rotations[200, joint], turn)
+    jumps = lone_jumps(motion.with_rotations(rotations), chains)
+    assert any(i.start == 200 for own in jumps.values() for i in own)
+    assert 0 < sum(asked) < 40

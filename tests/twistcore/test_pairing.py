@@ -215,7 +215,7 @@ def test_an_interval_over_nearly_all_gives_way_to_errors_at_both_ends(
         edges, start=start, stop=start + 1, jump=np.array([1.0, -1.0]), gain=np.array(gains[:2])
     )
     gain = np.array([[-np.inf, -np.inf], [gains[2], -np.inf]])
-    block = Block(0, 0, gain, np.zeros((2, 2), dtype=np.int8))
+    block = Block.of(0, 0, gain, np.zeros((2, 2), dtype=np.int8))
     high = low + closes + 1 + behind
     assert_no_set_gains_more(PairTable(edges, low, high, (block,)), 0.01, fps)
 
@@ -226,7 +226,7 @@ def test_an_edge_is_near_an_end_of_its_segment_to_the_frame(fps, longest, low):
     """An interval gives way to errors at both ends only if both of its edges are near them."""
     edges = table_of(3)[2].edges[np.array([0, 1])]
     gain = np.array([[-np.inf, -np.inf], [60.0, -np.inf]])
-    block = Block(0, 0, gain, np.zeros((2, 2), dtype=np.int8))
+    block = Block.of(0, 0, gain, np.zeros((2, 2), dtype=np.int8))
     for before in (longest - 1, longest, longest + 1):
         for behind in (longest - 1, longest, longest + 1):
             start = low + before + np.array([0, 800])

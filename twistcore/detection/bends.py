@@ -7,12 +7,16 @@ however many chains go wrong in the same frames. A limb flip changes two bends o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from twistcore.chain import bone_direction
 from twistcore.motion import Motion
 from twistcore.rotation import Array, multiply, rotate
 
+_BLOCK = 2048  # frames
 _SHORTEST = 1e-6  # of the skeleton's height: what is shorter has no direction
 
 
@@ -30,20 +34,30 @@ def bend_steps(motion: Motion) -> Array:
             of = above[path[0]]
             hanging.setdefault((len(path), of is None), []).append((path, own, of))
     roots = np.flatnonzero(parents < 0)
-    cosine = np.abs(np.einsum("tjc,tjc->jt", q[:-1, roots], q[1:, roots]))
-    found = [2.0 * np.arccos(np.minimum(cosine, 1.0))]
+    groups: list[tuple[NDArray[np.int64], Array, Array | None]] = []
     for (_, on_root), alike in hanging.items():
-        paths, bones, of_all = zip(*alike, strict=True)
-        first, *others = np.array(paths).T
-        turned = q[:, first]
-        for joints in others:
-            turned = multiply(turned, q[:, joints])
-        directions = rotate(turned, _together(bones))
-        if on_root:
-            found.append(_angles(directions[:-1], directions[1:]))
-        else:
-            found.append(np.abs(np.diff(_angles(directions, _together(of_all)), axis=1)))
-    return np.concatenate(found)
+        paths, own_bones, bones_above = zip(*alike, strict=True)
+        above_all = None if on_root else _together(bones_above)
+        groups.append((np.array(paths).T, _together(own_bones), above_all))
+    steps = np.empty((len(roots) + sum(g[0].shape[1] for g in groups), max(motion.frames - 1, 0)))
+    # Blocks stay in the cache, and what is made on the way does not grow with the clip.
+    for low in range(0, motion.frames - 1, _BLOCK):
+        at = slice(low, min(low + _BLOCK + 1, motion.frames))
+        part = q[at]
+        cosine = np.abs(np.einsum("tjc,tjc->jt", part[:-1, roots], part[1:, roots]))
+        found = [2.0 * np.arccos(np.minimum(cosine, 1.0))]
+        for joints_of, bones, of_all in groups:
+            turned = part[:, joints_of[0]]
+            for joints in joints_of[1:]:
+                turned = multiply(turned, part[:, joints])
+            directions = rotate(turned, bones if bones.ndim == 2 else bones[at])
+            if of_all is None:
+                found.append(_angles(directions[:-1], directions[1:]))
+            else:
+                off = of_all if of_all.ndim == 2 else of_all[at]
+                found.append(np.abs(np.diff(_angles(directions, off), axis=1)))
+        steps[:, low : at.stop - 1] = np.concatenate(found)
+    return steps
 
 
 def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | None:
@@ -68,9 +82,10 @@ def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
     return path
 
 
-def _together(directions: tuple[Array, ...]) -> Array:
+def _together(directions: Sequence[Array]) -> Array:
     """Directions (3,) or (frames, 3) of several joints, (joints, 3) or (frames, joints, 3)."""
-    return np.stack(np.broadcast_arrays(*directions), axis=-2)
+    stacked: Array = np.stack(np.broadcast_arrays(*directions), axis=-2)
+    return stacked
 
 
 def _angles(one: Array, other: Array) -> Array:

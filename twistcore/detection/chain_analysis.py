@@ -219,7 +219,7 @@ class ConsistencyAnalysis:
         """Frames of the chain's intervals at its automatic τ: no measure of natural motion."""
         if chain not in self._taken:
             own = self.chains[chain]
-            finds = [_find(i) for i in own.intervals(own.automatic_tau())]
+            finds = (_find(i) for i in own.intervals(own.automatic_tau()))
             self._taken[chain] = taken_by(self.witnesses[chain].frames, finds)
         return self._taken[chain]
 

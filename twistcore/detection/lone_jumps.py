@@ -18,7 +18,7 @@ from twistcore.chain import Chain
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.runs import runs
-from twistcore.motion import Motion, Skeleton, forward_kinematics
+from twistcore.motion import Motion, Skeleton
 from twistcore.notation import Kept, without_held
 from twistcore.rotation import Array, conjugate, multiply, twist_angle
 
@@ -49,15 +49,21 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
         return {name: tuple(_as_written(i, held) for i in own) for name, own in found.items()}
     cut = find_cuts(motion)
     cut[:1] = True
-    in_room = forward_kinematics(motion)[0]
     names = motion.skeleton.names
     jumps: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
     for joint, chain in chain_of_joint(chains).items():
         axis = own_axis(motion.skeleton, joint)
         if axis is None:
             continue
-        turn = turns_about(in_room[:, joint], axis)
-        fast = too_fast(turn, turns_about(motion.rotations[:, joint], axis), motion.fps) & ~cut
+        own = turns_about(motion.rotations[:, joint], axis)
+        fast = may_be_too_fast(own, motion.fps) & ~cut
+        if not fast.any():
+            continue
+        turn = np.zeros(motion.frames)
+        at = np.flatnonzero(fast)
+        before, after = _in_room(motion, joint, at - 1), _in_room(motion, joint, at)
+        turn[at] = twist_angle(multiply(conjugate(before), after), axis)
+        fast &= too_fast(turn, own, motion.fps)
         for start, stop in runs(fast):
             most = max(turn[start:stop].tolist(), key=abs)
             jumps[chain.name].append(
@@ -115,6 +121,17 @@ def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
     """Where a joint turns so fast in its parent's frame that it may be too fast, (frames,)."""
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
+
+
+def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
+    """Global rotations of a joint at some frames, (n, 4)."""
+    line = [joint]
+    while (above := int(motion.skeleton.parents[line[-1]])) >= 0:
+        line.append(above)
+    found: Array = motion.rotations[at, line.pop()]
+    while line:
+        found = multiply(found, motion.rotations[at, line.pop()])
+    return found
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:

@@ -139,6 +139,11 @@ def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
     edges, k = table.edges, max(pair.opening, pair.closing)
     start, stop = int(edges.start[k]), int(edges.stop[k])
     jumps = d[start:stop] + wrap(edges.jump[k] - d[start:stop].sum()) / (stop - start)
+    if stop - start == 1:  # the same level in all its frames, which may be most of a long clip
+        first, length = (start, table.high - start) if pair.opening >= 0 else (table.low, 0)
+        length = length or stop - 1 - table.low
+        level = jumps if pair.opening >= 0 else -jumps
+        return Course(first, np.broadcast_to(wrap(level), length), 0.0)
     if pair.opening < 0:
         offset = np.zeros(stop - 1 - table.low)
         rest = -jumps[::-1].cumsum()[::-1]  # δ(t) = −(jumps still to come)

@@ -59,12 +59,39 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Gains of closing edges `first_row`… with openings `first_column`…, −inf where ≤ 0."""
+    """Gains of closing edges `first_row`… with openings `first_column`…, −inf where ≤ 0.
+
+    Few pairs gain anything, so only these are kept. shape: rows, columns; at: the places of those
+    that do, flat and ascending; gains: theirs; kinds: what they follow; (n,) each.
+    """
 
     first_row: int
     first_column: int
-    gain: Array
-    follows: NDArray[np.int8]
+    shape: tuple[int, int]
+    at: NDArray[np.int32]
+    gains: Array
+    kinds: NDArray[np.int8]
+
+    @classmethod
+    def of(cls, first_row: int, first_column: int, gain: Array, follows: NDArray[np.int8]) -> Block:
+        """From the gains of all its pairs and what they follow, (rows, columns) both."""
+        at = np.flatnonzero(np.isfinite(gain))
+        some = gain.ravel()[at], follows.ravel()[at]
+        return cls(first_row, first_column, gain.shape, at.astype(np.int32), *some)
+
+    @property
+    def gain(self) -> Array:
+        """Of all pairs, (rows, columns)."""
+        out = np.full(self.shape, -np.inf)
+        out.ravel()[self.at] = self.gains
+        return out
+
+    @property
+    def follows(self) -> NDArray[np.int8]:
+        """What all pairs follow, (rows, columns); LEVEL where nothing is gained."""
+        out = np.zeros(self.shape, dtype=np.int8)
+        out.ravel()[self.at] = self.kinds
+        return out
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,11 +108,11 @@ class PairTable:
         found: dict[int, float] = {}
         for block in self.blocks:
             row, column = edge - block.first_row, edge - block.first_column
-            if 0 <= row < len(block.gain):
+            if 0 <= row < block.shape[0]:
                 gains = block.gain[row]
                 at = np.flatnonzero(np.isfinite(gains))
                 found |= zip((at + block.first_column).tolist(), gains[at].tolist(), strict=True)
-            if 0 <= column < block.gain.shape[1]:
+            if 0 <= column < block.shape[1]:
                 gains = block.gain[:, column]
                 at = np.flatnonzero(np.isfinite(gains))
                 found |= zip((at + block.first_row).tolist(), gains[at].tolist(), strict=True)
@@ -156,7 +183,7 @@ def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Bl
     gain[at] = np.where(value > 0.0, value, -np.inf)
     kinds = np.zeros(possible.shape, dtype=np.int8)
     kinds[at] = follows
-    return Block(first, begin, gain, kinds)
+    return Block.of(first, begin, gain, kinds)
 
 
 _CIRCLE = 2.0 * np.pi / 2.5  # √2π rounded
@@ -249,8 +276,8 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
     early, late = before <= longest, behind <= longest
     from_low, from_high = _gain_alone(edges, before), _gain_alone(edges, behind)
     for block in table.blocks:
-        rows = np.flatnonzero(asked[block.first_row : block.first_row + len(block.gain)])
-        columns = np.flatnonzero(asked[block.first_column :][: block.gain.shape[1]])
+        rows = np.flatnonzero(asked[block.first_row : block.first_row + block.shape[0]])
+        columns = np.flatnonzero(asked[block.first_column :][: block.shape[1]])
         gain = block.gain[np.ix_(rows, columns)]
         if late[rows + block.first_row].any() and early[columns + block.first_column].any():
             closing, opening = rows[:, None] + block.first_row, columns + block.first_column

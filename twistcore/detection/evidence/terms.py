@@ -7,7 +7,7 @@ cost if it is the error, in the scale that the same signal has elsewhere in the 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,6 +26,7 @@ _BESIDE = 0.1  # seconds on either side of an edge
 _NOISE = 3  # frames beside a find in which a burst of noise speaks against it
 _EXACT, _ENOUGH = 0.5, 20  # degrees off a hinge that the rig makes; frames that tell it
 _STRAIGHT = np.sin(np.radians(3.0))  # of a limb straighter than so even that hinge says nothing
+_PACE = 2  # frames on either side that tell the pace at an edge
 _NEAR = 0.6  # seconds in which an edge's neighbours count for more
 
 
@@ -190,7 +191,9 @@ class _Measured:
         return float(cost[0] - cost[1])
 
     def _together(self, edge: Edge) -> float:
-        turn = self._turn(self.chain.together, edge)
+        low = max(edge.start - _PACE - 1, 0)
+        turns = self.chain.together(low, min(edge.stop + _PACE, self.chain.frames))
+        turn = self._turn(turns, Edge(edge.start - low, edge.stop - low, edge.turn))
         return float(np.linalg.norm(turn) / abs(edge.turn))
 
     def _rougher(self) -> float:
@@ -318,7 +321,7 @@ def _weighted_quantile(values: Array, weights: Array, share: float) -> float:
     return float(values[order][np.searchsorted(total, share * total[-1])])
 
 
-def taken_by(frames: int, finds: Sequence[Find]) -> Mask:
+def taken_by(frames: int, finds: Iterable[Find]) -> Mask:
     """Frames in which any of the finds lies, (frames,)."""
     taken = np.zeros(frames, dtype=bool)
     for find in finds:

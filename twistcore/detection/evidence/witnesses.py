@@ -24,6 +24,9 @@ PACE = 2  # frames on either side that tell the pace at an edge
 ALONG = np.sin(np.radians(10.0))  # of a limb straighter than so the azimuth says nothing
 
 
+_KEPT, _FEWEST_KEPT = 1 << 18, 3  # numbers in the series of a chain, or so many series
+
+
 @dataclass(frozen=True, eq=False)
 class Witnesses:
     """The signals of one chain, made when first asked for; see :meth:`of`.
@@ -42,7 +45,7 @@ class Witnesses:
     fps: float
     segment: str
     noise: Array
-    _series: dict[tuple[str, int], Array] = field(default_factory=dict)
+    _series: dict[tuple[str, int], Array] = field(default_factory=dict)  # the latest few
 
     @classmethod
     def of(cls, motion: Motion, chain: Chain, noise: Array | None = None) -> Witnesses:
@@ -74,25 +77,27 @@ class Witnesses:
         return self._turns[1]
 
     @cached_property
-    def _bone(self) -> Array:
-        """C's bone in P's frame as parts along P's bone and two across it, (frames, 3)."""
+    def _sides(self) -> tuple[Array, Array]:
+        """The bend and the azimuth of C's bone, from its parts along P's bone and across it."""
         axis = np.broadcast_to(self.axis, (self.frames, 3))
         beside = np.cross(axis[0], np.eye(3)[int(np.argmin(np.abs(axis[0])))])
         first = beside - (axis @ beside)[:, None] * axis
         first /= np.linalg.norm(first, axis=1, keepdims=True)
         bone = rotate(self.q_child, np.broadcast_to(self.arm, (self.frames, 3)))
-        return np.stack([(bone * d).sum(-1) for d in (axis, first, np.cross(axis, first))], -1)
+        parts = (axis, first, np.cross(axis, first))
+        along, one, other = np.stack([(bone * d).sum(-1) for d in parts], -1).T
+        bend = np.degrees(np.arctan2(np.hypot(one, other), along))
+        return bend, np.degrees(np.arctan2(other, one))
 
-    @cached_property
+    @property
     def bend(self) -> Array:
         """Angle between P's bone and C's, 0 where the limb is straight, (frames,)."""
-        along, *across = self._bone.T
-        return np.asarray(np.degrees(np.arctan2(np.hypot(*across), along)))
+        return self._sides[0]
 
-    @cached_property
+    @property
     def azimuth(self) -> Array:
         """θc [Choi26 Eq. 6-7]: the side to which C's bone leaves P's, (−180, 180], (frames,)."""
-        return np.asarray(np.degrees(np.arctan2(self._bone[:, 2], self._bone[:, 1])))
+        return self._sides[1]
 
     @cached_property
     def azimuth_turns(self) -> Array:
@@ -109,10 +114,12 @@ class Witnesses:
         """The smaller sine of a frame and the one before, (frames,); 0 for the first."""
         return np.concatenate([[0.0], np.minimum(self.sine[1:], self.sine[:-1])])
 
-    @cached_property
-    def together(self) -> Array:
-        """Turns of P and C together, which no twist error changes: vectors, (frames, 3)."""
-        return turns_of(multiply(self.q_parent, self.q_child))
+    def together(self, low: int, high: int) -> Array:
+        """Turns of P and C together in frames [low, high), the first one's 0: vectors, (n, 3).
+
+        No twist error changes them.
+        """
+        return turns_of(multiply(self.q_parent[low:high], self.q_child[low:high]))
 
     def beyond_pace(self, name: str, width: int) -> Array:
         """By how much a signal turns in [t, t + width) beyond the pace beside it, (frames,); NaN.
@@ -128,6 +135,8 @@ class Witnesses:
             pace = sum(turns[k] for k in beside) / (2.0 * PACE)
             out = np.full(len(turns), np.nan)
             out[t] = wrapped(total[t + width] - total[t] - width * pace)
+            while len(self._series) >= max(_FEWEST_KEPT, _KEPT // len(turns)):
+                del self._series[next(iter(self._series))]
             self._series[name, width] = out
         return self._series[name, width]
 

@@ -133,13 +133,14 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
     Each its length and that of its second differences, shares of the limb's length, (2,).
     """
     stop = start + len(offset)
-    around_it = slice(max(start - _BESIDE, 0), stop + _BESIDE)
-    fixed = swivel.child.copy()
+    low = max(start - _BESIDE, 0)
+    captured = swivel.child[low : stop + _BESIDE]
+    fixed = captured.copy()
     turn = quaternion_from_axis_angle(swivel.line[start:stop], -offset)
-    fixed[start:stop] = rotate(turn, fixed[start:stop])
+    fixed[start - low : stop - low] = rotate(turn, fixed[start - low : stop - low])
     now, then = (
-        np.array([np.linalg.norm(np.diff(c[around_it], k, axis=0), axis=1).sum() for k in (1, 2)])
-        for c in (swivel.child, fixed)
+        np.array([np.linalg.norm(np.diff(c, k, axis=0), axis=1).sum() for k in (1, 2)])
+        for c in (captured, fixed)
     )
     return now, then
 
