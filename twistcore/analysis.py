@@ -26,13 +26,22 @@ from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
 from twistcore.detection.notated import NotatedAnalysis
+from twistcore.detection.soft_errors import left_sentences
 from twistcore.errors import TwistError
 from twistcore.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.notation import Kept, notation_notes
-from twistcore.notes import FROZEN, NOISE, NOT_EXAMINED, RESTLESS_CLIP, UNEXAMINED, Note
+from twistcore.notes import (
+    FROZEN,
+    NOISE,
+    NOT_EXAMINED,
+    RESTLESS_CLIP,
+    UNEXAMINED,
+    UNSEARCHED,
+    Note,
+)
 from twistcore.people import find_people
 from twistcore.progress import Tell, nobody
 from twistcore.protected_measures import Hinges, Measure, protected_measures, shown_at
@@ -242,8 +251,12 @@ class ClipAnalysis:
                 for name in self._looked_at(REPAIRED)
                 for i in detector.intervals(name, detector.automatic_tau(name))
             )
-            refined = refine(self.motion, self.chains_and_limbs, applied_unasked(known))
-            self._jumps[method] = lone_jumps(refined, self._of_limbs)
+            applied = applied_unasked(known)
+            if applied:
+                refined = refine(self.motion, self.chains_and_limbs, applied)
+                self._jumps[method] = lone_jumps(refined, self._of_limbs)
+            else:
+                self._jumps[method] = self._captured_jumps
         return self._jumps[method]
 
     @cached_property
@@ -273,8 +286,12 @@ class ClipAnalysis:
         return self._jump_often and self._many(self.jumps(method))
 
     @cached_property
+    def _captured_jumps(self) -> Mapping[str, tuple[Interval, ...]]:
+        return lone_jumps(self.motion, self._of_limbs)
+
+    @cached_property
     def _jump_often(self) -> bool:
-        return self._many(lone_jumps(self.motion, self._of_limbs))
+        return self._many(self._captured_jumps)
 
     def _many(self, jumps: Mapping[str, Sequence[Interval]]) -> bool:
         count = sum(not self._in_burst(j) for own in jumps.values() for j in own)
@@ -547,6 +564,11 @@ class Detection:
         notes = self.analysis.notes
         if self.intervals:
             notes = tuple(n for n in notes if n.kind != NOT_EXAMINED)
+        left: Mapping[str, Sequence[tuple[int, int]]] = getattr(
+            self.analysis.kept(self.method), "left", {}
+        )
+        looked_at = {name: spans for name, spans in left.items() if name in self.tau}
+        notes = (*notes, *(Note(UNSEARCHED, said) for said in left_sentences(looked_at)))
         if self.analysis.restless(self.method):
             jumps = sum(map(len, self.analysis.jumps(self.method).values()))
             said = f"{jumps} lone jumps make every find unsure: nothing is corrected unasked."

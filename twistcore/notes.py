@@ -8,6 +8,7 @@ NOT_EXAMINED = "not examined"  # the whole clip
 UNEXAMINED = "unexamined"  # a limb, or some frames
 NOISE = "noise burst"
 FROZEN = "frozen"  # limbs that do not move at all for a while
+UNSEARCHED = "unsearched"  # frames at which soft errors were not sought, since there was too much
 RESTLESS_CLIP = "restless"  # so many lone jumps that no find is sure
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from tests.twistcore.test_soft_errors import clip
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
 from twistcore.detection import bends, cuts, noise_bursts
@@ -18,10 +19,14 @@ from twistcore.detection.bends import bend_steps
 from twistcore.detection.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.evidence import Witnesses
+from twistcore.detection.interval import Kind
 from twistcore.detection.lone_jumps import lone_jumps, own_axis
 from twistcore.detection.noise_bursts import noise_level, noise_near
 from twistcore.detection.pairing import Block
+from twistcore.detection.soft_errors import left_sentences, soft_intervals
 from twistcore.motion import Motion
+from twistcore.notes import UNSEARCHED
+from twistcore.review.soft_onset import SOFT
 from twistcore.rotation import Array, multiply, quaternion_from_axis_angle
 from twistcore.synthesis import InjectedError, inject
 
@@ -151,3 +156,30 @@ def test_lone_jumps_look_at_the_room_only_where_a_joint_turns_fast(
     jumps = lone_jumps(motion.with_rotations(rotations), chains)
     assert any(i.start == 200 for own in jumps.values() for i in own)
     assert 0 < sum(asked) < 40
+
+
+def test_a_search_whose_budget_is_spent_says_what_it_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    motion = clip("walk.bvh", "rich")
+    chain = next(c for c in analyse(motion).chains if c.name == "RightForeArm")
+    ramp = np.minimum(1.0, np.minimum(np.arange(1, 31), np.arange(30, 0, -1)) / 9.0)
+    dirty = inject(motion, [chain], [InjectedError(chain.name, 150, 180, 0.7 * ramp)])
+    found = analyse(dirty).detect()
+    assert [i.chain for i in found if i.evidence and i.evidence["follows"] == SOFT] == [chain.name]
+    assert not any(note.kind == UNSEARCHED for note in found.notes)
+    monkeypatch.setattr(soft_intervals, "BUDGET", 0.0)
+    cut_short = analyse(dirty).detect()
+    assert not any(i.evidence and i.evidence["follows"] == SOFT for i in cut_short)
+    said = [note.text for note in cut_short.notes if note.kind == UNSEARCHED]
+    assert any(chain.name in text for text in said)
+    some = analyse(dirty).detect(kinds=[Kind.LIMB_FLIP])
+    assert not any(note.kind == UNSEARCHED for note in some.notes)
+
+
+def test_what_was_left_is_told_by_limb_and_of_much_the_first() -> None:
+    sentences = left_sentences(
+        {"LeftArm": [(3, 9), (20, 21)], "LeftForeArm": [(3, 9), (20, 21)], "LeftLeg": [(1, 2)] * 9}
+    )
+    assert sentences[0].startswith(
+        "Errors that set in softly were not sought in frames 3–8, 20–20 (LeftArm, LeftForeArm):"
+    )
+    assert "1–1 … (LeftLeg)" in sentences[1]

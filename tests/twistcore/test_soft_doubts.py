@@ -259,18 +259,23 @@ def test_lively_errors_are_sought_again_with_what_was_found_out_of_the_scales(mo
         def __init__(self, surprise, limb):
             np.testing.assert_array_equal(surprise.joints, joints)
             limbs.append(limb)
+            self.limb, self.found = limb, []
 
-        def run(self):
-            one = next(found)
-            if len(limbs) % 2 == 0:
-                for e in (first, second):
-                    s.take_out(e.row, e.start, e.offset)
-            return one
+        def next(self):
+            return None if self.found else SimpleNamespace(gain=20.0 - self.limb[0])
+
+        def explain(self, top):
+            self.found = next(found)
+            for e in self.found:
+                s.take_out(e.row, e.start, e.offset)
+
+        def left(self):
+            return np.zeros(FRAMES, dtype=bool)
 
     monkeypatch.setattr(soft_intervals, "Search", Stub)
     lively = np.array([True, True, True, True, False, True])
     wanted = bad | unlikely_increments(s.x, s.y, s.fps)
-    assert _lively_errors(s, bad, lively) == [first, second]
+    assert _lively_errors(s, bad, lively)[0] == [first, second]
     assert limbs == [[0, 2], [1, 3, 5]] * 2
     np.testing.assert_array_equal(told[0], wanted)
     wanted[:] = False
@@ -288,15 +293,19 @@ def test_where_nothing_lively_is_found_it_is_not_sought_again(monkeypatch):
     class Stub:
         def __init__(self, surprise, limb):
             limbs.append(limb)
+            self.found = []
 
-        def run(self):
-            return []
+        def next(self):
+            return None
+
+        def left(self):
+            return np.zeros(FRAMES, dtype=bool)
 
     monkeypatch.setattr(soft_intervals, "Search", Stub)
     none = np.zeros((6, FRAMES), dtype=bool)
-    assert _lively_errors(s, none.copy(), np.ones(6, dtype=bool)) == []
+    assert _lively_errors(s, none.copy(), np.ones(6, dtype=bool))[0] == []
     assert limbs == [[1, 3, 5]]
-    assert _lively_errors(s, none.copy(), np.array([True, False] * 3)) == []
+    assert _lively_errors(s, none.copy(), np.array([True, False] * 3))[0] == []
     assert limbs == [[1, 3, 5]]
 
 
@@ -362,7 +371,7 @@ def sought(monkeypatch):
 
     def seek(surprise, bad, lively):
         noted.asked.append((surprise.joints.copy(), surprise.x.copy(), bad.copy(), lively.copy()))
-        return noted.found
+        return noted.found, np.zeros((2, surprise.frames), dtype=bool)
 
     monkeypatch.setattr(soft_intervals, "_lively_errors", seek)
     return noted

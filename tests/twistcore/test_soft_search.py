@@ -8,9 +8,9 @@ import pytest
 
 from tests.twistcore.test_surprise import FRAMES, made
 from twistcore.detection.soft_errors import soft_search
-from twistcore.detection.soft_errors.explanations import Seed
+from twistcore.detection.soft_errors.explanations import LEVELS, TO_BEGIN, Explanations, Seed
 from twistcore.detection.soft_errors.soft_error import SoftError
-from twistcore.detection.soft_errors.soft_search import Search, gains
+from twistcore.detection.soft_errors.soft_search import Search, gains, search_all
 
 DEGREE = math.pi / 180.0
 
@@ -216,3 +216,86 @@ def test_of_a_span_without_positions_there_is_no_seed():
     found = search._seed(0, 2)
     assert (found.gain, found.row, found.at, found.position) == (0.5, 0, 2, 1)
     assert found.middle == s.at[2].natural.span.step + 2 + s.at[2].natural.span.length // 2
+
+
+# A budget
+
+
+def searches_of(s):
+    return [Search(s, [0, 2, 4]), Search(s, [1, 3, 5])]
+
+
+def counted(monkeypatch, s, cost=10):
+    """Gains of the seeds that are explained, in order; each costs so much work."""
+    told, explain = [], Search.explain
+
+    def noted(self, top):
+        told.append(top.gain)
+        s.work += cost
+        explain(self, top)
+
+    monkeypatch.setattr(Search, "explain", noted)
+    return told
+
+
+def two_limbs(seed):
+    s = erring(seed)
+    for start in (20, 90):
+        s.take_out(3, start, np.full(14, 9.0 * DEGREE))
+        s.look_again(3, start, start + 14)
+    return s
+
+
+@pytest.mark.parametrize("seed", [0, 4, 10])
+def test_limbs_searched_together_find_what_each_finds_alone(seed):
+    alone = [search.run() for search in searches_of(two_limbs(seed))]
+    s = two_limbs(seed)
+    together = searches_of(s)
+    assert search_all(together, s, math.inf)
+    for search, wanted in zip(together, alone, strict=True):
+        found = [(f.row, f.start, f.stop, f.gain) for f in search.found]
+        assert found == [(w.row, w.start, w.stop, w.gain) for w in wanted]
+        assert not search.left().any()
+
+
+@pytest.mark.parametrize("budget", [1, 30, 55])
+def test_a_budget_ends_the_search_where_seeds_say_least(monkeypatch, budget):
+    s = two_limbs(4)
+    with monkeypatch.context() as patch:
+        every = counted(patch, s)
+        search_all(searches_of(s), s, math.inf)
+    s = two_limbs(4)
+    s.work = 777  # of an earlier round
+    told = counted(monkeypatch, s)
+    searches = searches_of(s)
+    assert not search_all(searches, s, budget)
+    assert told == every[: -(-budget // 10)]
+    assert len(told) < len(every)
+
+
+def test_the_search_says_which_frames_it_did_not_look_at(monkeypatch):
+    s = two_limbs(4)
+    counted(monkeypatch, s)
+    searches = searches_of(s)
+    search_all(searches, s, 15)
+    tops = [top for search in searches if (top := search.next()) is not None]
+    assert tops
+    left = np.array([search.left() for search in searches])
+    for top in tops:
+        assert left[top.row % 2, top.middle]
+    for search in searches:
+        search._in_vain = 99  # it would have ended here by itself
+        assert not search.left().any()
+
+
+def test_work_is_counted_by_departures():
+    s = erring(4)
+    search = Search(s, [0, 2, 4])
+    place = search.next()
+    one = Explanations(s, place)
+    size = TO_BEGIN + len(one._stretch.u)
+    assert s.work == size
+    one.best(math.inf)
+    assert s.work == (1 + LEVELS) * size
+    one.best(math.inf)
+    assert s.work == (1 + LEVELS) * size  # what is known costs nothing

@@ -11,6 +11,7 @@ from twistcore.detection.soft_errors import softened_level
 from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
+    all_fitted,
     course,
     filtered,
     fitted,
@@ -151,7 +152,8 @@ def test_scales_are_wide_first_and_narrower_by_a_fifth(coarsest, widths):
     of, asked = residuals_of(wanted), []
 
     def noted(courses, wider):
-        asked.append(wider)
+        assert np.ptp(wider) == 0.0
+        asked.append(float(wider[0, 0]))
         return of(courses, wider)
 
     fitted(Level(0.5, 24.0, 50.0, 7.0), ramp, FRAMES, noted, coarsest)
@@ -174,14 +176,14 @@ def steps_of(kernel, start, of, frames):
     number = np.array(start) / scales
     at = tried = number
     damping, best, asked = 0.01, math.inf, 0
-    for _ in range(12):
+    for turn in range(12):
         left = of(course((tried * scales)[None], kernel, frames), 1.0)[0]
         asked += 1
         value = float(sum(v * v for v in left))
         if value < best:
             gained, best, at = best - value, value, tried
             damping = max(0.2 * damping, 1e-6)
-            if gained < 0.05:
+            if gained < 0.05 or turn == 11:
                 break
             slopes = []
             for k in range(4):
@@ -237,3 +239,30 @@ def test_no_more_steps_are_made_than_are_allowed(monkeypatch):
     monkeypatch.setattr(softened_level, "MOST_STEPS", 3)
     fitted(Level(0.2, 30.0, 45.0, 3.0), ramp, FRAMES, noted, 1.0)
     assert asked.count(1) == 3
+
+
+def test_many_starts_lead_where_each_leads_alone_with_fewer_calls():
+    rng = np.random.default_rng(7)
+    (wanted,) = course(np.array([[0.6, 22.3, 51.7, 9.4]]), ramp, FRAMES)
+    of, asked = residuals_of(wanted + 0.01 * rng.standard_normal(FRAMES), 0.02, 8.0), []
+
+    def noted(courses, wider):
+        asked.append(len(courses))
+        return of(courses, wider)
+
+    starts = [
+        (Level(0.4, 15.0, 60.0, 3.0), ramp, 1.0),
+        (Level(-0.2, 30.0, 40.0, 20.0), filtered, 12.0),
+        (Level(0.6, 22.0, 50.0, 9.0), filtered, 1.0),
+        (Level(0.5, 24.0, 50.0, 7.0), ramp, 3.0),
+    ]
+    together = all_fitted(starts, FRAMES, noted)
+    calls, courses = len(asked), sum(asked)
+    asked.clear()
+    for (shape, left), (start, kernel, coarsest) in zip(together, starts, strict=True):
+        alone, least = fitted(start, kernel, FRAMES, noted, coarsest)
+        assert left == least
+        np.testing.assert_array_equal(shape, alone)
+    assert sum(asked) == courses
+    assert calls < 0.7 * len(asked)
+    assert all_fitted([], FRAMES, of) == []

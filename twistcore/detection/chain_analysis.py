@@ -54,8 +54,9 @@ class ChainAnalysis:
     """What is known of one chain before any τ.
 
     standing: errors of straight limbs, whose jumps no table has, and soft ones; instead: frames
-    [low, high) in which soft errors stand for what jumps, and `replaced`, would explain; rounded:
-    whether the clip's angles are written in coarse steps.
+    [low, high) in which soft errors stand for what jumps, and `replaced`, would explain; left:
+    frames [low, high) of its limb that the search for soft errors did not look at, its budget
+    spent; rounded: whether the clip's angles are written in coarse steps.
     """
 
     name: str
@@ -67,6 +68,7 @@ class ChainAnalysis:
     tables: tuple[PairTable, ...]  # one a segment between cuts
     standing: tuple[Standing, ...] = ()
     instead: tuple[tuple[int, int], ...] = ()
+    left: tuple[tuple[int, int], ...] = ()
     rounded: bool = False
     _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)  # τ moves: most stay
     _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
@@ -214,6 +216,11 @@ class ConsistencyAnalysis:
                 own, motion = judged(interval, known, self._taken_in(interval.chain))
             self._judged[id(interval)] = interval, own, motion and not straight
         return self._judged[id(interval)][1:]
+
+    @property
+    def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
+        """Frames [low, high) that the search for soft errors did not look at, by chain."""
+        return {name: chain.left for name, chain in self.chains.items() if chain.left}
 
     def _taken_in(self, chain: str) -> Mask:
         """Frames of the chain's intervals at its automatic τ: no measure of natural motion."""

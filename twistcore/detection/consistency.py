@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -24,7 +25,8 @@ from twistcore.detection.notated import NotatedAnalysis, is_clear
 from twistcore.detection.pairing import pair_table, running_sums
 from twistcore.detection.pieces import own_twist
 from twistcore.detection.prediction import Mask
-from twistcore.detection.soft_errors import Known, SoftError, soft_errors, soft_interval
+from twistcore.detection.runs import runs
+from twistcore.detection.soft_errors import Known, SoftError, search, soft_interval
 from twistcore.detection.straight_limbs import (
     Jumps,
     StraightError,
@@ -173,10 +175,15 @@ def _with_soft(
     }
     while True:
         turned = limbs.turned(list(short.values())) if short else limbs
-        soft, replaced = soft_errors(turned, fps, cut, known)
+        searched = search(turned, fps, cut, known)
+        soft, replaced = searched.found, searched.replaced
         if short.keys().isdisjoint(replaced):
             break
         short = {k: turn for k, turn in short.items() if k not in replaced}
+    chains = [
+        replace(c, left=tuple(runs(at))) if (at := searched.left[c.row % limbs.count]).any() else c
+        for c in chains
+    ]
     if not soft:
         return chains
     instead: dict[int, list[tuple[int, int]]] = {c.row: [] for c in chains}

@@ -55,6 +55,15 @@ class NotatedAnalysis:
             found += (i for i in sharp if not any(_meet(i, s) for s in found))
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
+    @property
+    def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
+        """Frames [low, high) that the search for soft errors did not look at, by chain."""
+        begin, end = self.kept.begin, self.kept.end
+        return {
+            name: tuple((begin(low), end(high)) for low, high in spans)
+            for name, spans in self.coarse.left.items()
+        }
+
     def _in_clip(self, interval: Interval) -> Interval:
         """An interval of kept frames in the frames of the clip."""
         if interval not in self._known:

@@ -26,7 +26,6 @@ _BESIDE = 0.1  # seconds on either side of an edge
 _NOISE = 3  # frames beside a find in which a burst of noise speaks against it
 _EXACT, _ENOUGH = 0.5, 20  # degrees off a hinge that the rig makes; frames that tell it
 _STRAIGHT = np.sin(np.radians(3.0))  # of a limb straighter than so even that hinge says nothing
-_PACE = 2  # frames on either side that tell the pace at an edge
 _NEAR = 0.6  # seconds in which an edge's neighbours count for more
 
 
@@ -191,8 +190,8 @@ class _Measured:
         return float(cost[0] - cost[1])
 
     def _together(self, edge: Edge) -> float:
-        low = max(edge.start - _PACE - 1, 0)
-        turns = self.chain.together(low, min(edge.stop + _PACE, self.chain.frames))
+        low = max(edge.start - PACE - 1, 0)
+        turns = self.chain.together(low, min(edge.stop + PACE, self.chain.frames))
         turn = self._turn(turns, Edge(edge.start - low, edge.stop - low, edge.turn))
         return float(np.linalg.norm(turn) / abs(edge.turn))
 

@@ -3,8 +3,10 @@
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.soft_intervals import (
     Known,
+    left_sentences,
+    search,
     soft_errors,
     soft_interval,
 )
 
-__all__ = ["Known", "SoftError", "soft_errors", "soft_interval"]
+__all__ = ["Known", "SoftError", "left_sentences", "search", "soft_errors", "soft_interval"]

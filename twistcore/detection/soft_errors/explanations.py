@@ -11,8 +11,8 @@ from twistcore.detection.soft_errors.soft_error import SEEN, SoftError
 from twistcore.detection.soft_errors.softened_level import (
     KERNELS,
     Level,
+    all_fitted,
     course,
-    fitted,
     guess,
     ramp,
 )
@@ -38,6 +38,10 @@ PLACES = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)
 ONSETS = (0.2, 0.6)
 AS_LONG, WIDENED = 0.6, (1.0, 3.0)
 WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, in which they are sought
+
+# What an explanation costs: as many departures more than it has, and so many times as much for
+# levels as for free offsets, measured in processor time.
+TO_BEGIN, LEVELS = 1500, 2
 
 Frames: TypeAlias = tuple[int, int]  # [start, stop)
 
@@ -85,6 +89,7 @@ class Explanations:
         high = min(max(max(b for _, b in spans) + margin, place.middle + reach), surprise.frames)
         self._low, self._high = low, high
         self._stretch = surprise.stretch(place.row, low, high - low)
+        surprise.work += TO_BEGIN + len(self._stretch.u)
         self._price = COVERED * surprise.price_of_a_frame(high - low)
         self._nothing = float((self._stretch.residuals(np.zeros((1, high - low))) ** 2).sum())
         if self._nothing >= PRIOR:  # more than there is nothing can gain
@@ -148,18 +153,18 @@ class Explanations:
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
         """The softened level that leaves least, or an offset where one of many σ leaves less."""
         stretch, place, low = self._stretch, self._place, self._low
+        self._surprise.work += LEVELS * (TO_BEGIN + len(stretch.u))
         rivals = [free] if ratio >= FREE_AT else []
         starts = [(s, ratio / CLOSE) for s in (guess(free.offset),) if s is not None]
         starts += _likely_levels(stretch, place.length, place.middle - low)
-        for start, coarsest in starts:
-            for kernel in KERNELS:
-                shape, left = fitted(start, kernel, stretch.frames, stretch.residuals, coarsest)
-                rivals.append(Tried(left + LEVEL_PRICE, shape, 0.5 * free.sigma))
-                at = low + np.flatnonzero(np.abs(shape) > SEEN)
-                if ratio >= FREE_AT and len(at):
-                    hull = self._within(int(at[0]), int(at[-1]) + 1)
-                    self._judge({hull})
-                    rivals.append(self._known.get(hull, rivals[-1]))
+        every = [(start, kernel, coarsest) for start, coarsest in starts for kernel in KERNELS]
+        for shape, left in all_fitted(every, stretch.frames, stretch.residuals):
+            rivals.append(Tried(left + LEVEL_PRICE, shape, 0.5 * free.sigma))
+            at = low + np.flatnonzero(np.abs(shape) > SEEN)
+            if ratio >= FREE_AT and len(at):
+                hull = self._within(int(at[0]), int(at[-1]) + 1)
+                self._judge({hull})
+                rivals.append(self._known.get(hull, rivals[-1]))
         return min(rivals, key=lambda r: r.left, default=NONE)
 
 

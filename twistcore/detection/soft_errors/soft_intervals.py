@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -23,11 +23,15 @@ from twistcore.detection.soft_errors.silent_joints import (
     silent_sides,
 )
 from twistcore.detection.soft_errors.soft_error import SoftError, judged
-from twistcore.detection.soft_errors.soft_search import SEED, Search, gains
+from twistcore.detection.soft_errors.soft_search import SEED, Search, gains, search_all
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.rotation import Array
 
 ROUNDS = 2
+# Of a search, for each frame of each chain, of a clip of so many frames at least: departures that
+# courses are fitted to. Beyond it the cost of a clip no longer depends on how restless it is.
+BUDGET, LEAST_FRAMES = 30.0, 100
+NAMED = 5  # of the spans that were not looked at
 KNOWN_FIRST = 10.0  # nats by which jumps may explain a stretch less
 BESIDE = 2  # frames around an interval in which a departure puts it in doubt
 
@@ -50,18 +54,38 @@ class Known:
         return self.start + len(self.offset)
 
 
+@dataclass(frozen=True, eq=False)
+class Searched:
+    """What a search of limbs comes to.
+
+    found: soft errors; replaced: the known intervals that they stand in for; left: frames of limbs
+    at which it did not look, since its budget was spent, (limbs, frames).
+    """
+
+    found: list[SoftError]
+    replaced: list[Known]
+    left: Mask
+
+
 def soft_errors(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
 ) -> tuple[list[SoftError], list[Known]]:
-    """Soft errors, and the known intervals that they stand in for.
+    """Soft errors, and the known intervals that they stand in for."""
+    searched = search(limbs, fps, cut, known)
+    return searched.found, searched.replaced
+
+
+def search(limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]) -> Searched:
+    """Search limbs for soft errors.
 
     What is known is taken out; where something is left at any time scale that natural motion does
     not do, what was known there is doubted and all is explained anew.
     """
+    left = np.zeros((limbs.count, limbs.frames), dtype=bool)
     surprise = Surprise(limbs, fps, cut)
     captured = surprise.x, surprise.y
     if not surprise.spans:
-        return [], []
+        return Searched([], [], left)
     # Jumps paired wrongly hide that a joint is silent; but where the limb is straight for most of
     # the time the level that stands is the error.
     straight = {k.row % limbs.count for k in known if k.firm}
@@ -92,7 +116,7 @@ def soft_errors(
         surprise.measure(bad)
         unnatural |= _unnatural(surprise) & lively[:, None]
     if not unnatural.any():
-        return [], []
+        return Searched([], [], left)
     silent = {r % limbs.count for r in sides}
     doubted = [
         k
@@ -118,7 +142,7 @@ def soft_errors(
     doubted = [k for k in doubted if k not in replaced]
     if lively.any():
         firm = [k for k in known if k.firm and k not in doubted]
-        soft = _lively_errors(surprise, bad, lively)
+        soft, left = _lively_errors(surprise, bad, lively)
         soft = [f for f in soft if not any(_meets(surprise, k, f) for k in firm)]
         found += _better(surprise, doubted, soft)
     last = surprise.rows - limbs.count
@@ -134,7 +158,7 @@ def soft_errors(
         for f in found
     ]
     replaced += [k for k in doubted if any(_meets(surprise, k, f) for f in found)]
-    return found, replaced
+    return Searched(found, replaced, left)
 
 
 def _better(
@@ -182,8 +206,16 @@ def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
     return out
 
 
-def _lively_errors(surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]) -> list[SoftError]:
-    """Soft errors of chains whose joints both twist."""
+def _lively_errors(
+    surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]
+) -> tuple[list[SoftError], Mask]:
+    """Soft errors of chains whose joints both twist, and what is left of :class:`Searched`.
+
+    The second round, from scales without what the first one found, has what that left of the
+    budget, half of it or more: without it what is restless by nature is taken for errors.
+    """
+    left = np.zeros((surprise.limbs.count, surprise.frames), dtype=bool)
+    budget = BUDGET * surprise.rows * max(surprise.frames, LEAST_FRAMES)
     bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)
     joints = surprise.joints.copy()
     found: list[SoftError] = []
@@ -196,13 +228,19 @@ def _lively_errors(surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]) -> 
                 bad[f.row, f.start : f.stop] = True
         surprise.measure(bad)
         rows = np.flatnonzero(_unnatural(surprise).any(axis=1) & lively).tolist()
-        found = []
-        for i in sorted({r % surprise.limbs.count for r in rows}):
-            limb = [r for r in surprise.limb(i) if lively[r]]
-            found += Search(surprise, limb).run()
+        searches = {
+            i: Search(surprise, [r for r in surprise.limb(i) if lively[r]])
+            for i in sorted({r % surprise.limbs.count for r in rows})
+        }
+        share = budget / ROUNDS if turn + 1 < ROUNDS else budget - surprise.work
+        search_all(list(searches.values()), surprise, share)
+        found = [f for s in searches.values() for f in s.found]
+        left[:] = False
+        for i, s in searches.items():
+            left[i] = s.left()
         if not found:
             break
-    return found
+    return found, left
 
 
 def _refresh(surprise: Surprise) -> None:
@@ -231,6 +269,22 @@ def _near_has(surprise: Surprise, mask: Mask, row: int, low: int, high: int) -> 
 def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
     same = known.row in surprise.beside(found.row)
     return same and known.start < found.stop and found.start < known.stop
+
+
+def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
+    """What a search did not look at, a sentence for chains with the same frames [low, high)."""
+    chains: dict[tuple[tuple[int, int], ...], list[str]] = {}
+    for name, spans in left.items():
+        chains.setdefault(tuple(spans), []).append(name)
+    said = []
+    for spans, names in chains.items():
+        frames = ", ".join(f"{low}–{high - 1}" for low, high in spans[:NAMED])
+        frames += " …" if len(spans) > NAMED else ""
+        said.append(
+            f"Errors that set in softly were not sought in frames {frames} ({', '.join(names)}): "
+            "the motion is so restless there that the search was ended."
+        )
+    return tuple(said)
 
 
 def soft_interval(chain: str, error: SoftError) -> Interval:

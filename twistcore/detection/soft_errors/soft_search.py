@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -29,6 +30,22 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
     return np.asarray(gain)
 
 
+def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
+    """Explain the seeds of several limbs, those that say most first; whether all were looked at.
+
+    budget: the work after which no other seed is begun, as `surprise.work` counts it.
+    """
+    end = surprise.work + budget
+    while True:
+        tops = [(top, s) for s in searches if (top := s.next()) is not None]
+        if not tops:
+            return True
+        if surprise.work >= end:
+            return False
+        top, search = max(tops, key=lambda t: t[0].gain)
+        search.explain(top)
+
+
 class Search:
     """The soft errors of one limb, found one after the other in a :class:`Surprise`."""
 
@@ -38,6 +55,8 @@ class Search:
         self._top: dict[tuple[int, int], Seed | None] = {}
         self._explained: dict[int, dict[Seed, Explanations]] = {}
         self._done: dict[int, Mask] = {r: np.zeros(surprise.frames, dtype=bool) for r in limb}
+        self.found: list[SoftError] = []
+        self._in_vain = 0  # seeds since the last that was explained
         for row in limb:
             self._update(row)
 
@@ -64,29 +83,44 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """Soft errors, taken out of the surprise as they are found."""
-        found: list[SoftError] = []
-        in_vain = 0
-        while in_vain < IN_VAIN:
-            seeds = [s for s in self._top.values() if s and s.gain > SEED]
-            if not seeds:
-                break
-            top = max(seeds, key=lambda s: (round(s.gain), -s.length))
-            best = self._best_of_limb(top)
-            if best is None:
-                in_vain += 1
-                reach = max(2, top.length // 2)
-                self._done[top.row][max(top.middle - reach, 0) : top.middle + reach + 1] = True
-                for k in range(len(self._surprise.at)):
-                    self._top[top.row, k] = self._seed(top.row, k)
-                continue
-            in_vain = 0
-            found.append(best)
-            self._take_out(best.row, best.start, best.offset)
-            for row in self._surprise.beside(best.row):
-                if row in self._done:
-                    self._update(row)
-        return found
+        """All soft errors, taken out of the surprise as they are found."""
+        while (top := self.next()) is not None:
+            self.explain(top)
+        return self.found
+
+    def next(self) -> Seed | None:
+        """The seed that says most, or None where the search has come to its end."""
+        if self._in_vain >= IN_VAIN:
+            return None
+        seeds = (s for s in self._top.values() if s and s.gain > SEED)
+        return max(seeds, key=lambda s: (round(s.gain), -s.length), default=None)
+
+    def explain(self, top: Seed) -> None:
+        """Take out what explains the next seed, or be done with it."""
+        best = self._best_of_limb(top)
+        if best is None:
+            self._in_vain += 1
+            reach = max(2, top.length // 2)
+            self._done[top.row][max(top.middle - reach, 0) : top.middle + reach + 1] = True
+            for k in range(len(self._surprise.at)):
+                self._top[top.row, k] = self._seed(top.row, k)
+            return
+        self._in_vain = 0
+        self.found.append(best)
+        self._take_out(best.row, best.start, best.offset)
+        for row in self._surprise.beside(best.row):
+            if row in self._done:
+                self._update(row)
+
+    def left(self) -> Mask:
+        """Frames under seeds that were not looked at, (frames,)."""
+        out = np.zeros(self._surprise.frames, dtype=bool)
+        for row, k in self._gain if self.next() is not None else ():
+            span, gain = self._surprise.at[k].natural.span, self._gain[row, k]
+            middles = span.step * np.arange(len(gain)) + span.reach + span.length // 2
+            for middle in middles[(gain > SEED) & ~self._done[row][middles]].tolist():
+                out[middle - span.length // 2 : middle + span.length // 2 + 1] = True
+        return out
 
     def _take_out(self, row: int, start: int, offset: Array) -> None:
         self._surprise.take_out(row, start, offset)

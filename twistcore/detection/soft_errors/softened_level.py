@@ -7,15 +7,17 @@ a level in the solver is then that level through a ramp or a filter. Its course 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
 from twistcore.rotation import Array
 
-# Of courses (n, frames), with all scales so many times wider: weighted residuals (n, …).
-Residuals: TypeAlias = Callable[[Array, float], Array]
+Kernel: TypeAlias = Callable[[Array], Array]
+# Of courses (n, frames), with each one's scales so many times wider, (n, 1): weighted residuals
+# (n, …).
+Residuals: TypeAlias = Callable[[Array, Array], Array]
 
 STEEPEST = 0.5  # frames
 _DECAY = np.pi * np.sqrt(2.0)  # a period: how fast the filtered step swings in
@@ -49,10 +51,10 @@ def filtered(t: Array) -> Array:
     return np.asarray(np.where(t < 0.0, rest, 1.0 - rest))
 
 
-KERNELS: tuple[Callable[[Array], Array], ...] = (ramp, filtered)
+KERNELS: tuple[Kernel, ...] = (ramp, filtered)
 
 
-def course(levels: Array, kernel: Callable[[Array], Array], frames: int) -> Array:
+def course(levels: Array, kernel: Kernel, frames: int) -> Array:
     """δ(t) of levels (n, 4) over so many frames, (n, frames)."""
     size, onset, end, width = levels.T[..., None]
     edges = np.array([onset, end])
@@ -74,59 +76,114 @@ def guess(offset: Array) -> Level | None:
 
 def fitted(
     start: Level,
-    kernel: Callable[[Array], Array],
+    kernel: Kernel,
     frames: int,
     residuals: Residuals,
     coarsest: float,
 ) -> tuple[Array, float]:
     """The course over so many frames that leaves the least, (frames,), and the sum of its squares.
 
-    Levenberg and Marquardt's steps; the slopes of all four numbers are made with the residuals
-    themselves, for many courses at once. Far from the best course every residual is at its cap and
-    no step leads anywhere: so the scales are widened at first, by `coarsest`, then by less.
+    coarsest: see :func:`all_fitted`.
     """
-    number: Array = np.array(start) / _AT
-    wider = max(coarsest, 1.0)
-    while True:
-        number, course_, best = _descended(number, kernel, frames, residuals, wider)
-        if wider <= 1.0:
-            return course_, best
-        wider = max(1.0, wider / NARROWER)
+    return all_fitted([(start, kernel, coarsest)], frames, residuals)[0]
 
 
-def _descended(
-    number: Array,
-    kernel: Callable[[Array], Array],
-    frames: int,
-    residuals: Residuals,
-    wider: float,
-) -> tuple[Array, Array, float]:
-    """The four numbers, their course and what it leaves, at one width of the scales."""
-    damping, best = 1e-2, np.inf
-    course_ = np.zeros(frames)
-    step: Array = np.zeros(len(_AT))
-    curvature, down = np.zeros((len(_AT), len(_AT))), np.zeros(len(_AT))
-    for _ in range(MOST_STEPS):
-        tried = number + step
-        here = course(tried[None] * _AT, kernel, frames)
-        left = residuals(here, wider)[0]
+def all_fitted(
+    starts: Sequence[tuple[Level, Kernel, float]], frames: int, residuals: Residuals
+) -> list[tuple[Array, float]]:
+    """For each start the course that leaves the least, (frames,), and the sum of its squares.
+
+    Levenberg and Marquardt's steps; the slopes of all four numbers are made with the residuals
+    themselves, for all courses of all starts at once. Far from the best course every residual is at
+    its cap and no step leads anywhere: so the scales are widened at first, by each start's last
+    number, then by less.
+    """
+    descents = [_Descent(*start, frames) for start in starts]
+    going = descents
+    while going:
+        tried = np.array([d.number + d.step for d in going])
+        here = _courses(tried, going, frames)
+        left = residuals(here, np.array([[d.wider] for d in going]))
+        further = [d for k, d in enumerate(going) if d.arrives(tried[k], here[k], left[k])]
+        if further:
+            _measure_slopes(further, frames, residuals)
+        going = [d for d in going if not d.is_done()]
+        if going:
+            damped = np.array([d.damped() for d in going])
+            steps = np.linalg.solve(damped, np.array([d.down for d in going])[..., None])
+            for d, step in zip(going, steps[..., 0], strict=True):
+                d.step = -step if d.begun else d.step
+    return [(d.course, d.best) for d in descents]
+
+
+class _Descent:
+    """A start on its way: the four numbers in their scales, and what their course leaves."""
+
+    def __init__(self, start: Level, kernel: Kernel, coarsest: float, frames: int) -> None:
+        self.frames = frames
+        self.kernel, self.wider = kernel, max(coarsest, 1.0)
+        self.number: Array = np.array(start) / _AT
+        self._begin()
+
+    def _begin(self) -> None:
+        """Begin at a width of the scales."""
+        self.left_steps, self.damping, self.best = MOST_STEPS, 1e-2, np.inf
+        self.course: Array = np.zeros(self.frames)
+        self.step: Array = np.zeros(len(_AT))
+        self.curvature, self.down = np.zeros((len(_AT), len(_AT))), np.zeros(len(_AT))
+        self.residual: Array = np.zeros(0)
+        self.begun = self.ended = False
+
+    def arrives(self, number: Array, course_: Array, left: Array) -> bool:
+        """Take a course that leaves less; returns whether slopes are needed there."""
+        self.begun = True
+        self.left_steps -= 1
         value = float(left @ left)
-        if value < best:
-            gained = best - value
-            number, best, course_ = tried, value, here[0]
-            damping = max(0.2 * damping, 1e-6)
-            if gained < ENOUGH:
-                break
-            # Four courses more, only where a step is made from here.
-            by = _STEPS * np.maximum(np.abs(number), 1.0)
-            beside = course((number + np.diag(by)) * _AT, kernel, frames)
-            slopes = (residuals(beside, wider) - left) / by[:, None]
-            curvature, down = slopes @ slopes.T, slopes @ left
-        else:
-            damping *= 8.0
-            if damping > 1e4:
-                break
-        damped = curvature.copy()
-        damped.flat[:: len(_AT) + 1] += damping * (curvature.diagonal() + 1e-9)
-        step = np.asarray(-np.linalg.solve(damped, down), dtype=np.float64)
-    return number, course_, best
+        if value < self.best:
+            gained = self.best - value
+            self.number, self.best, self.course, self.residual = number, value, course_, left
+            self.damping = max(0.2 * self.damping, 1e-6)
+            self.ended = gained < ENOUGH or not self.left_steps
+            return not self.ended
+        self.damping *= 8.0
+        self.ended = self.damping > 1e4 or not self.left_steps
+        return False
+
+    def is_done(self) -> bool:
+        """True at the end of the last width; at the end of another the next one begins."""
+        if self.ended and self.wider > 1.0:
+            self.wider = max(1.0, self.wider / NARROWER)
+            self._begin()
+        return self.ended
+
+    def damped(self) -> Array:
+        """What the next step is solved by; anything that can be where none is made yet."""
+        if not self.begun:
+            return np.eye(len(_AT))
+        damped = self.curvature.copy()
+        damped.flat[:: len(_AT) + 1] += self.damping * (self.curvature.diagonal() + 1e-9)
+        return damped
+
+
+def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
+    """The courses of numbers (n, 4), by the kernel of each one's descent, (n, frames)."""
+    out = np.empty((len(numbers), frames))
+    kernels = [d.kernel for d in of]
+    for kernel in dict.fromkeys(kernels):
+        at = [k for k, own in enumerate(kernels) if own is kernel]
+        out[at] = course(numbers[at] * _AT, kernel, frames)
+    return out
+
+
+def _measure_slopes(of: Sequence[_Descent], frames: int, residuals: Residuals) -> None:
+    """Four courses more for each, only where a step is made from here."""
+    many = len(_AT)
+    numbers = np.array([d.number for d in of])
+    by = _STEPS * np.maximum(np.abs(numbers), 1.0)
+    beside = (numbers[:, None] + by[:, None] * np.eye(many)).reshape(-1, many)
+    repeated = [d for d in of for _ in range(many)]
+    courses = _courses(beside, repeated, frames)
+    left = residuals(courses, np.array([[d.wider] for d in repeated]))
+    for k, d in enumerate(of):
+        slopes = (left[many * k : many * (k + 1)] - d.residual) / by[k, :, None]
+        d.curvature, d.down = slopes @ slopes.T, slopes @ d.residual

@@ -75,10 +75,11 @@ class Stretch:
             out -= ends
         return out
 
-    def residuals(self, courses: Array, wider: float = 1.0) -> Array:
+    def residuals(self, courses: Array, wider: float | Array = 1.0) -> Array:
         """What is left of u where courses (m, frames) are taken out, (m, n).
 
-        Their squares add up to the surprise. wider: by how much all scales are widened.
+        Their squares add up to the surprise. wider: by how much all scales are widened, one for
+        all or one a course, (m, 1).
         """
         z = self.departures(courses)
         np.subtract(self.u, z, out=z)

@@ -59,6 +59,7 @@ class Surprise:
         self.x, self.y = limbs.increments()
         self.x[:, cut] = self.y[:, cut] = 0.0
         self.spans = spans(fps, self.frames)
+        self.work = 0  # departures that a search has fitted courses to by now
         self.at: list[_AtSpan] = []
 
     def beside(self, row: int) -> list[int]:
