@@ -15,6 +15,7 @@ import struct
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import IO, Any, Generic, TypeVar
@@ -28,6 +29,12 @@ Result = TypeVar("Result")
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _SERVE = "from twistcore.processes import serve; serve({parent})"
 _GRACE_S = 5.0  # a process whose parent is gone ends itself so long behind its time
+# Limits are of processor time: what else a machine does is no clip's fault. A process that only
+# waits, as for a disk that does not answer, is ended after so many times as long.
+_WAITING = 10.0
+_OUT_OF_TIME = getattr(signal, "SIGPROF", None)  # ends a process that has used its time
+_ENDED_FOR_TIME = 111 if _OUT_OF_TIME is None else -_OUT_OF_TIME  # the exit code then
+_LOOKS_S = 0.2  # how often a process then looks at its time
 _LENGTH = struct.Struct("<Q")
 
 
@@ -36,7 +43,10 @@ class ProcessEndedError(Exception):
 
 
 class ProcessTimeError(Exception):
-    """A process took longer than it may, and was ended; args: the seconds."""
+    """A process took longer than it may, and was ended.
+
+    args: the seconds of processor time; or those that it was waited for, and True.
+    """
 
 
 class Apart:
@@ -54,8 +64,8 @@ class Apart:
     def call(self, work: Callable[[Name], Result], name: Name, seconds: float | None) -> Result:
         """What `work` makes of a name, both pickled; raises what it raises.
 
-        seconds: after which the process is ended, None for never. Raises ProcessEndedError and
-        ProcessTimeError.
+        seconds: of processor time, after which the process is ended, None for never. Raises
+        ProcessEndedError and ProcessTimeError.
         """
         order = _packed((work, name, seconds))
         process = self._running()
@@ -67,7 +77,7 @@ class Apart:
             late.set()
             process.kill()
 
-        timer = None if seconds is None else threading.Timer(seconds, end)
+        timer = None if seconds is None else threading.Timer(_WAITING * seconds, end)
         if timer is not None:
             timer.daemon = True
             timer.start()
@@ -77,7 +87,9 @@ class Apart:
             answer, fine = pickle.loads(_received(process.stdout))
         except (OSError, EOFError, pickle.UnpicklingError):
             self._bury()
-            if late.is_set():
+            if late.is_set() and seconds is not None:
+                raise ProcessTimeError(_WAITING * seconds, True) from None
+            if process.returncode == _ENDED_FOR_TIME:
                 raise ProcessTimeError(seconds) from None
             raise ProcessEndedError from None
         finally:
@@ -140,10 +152,10 @@ def each(
     """What `work` makes of every name, as it comes, or the exception that it ended with.
 
     In this process where one worker is enough, unless `apart`; else in others: `work` and all that
-    it takes and gives are pickled. seconds: how long a name may take, apart. Those whose process
-    died are tried once more (:meth:`Apart.tried`). Names are taken as they are needed, no more than
-    twice as many as there are workers ahead of the reader. The processes are gone when this ends,
-    at once where it ends early.
+    it takes and gives are pickled. seconds: of processor time that a name may take, apart. Those
+    whose process died are tried once more (:meth:`Apart.tried`). Names are taken as they are
+    needed, no more than twice as many as there are workers ahead of the reader. The processes are
+    gone when this ends, at once where it ends early.
     """
     if isinstance(names, Sequence):
         workers = min(workers, len(names))
@@ -163,9 +175,11 @@ def reason(name: object, error: Exception) -> str:
     if isinstance(error, MemoryError):
         return f"{name}: there is not enough memory for it"
     if isinstance(error, ProcessTimeError):
-        seconds = error.args[0]
+        seconds, *waited = error.args
         limit = f"{seconds:.0f}" if seconds >= 10.0 else f"{seconds:.2g}"
-        return f"{name}: took longer than {limit} s and was stopped"
+        if any(waited):
+            return f"{name}: did not answer for {limit} s and was stopped"
+        return f"{name}: took longer than {limit} s of processor time and was stopped"
     if isinstance(error, ProcessEndedError):
         return f"{name}: its process was ended by the system, perhaps for want of memory"
     return " ".join(f"{name}: {type(error).__name__}: {error}".splitlines())
@@ -266,6 +280,8 @@ def serve(parent: int) -> None:
     """Carry out what comes in on standard input, until that ends or `parent` has."""
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if _OUT_OF_TIME is not None:
+        signal.signal(_OUT_OF_TIME, signal.SIG_DFL)
     orders = sys.stdin.buffer
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what anything prints must not stand among the answers
@@ -287,15 +303,37 @@ def serve(parent: int) -> None:
 
 def _carried_out(order: bytes) -> object:
     work, name, seconds = pickle.loads(order)
-    alarm = getattr(signal, "setitimer", None)
-    if alarm is None or seconds is None:
+    if seconds is None:
         return work(name)
-    # The parent looks after the time; this ends a process whose parent was killed.
-    alarm(signal.ITIMER_REAL, seconds + _GRACE_S)
+    alarm = getattr(signal, "setitimer", None)
+    if alarm is None or _OUT_OF_TIME is None:
+        with _watched(seconds):
+            return work(name)
+    alarm(signal.ITIMER_PROF, seconds)
+    # The parent looks after a process that waits; this ends one whose parent was killed.
+    alarm(signal.ITIMER_REAL, _WAITING * seconds + _GRACE_S)
     try:
         return work(name)
     finally:
+        alarm(signal.ITIMER_PROF, 0.0)
         alarm(signal.ITIMER_REAL, 0.0)
+
+
+@contextlib.contextmanager
+def _watched(seconds: float) -> Iterator[None]:
+    """End this process once it has used so much processor time, where no signal does."""
+    end, done = time.process_time() + seconds, threading.Event()
+
+    def watch() -> None:
+        while not done.wait(_LOOKS_S):
+            if time.process_time() > end:
+                os._exit(_ENDED_FOR_TIME)
+
+    threading.Thread(target=watch, daemon=True).start()
+    try:
+        yield
+    finally:
+        done.set()
 
 
 def _packed_error(error: Exception) -> bytes:

@@ -17,6 +17,8 @@ def work(name):
         os.kill(os.getpid(), KILL)
     if name.startswith("hangs"):
         time.sleep(600.0)
+    while name.startswith("spins"):
+        pass
     if name.startswith("slow"):
         time.sleep(1.0)
     if name == "memory":

@@ -12,6 +12,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.process_work import dies_once, prints, unsendable, work
+from twistcore import processes
 from twistcore.cli import main
 from twistcore.processes import ProcessEndedError, ProcessTimeError, each, reason
 from twistcore.tuning import read_profile
@@ -46,12 +47,31 @@ def test_a_name_is_tried_once_more_where_its_process_was_killed_by_others(tmp_pa
 
 
 def test_who_hangs_is_ended_and_the_others_go_on():
-    names = ["a", "hangs", "b", "slow 1"]
-    limits = {"hangs": 0.8}
+    names = ["a", "hangs", "b", "spins", "slow 1"]
+    limits = {"hangs": 0.15, "spins": 0.8}
     found = dict(each(work, names, 2, seconds=lambda name: limits.get(name, 60.0)))
     assert [found[n] for n in ("a", "b", "slow 1")] == ["A", "B", "SLOW 1"]
     assert isinstance(found["hangs"], ProcessTimeError)
-    assert reason("x.bvh", found["hangs"]) == "x.bvh: took longer than 0.8 s and was stopped"
+    assert reason("x.bvh", found["hangs"]) == "x.bvh: did not answer for 1.5 s and was stopped"
+    assert isinstance(found["spins"], ProcessTimeError)
+    told = "x.bvh: took longer than 0.8 s of processor time and was stopped"
+    assert reason("x.bvh", found["spins"]) == told
+
+
+def test_time_in_which_a_process_only_waits_is_not_counted():
+    found = dict(each(work, ["slow 1"], 1, apart=True, seconds=lambda _: 0.5))
+    assert found == {"slow 1": "SLOW 1"}
+
+
+def test_without_timers_a_process_looks_at_its_own_time(monkeypatch):
+    ended = []
+    monkeypatch.setattr(processes, "_LOOKS_S", 0.01)
+    monkeypatch.setattr(processes.os, "_exit", ended.append)
+    with processes._watched(0.05):
+        end = time.process_time() + 5.0
+        while not ended and time.process_time() < end:
+            pass
+    assert set(ended) == {processes._ENDED_FOR_TIME}
 
 
 def test_names_are_taken_as_they_are_needed():

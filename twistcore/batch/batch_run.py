@@ -24,7 +24,7 @@ from twistcore.worker_memory import SPARE
 
 LOCK = "manifest.lock"
 
-# Quick motion with many joints takes some 70 s for every megabyte, and a busy machine more.
+# Of processor time; the most restless motion takes some seconds for every megabyte.
 _PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
 # To note a clip takes some 8 ms, to note many no more: on a cluster they come faster than that.
 _TOGETHER_S = 0.1
@@ -39,8 +39,8 @@ class CarryOut(Protocol):
     ) -> Iterator[tuple[Task, Outcome | Exception]]:
         """Every task with its outcome, as it comes, or with what kept it from one.
 
-        seconds: how long a task may take. Raises TwistError where no task can be carried out any
-        more.
+        seconds: of processor time that a task may take. Raises TwistError where no task can be
+        carried out any more.
         """
         ...
 
@@ -49,8 +49,8 @@ class CarryOut(Protocol):
 class Limits:
     """What a clip may take.
 
-    seconds: None for five minutes, and another for every megabyte; memory: bytes beyond what a
-    clip of its size should need.
+    seconds: of processor time, None for five minutes, and another for every megabyte; memory: bytes
+    beyond what a clip of its size should need.
     """
 
     seconds: float | None = None

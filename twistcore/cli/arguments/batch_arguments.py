@@ -65,7 +65,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         "--time-limit",
         type=positive,
         metavar="SECONDS",
-        help="a clip may take; default 300 and 60 more for every megabyte",
+        help="of processor time that a clip may take; default 300 and 60 more for every megabyte",
     )
     parser.add_argument(
         "--memory-limit",
