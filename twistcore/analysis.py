@@ -26,6 +26,7 @@ from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
 from twistcore.detection.notated import NotatedAnalysis
+from twistcore.detection.smoothed_spans import smoothed_sentences
 from twistcore.detection.soft_errors import left_sentences
 from twistcore.errors import TwistError
 from twistcore.examination import frames_note, unexamined_limbs, why_not_examined
@@ -38,6 +39,7 @@ from twistcore.notes import (
     NOISE,
     NOT_EXAMINED,
     RESTLESS_CLIP,
+    SMOOTHED,
     UNEXAMINED,
     UNSEARCHED,
     Note,
@@ -201,7 +203,7 @@ class ClipAnalysis:
         return self._whole.kept(method) if self._whole else self._by_method.get(method)
 
     def _fault_notes(self) -> Iterator[Note]:
-        """How many bursts of noise and frozen spans there are, and the bursts that no chain has."""
+        """How many bursts and frozen spans there are, bursts that no chain has, smoothed spans."""
         own = [i.kind for c in self._of_limbs for i in self.faults[c.name]]
         every = [c for c in self.every_chain if not isinstance(c, Helper)]
         outside = outside_chains(every, self.bursts)
@@ -209,6 +211,7 @@ class ClipAnalysis:
         yield from (Note(NOISE, text) for text in burst_sentences(listed, outside, names))
         if frozen := frozen_sentence(own.count(Kind.FROZEN)):
             yield Note(FROZEN, frozen)
+        yield from (Note(SMOOTHED, text) for text in smoothed_sentences(self.motion))
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:

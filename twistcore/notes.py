@@ -7,6 +7,7 @@ from dataclasses import dataclass
 NOT_EXAMINED = "not examined"  # the whole clip
 UNEXAMINED = "unexamined"  # a limb, or some frames
 NOISE = "noise burst"
+SMOOTHED = "smoothed"  # joints that lost their fine movement for a while
 FROZEN = "frozen"  # limbs that do not move at all for a while
 UNSEARCHED = "unsearched"  # frames at which soft errors were not sought, since there was too much
 RESTLESS_CLIP = "restless"  # so many lone jumps that no find is sure

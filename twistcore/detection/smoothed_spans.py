@@ -1,0 +1,193 @@
+"""Spans in which a joint lost its fine movement: filled in, or smoothed too strongly.
+
+A capture trembles a little in every frame, and no body moves as evenly as a filter makes it. What
+differs from an even curve over five frames, the fourth difference, falls by factors of ten to ten
+thousand where a joint was smoothed. It falls with the pace as well, so a joint is compared with
+itself where it moves as fast or more slowly; where it never does, with its slowest frames, from
+which less is expected at a lower pace. A joint that rests is thus never taken for a smoothed one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from twistcore.motion import Motion
+from twistcore.rotation import Array, continuous
+
+Mask = NDArray[np.bool_]
+
+_WINDOW, _FEWEST = 0.4, 9  # seconds, and frames at least, over which is averaged
+_A_WINDOW = 8  # values, of all that it could have: they change slowly
+_LEAST = 0.5  # seconds: what is shorter is hardly told from a calm moment
+_REST = 1e-5  # degrees a frame: the rounding of files
+_MOVES = 3e-3  # degrees a frame at the liveliest: less is no motion
+_SUSPECT = 0.5  # orders of magnitude finer than the usual frame of the same pace
+_USUAL, _SLOWER, _STEPS = 0.7, 0.7, 4  # quantile, of at least this share of the slowest frames
+_FINER = 0.6  # orders of magnitude finer than nearly all other frames of the same pace: a find
+_NEARLY_ALL = 0.05  # quantile
+_OTHERS = 1.5  # seconds of other frames to compare with
+_PACE = 2.0  # orders that fine movement falls by for one of the pace
+_BORDER, _EVEN = 1.5, 5  # orders above a span at its borders, at most; frames averaged there
+_MOST = 5  # spans, and joints of one, that are named
+
+
+@dataclass(frozen=True)
+class SmoothedSpan:
+    """Frames [start, stop) in which a joint moves `times` as finely as anywhere else, or more."""
+
+    joint: int
+    start: int
+    stop: int
+    times: float
+
+
+def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
+    """Return the spans of all joints, by start.
+
+    None in a clip of coarse angles, whose fine movement is rounding.
+    """
+    width = max(_FEWEST, round(_WINDOW * motion.fps))
+    if motion.frames < 2 * width or motion.angle_step:
+        return ()
+    pace, fine, every = _measured(motion, width)
+    step = max(1, width // _A_WINDOW)
+    pace, fine = pace[::step], fine[::step]
+    suspected = _usual(pace, fine) - fine > _SUSPECT
+    least = max(_FEWEST, round(_LEAST * motion.fps))
+    found = []
+    moves = pace.max(axis=0) > np.log10(_MOVES)
+    for joint in np.flatnonzero(moves & suspected.any(axis=0)):
+        own = pace[:, joint], fine[:, joint], every[:, joint]
+        one = _Joint(*own, step, width // 2, round(_OTHERS * motion.fps), round(0.8 * least))
+        for start, stop in _runs(suspected[:, joint]):
+            if (stop - start) * step >= least and (span := one.confirmed(start, stop)) is not None:
+                found.append(SmoothedSpan(int(joint), *span))
+    return tuple(sorted(found, key=lambda s: (s.start, s.stop, s.joint)))
+
+
+def smoothed_sentences(motion: Motion) -> tuple[str, ...]:
+    """What is said of a clip's spans: those that overlap together, the first few by themselves."""
+    groups: list[list[SmoothedSpan]] = []
+    for span in smoothed_spans(motion):
+        if groups and span.start < max(s.stop for s in groups[-1]):
+            groups[-1].append(span)
+        else:
+            groups.append([span])
+    said = [_said(group, motion.skeleton.names) for group in groups[:_MOST]]
+    if len(groups) > _MOST:
+        said.append(f"{len(groups) - _MOST} more smoothed spans were found.")
+    return tuple(said)
+
+
+def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
+    joints = list(dict.fromkeys(names[s.joint] for s in group))
+    start, stop = min(s.start for s in group), max(s.stop for s in group) - 1
+    if len(joints) == 1:
+        return (
+            f"{joints[0]} is smoother in frames {start}–{stop} than anywhere else in the clip: "
+            "it may have been filled in or smoothed."
+        )
+    listed = ", ".join(joints[:_MOST]) + (" …" if len(joints) > _MOST else "")
+    return (
+        f"Several joints are smoother in frames {start}–{stop} than anywhere else in the clip "
+        f"({listed}): they may have been filled in or smoothed."
+    )
+
+
+def _measured(motion: Motion, width: int) -> tuple[Array, Array, Array]:
+    """Logarithms of pace and fine movement in a window, and of the latter in every frame.
+
+    Each (frames, joints), of degrees a frame.
+    """
+    changes = np.diff(continuous(motion.rotations), axis=0)  # of a turn's half, in radians
+    moved = uniform_filter1d(_squared(changes), width, axis=0, mode="nearest")
+    pace = 0.5 * np.log10(np.maximum(moved, 0.0) + _REST**2)
+    off = 0.5 * np.log10(_squared(np.diff(changes, 3, axis=0)) + _REST**2)
+    # A mean of logarithms: a jump or two do not hide what is smooth around them.
+    fine = uniform_filter1d(off, width, axis=0, mode="nearest")
+    ends = ((2, 2), (0, 0))
+    return (
+        np.concatenate([pace[:1], pace]),
+        np.pad(fine, ends, mode="edge"),
+        np.pad(off, ends, mode="edge"),
+    )
+
+
+def _squared(changes: Array) -> Array:
+    """Squared lengths of changes of quaternions as turns, degrees², (frames, joints)."""
+    sums: Array = np.einsum("...i,...i->...", changes, changes)
+    return sums * float(np.degrees(2.0)) ** 2
+
+
+def _usual(pace: Array, fine: Array) -> Array:
+    """The usual fine movement of the frames that are no faster, (frames, joints)."""
+    frames = len(pace)
+    order = np.argsort(pace, axis=0)
+    by_pace = np.take_along_axis(fine, order, axis=0)
+    usual, begin = np.empty_like(fine), 0
+    for end in np.linspace(_SLOWER * frames, frames, _STEPS).astype(int):
+        usual[begin:end] = np.quantile(by_pace[:end], _USUAL, axis=0)
+        begin = end
+    out = np.empty_like(fine)
+    np.put_along_axis(out, order, usual, axis=0)
+    return out
+
+
+@dataclass(frozen=True)
+class _Joint:
+    """Pace and fine movement of a joint in a window, every `step` frames, and in every frame."""
+
+    pace: Array
+    fine: Array
+    every: Array
+    step: int
+    half: int  # of the window
+    others: int  # frames to compare with, at least
+    least: int  # frames of a span
+
+    def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
+        """Borders of a suspected span, and how many times as fine it is; None if it is not."""
+        reach = -(-self.half // self.step)
+        far = np.ones(len(self.pace), dtype=bool)
+        far[max(0, start - reach) : stop + reach] = False
+        others = -(-self.others // self.step)
+        if far.sum() < others:
+            return None
+        within = self.fine[start:stop]
+        level = float(np.median(within))
+        own = float(np.median(self.pace[start:stop][within <= level]))
+        pace, fine = self.pace[far], self.fine[far]
+        slower = pace <= max(own, np.partition(pace, others - 1)[others - 1])
+        pace, fine = pace[slower], fine[slower]
+        expected = fine - _PACE * np.maximum(0.0, pace - own)
+        finer = float(np.quantile(expected, _NEARLY_ALL)) - level
+        if finer < _FINER:
+            return None
+        border = level + min(0.5 * (float(np.quantile(fine, _NEARLY_ALL)) - level), _BORDER)
+        low, high = max(0, start * self.step - self.half), stop * self.step + self.half
+        even = uniform_filter1d(self.every[low:high], _EVEN, mode="nearest") < border
+        parts = _runs(~_without_short(~even, _EVEN))
+        first, last = max(parts, key=lambda r: r[1] - r[0], default=(0, 0))
+        if last - first < self.least:
+            return None
+        return low + first, low + last, 10.0**finer
+
+
+def _without_short(mask: Mask, least: int) -> Mask:
+    """The mask without its runs of less than some frames."""
+    out = mask.copy()
+    for start, stop in _runs(mask):
+        if stop - start < least:
+            out[start:stop] = False
+    return out
+
+
+def _runs(mask: Mask) -> list[tuple[int, int]]:
+    inside = np.concatenate([[False], mask, [False]])
+    edges = np.flatnonzero(inside[1:] != inside[:-1])
+    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
