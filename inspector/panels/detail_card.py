@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -236,6 +236,8 @@ class DetailCard(QWidget):
         """What a correction changes in the limb, with the others that are shown as corrected."""
         document = self._document
         assert document.data is not None
+        if document.data.blind:
+            return ()  # an exercise does not give itself away
         motion, state = document.data.motion, document.review.state
         hinges = Hinges(motion, [j.interval for j in state.intervals if j.interval.repairable])
         return protected_measures(
@@ -310,9 +312,7 @@ def explanation(
     """Why the interval of a chain is there, in a line or two; measures: said by themselves."""
     if judged.by_hand:
         return tr("Made by hand.")
-    interval, parts = judged.interval, []
-    if interval.confidence is not None:
-        parts.append(tr("Confidence {sure:.2f}", sure=interval.confidence))
+    interval = judged.interval
     evidence = interval.evidence or {}
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame)
@@ -324,38 +324,47 @@ def explanation(
         return _flip(judged, chain, first_frame, measures)
     if isinstance(chain, Helper):
         return _helper_roll(judged, chain, evidence)
-    doubts = _doubts(evidence, measures)
-    if doubts:
-        parts.append(tr("against it: {why}", why=doubts))
+    sentences = []
+    if interval.confidence is not None:
+        sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
+    if doubts := _doubts(evidence, measures):
+        sentences.append(tr("Against it: {why}.", why=doubts))
+    if speaks := "; ".join(_for(judged, evidence, first_frame)):
+        sentences.append(tr("For it: {why}.", why=speaks))
+    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or "worse" in evidence
+    if interval.open and not known:
+        alone = len(evidence.get("edges", ())) > 1
+        why = tr("one joint alone turns") if alone else _OTHER_SIDE
+        sentences.append(tr("Open: {why}.", why=why))
+    if not judged.supported:
+        sentences.append(tr("No longer found at this τ."))
+    return " ".join(sentences)
+
+
+def _for(judged: Judged, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
+    """What both joints do at the edges of a counter-twist, or over it."""
+    interval = judged.interval
     edges = evidence.get("edges", ())
+    begins = interval.start > 0 or len(edges) > 1
     said = tr("opens with x {x}° against y {y}°"), tr("closes with x {x}° against y {y}°")
-    for words, edge in zip(said, edges, strict=False):
+    for words, edge in zip(said if begins else said[1:], edges, strict=False):
         x, y = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
-        parts.append(words.format(x=x, y=y))
+        yield words.format(x=x, y=y)
     if soft := soft_onset(interval):
         edited = tr("found as it sets in softly, and edited")
-        parts.append(edited if judged.edited else of_core(soft))
+        yield edited if judged.edited else of_core(soft)
     if "transition" in evidence:
         turn, answer = (evidence[f"transition_{signal}_deg"] for signal in "xy")
-        told = tr(
+        yield tr(
             "the limb is straight; at {frame} P turns by {turn}°, C by {answer}°",
             frame=evidence["transition"] + first_frame,
             turn=signed(turn),
             answer=signed(answer),
         )
-        parts.append(told)
     if (share := evidence.get("child_follows", 1.0)) < 1.0:
-        parts.append(tr("the child turns back by {share:.0%} of it", share=share))
+        yield tr("the child turns back by {share:.0%} of it", share=share)
     if abs(interval.residual) > np.radians(0.005):
-        left = signed(np.degrees(interval.residual), 2)
-        parts.append(tr("left over {angle}°", angle=left))
-    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or "worse" in evidence
-    if interval.open and not known:
-        why = tr("one joint alone turns") if len(edges) > 1 else _OTHER_SIDE
-        parts.append(tr("open: {why}", why=why))
-    if not judged.supported:
-        parts.append(tr("no longer found at this τ"))
-    return "; ".join(parts)
+        yield tr("left over {angle}°", angle=signed(np.degrees(interval.residual), 2))
 
 
 def _helper_roll(judged: Judged, helper: Helper, evidence: Mapping[str, Any]) -> str:

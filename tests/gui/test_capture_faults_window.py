@@ -69,7 +69,7 @@ def test_a_burst_is_filtered_seen_and_led_to_its_page_of_tracking(qtbot, opened)
     qtbot.waitUntil(lambda: quality.chosen == ("LeftForeArm",), timeout=10_000)
     assert not quality.visibleRegion().isEmpty()
     assert quality.tabs.currentWidget() is quality.page
-    assert "LeftForeArm" in quality.page.joints.text()
+    qtbot.waitUntil(lambda: "LeftForeArm" in quality.page.joints.text(), timeout=10_000)
     assert judged.interval.start <= opened.document.frame < judged.interval.stop
     assert opened.actions_by_id["track_joints"].isEnabled()
     opened.docks["intervals"].raise_()

@@ -16,14 +16,14 @@ def test_the_card_says_why_an_interval_is_open():
     found = detect(read_bvh(ASSETS / "walk_injected.bvh"))
     judged = Review.of(found).state.intervals[0]
     chain = found.analysis.chain(judged.interval.chain)
-    assert "open:" not in explanation(judged, chain, 0)
+    assert "Open:" not in explanation(judged, chain, 0)
     interval = replace(judged.interval, open=True)
     told = explanation(replace(judged, interval=interval), chain, 0)
-    assert "open: one joint alone turns" in told
+    assert "Open: one joint alone turns" in told
     evidence = interval.evidence
     one_edge = replace(interval, explain=lambda: {**evidence, "edges": evidence["edges"][:1]})
     told = explanation(replace(judged, interval=one_edge), chain, 0)
-    assert "open: the other side of the clip may be the wrong one" in told
+    assert "Open: the other side of the clip may be the wrong one" in told
 
 
 def test_the_card_says_by_how_much_the_child_turns_back():
@@ -59,8 +59,8 @@ def test_a_twist_of_a_restless_clip_is_not_said_to_turn_alone():
     chain = found.analysis.chain(twist.interval.chain)
     left_open = found.analysis.left_open(twist.interval)
     told = explanation(replace(twist, interval=left_open), chain, 0)
-    assert f"against it: {RESTLESS_DOUBT}" in told
-    assert "open:" not in told
+    assert f"Against it: {RESTLESS_DOUBT}" in told
+    assert "Open:" not in told
 
 
 def helper_of(chain):

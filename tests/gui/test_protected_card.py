@@ -55,7 +55,7 @@ def test_a_doubt_is_said_once_and_no_other_side_is_blamed():
     )
     assert worse.doubt not in told
     assert "so what" in told
-    assert "open:" not in told
+    assert "Open:" not in told
 
 
 def test_a_correction_by_hand_that_makes_something_worse_is_told_and_stays_possible(qtbot, window):
@@ -89,7 +89,7 @@ def test_a_find_that_was_left_open_has_the_reason_in_its_card():
     left = found.protected(made_up)
     assert left.open
     told = explanation(replace(judged, interval=left), found.chain("LeftForeArm"), 0)
-    assert "against it: the wrist would turn" in told
+    assert "Against it: the wrist would turn" in told
 
 
 @pytest.mark.parametrize("name", NAMES)
