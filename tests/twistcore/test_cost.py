@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,17 +14,19 @@ from numpy.typing import NDArray
 from tests.twistcore.test_soft_errors import clip
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
-from twistcore.detection import bends, cuts, noise_bursts
+from twistcore.detection import bends, consistency, cuts, noise_bursts
 from twistcore.detection import lone_jumps as module
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.chain_analysis import ConsistencyAnalysis
+from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.evidence import Witnesses
 from twistcore.detection.interval import Kind
+from twistcore.detection.limbs import Limbs
 from twistcore.detection.lone_jumps import lone_jumps, own_axis
 from twistcore.detection.noise_bursts import noise_level, noise_near
 from twistcore.detection.pairing import Block
-from twistcore.detection.soft_errors import left_sentences, soft_intervals
+from twistcore.detection.soft_errors import budget_of, left_sentences, search, soft_intervals
 from twistcore.motion import Motion
 from twistcore.notes import UNSEARCHED
 from twistcore.review.soft_onset import SOFT
@@ -183,3 +186,47 @@ def test_what_was_left_is_told_by_limb_and_of_much_the_first() -> None:
         "Errors that set in softly were not sought in frames 3–8, 20–20 (LeftArm, LeftForeArm):"
     )
     assert "1–1 … (LeftLeg)" in sentences[1]
+
+
+def test_the_budget_goes_by_the_size_of_a_clip() -> None:
+    assert budget_of(1000, 30) == 2.0 * budget_of(500, 30) == 3.0 * budget_of(1000, 10) > 0.0
+    assert budget_of(1, 30) == budget_of(60, 30) > 0.0  # every clip costs something
+
+
+def test_all_limbs_share_one_budget(monkeypatch: pytest.MonkeyPatch) -> None:
+    given = []
+
+    def seek(*_limbs: object) -> soft_intervals.Searched:
+        given.append(_limbs[-1])
+        return search(*_limbs)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(consistency, "search", seek)
+    motion = read_bvh(ASSETS / "walk.bvh").motion
+    analyse(motion).detect()
+    assert len(given) == 2  # arms, then legs
+    assert sum(given) == pytest.approx(budget_of(motion.frames, len(motion.skeleton)))
+
+
+def test_limbs_of_a_long_clip_are_taken_one_by_one_with_the_same_jumps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    motion = read_bvh(ASSETS / "walk_injected.bvh").motion
+    asked, rotation = [], consistency.counter_rotation
+
+    def noted(limbs: Limbs, *rest: Any) -> CounterRotation:
+        asked.append(limbs.count)
+        return rotation(limbs, *rest)
+
+    monkeypatch.setattr(consistency, "counter_rotation", noted)
+    together = analyse(motion).by()
+    assert set(asked) == {2}
+    asked.clear()
+    monkeypatch.setattr(consistency, "LONG", 0)
+    alone = analyse(motion).by()
+    assert set(asked) == {1}
+    assert isinstance(together, ConsistencyAnalysis)
+    assert isinstance(alone, ConsistencyAnalysis)
+    for name, chain in together.chains.items():
+        other = alone.chains[name]
+        for field, values in vars(chain.limb).items():
+            assert np.array_equal(values[chain.row], getattr(other.limb, field)[other.row])

@@ -15,7 +15,7 @@ from twistcore.detection.chain_analysis import (
     Standing,
     automatic_tau,
 )
-from twistcore.detection.counter_rotation import counter_rotation
+from twistcore.detection.counter_rotation import CounterRotation, counter_rotation
 from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.edges import find_edges
 from twistcore.detection.evidence import Witnesses
@@ -26,7 +26,7 @@ from twistcore.detection.pairing import pair_table, running_sums
 from twistcore.detection.pieces import own_twist
 from twistcore.detection.prediction import Mask
 from twistcore.detection.runs import runs
-from twistcore.detection.soft_errors import Known, SoftError, search, soft_interval
+from twistcore.detection.soft_errors import Known, SoftError, budget_of, search, soft_interval
 from twistcore.detection.straight_limbs import (
     Jumps,
     StraightError,
@@ -38,6 +38,8 @@ from twistcore.motion import Motion
 from twistcore.notation import Keys, linear_keys, without_held
 from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
+
+LONG = 20_000  # frames
 
 
 class ConsistencyDetector:
@@ -84,7 +86,8 @@ def _analysed(
     out: dict[str, ChainAnalysis] = {}
     for lines in _alike(_lines(chains)):
         shares = len(out) / len(chains), (len(out) + sum(map(len, lines))) / len(chains)
-        found = _line_analyses(lines, motion, cut, segments, keys, part(tell, *shares))
+        budget = (shares[1] - shares[0]) * budget_of(motion.frames, len(motion.skeleton))
+        found = _line_analyses(lines, motion, cut, segments, keys, budget, part(tell, *shares))
         out |= {c.name: c for c in found}
     pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
     noise = {
@@ -101,9 +104,13 @@ def _line_analyses(
     cut: Mask,
     segments: Sequence[tuple[int, int]],
     keys: Keys | None,
+    budget: float,
     tell: Tell,
 ) -> list[ChainAnalysis]:
-    """Lines of equal length: jumps, then straight limbs, then what sets in softly."""
+    """Lines of equal length: jumps, then straight limbs, then what sets in softly.
+
+    budget: of the search for that.
+    """
     fps, limbs = motion.fps, _limbs(lines, motion, keys)
     strung = [c for same in zip(*lines, strict=True) for c in same]
     jumps = find_jumps(limbs, fps, cut, segments, tell)
@@ -140,7 +147,7 @@ def _line_analyses(
                 rounded=limbs.step > 0.0,
             )
         )
-    return _with_soft(limbs, fps, cut, analyses) if keys is None else analyses
+    return _with_soft(limbs, fps, cut, analyses, budget) if keys is None else analyses
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
@@ -154,7 +161,7 @@ def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, A
 
 
 def _with_soft(
-    limbs: Limbs, fps: float, cut: Mask, chains: list[ChainAnalysis]
+    limbs: Limbs, fps: float, cut: Mask, chains: list[ChainAnalysis], budget: float
 ) -> list[ChainAnalysis]:
     """Chains with what sets in softly, beside their intervals at the automatic τ.
 
@@ -175,7 +182,7 @@ def _with_soft(
     }
     while True:
         turned = limbs.turned(list(short.values())) if short else limbs
-        searched = search(turned, fps, cut, known)
+        searched = search(turned, fps, cut, known, budget)
         soft, replaced = searched.found, searched.replaced
         if short.keys().isdisjoint(replaced):
             break
@@ -215,7 +222,7 @@ def find_jumps(
     limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
 ) -> list[Jumps]:
     """Return the jumps of all chains of limbs, by row; segments: of :func:`segments_between`."""
-    counter = counter_rotation(limbs, fps, cut, tell)
+    counter = _counter_rotation(limbs, fps, cut, tell)
     out = []
     for row in range(len(counter.x)):
         tell(1.0)
@@ -224,6 +231,25 @@ def find_jumps(
         tables = tuple(pair_table(edges, sums, low, high) for low, high in segments)
         out.append(Jumps(counter, row, edges, step, tables, automatic_tau(counter, row), fps))
     return out
+
+
+def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> CounterRotation:
+    """Of all limbs at once, which is quicker; of long clips one by one, which takes less memory."""
+    if limbs.count == 1 or limbs.frames < LONG:
+        return counter_rotation(limbs, fps, cut, tell)
+    parts = [
+        vars(
+            counter_rotation(
+                limbs.only(i), fps, cut, part(tell, i / limbs.count, (i + 1.0) / limbs.count)
+            )
+        )
+        for i in range(limbs.count)
+    ]
+    shape = len(limbs) * limbs.count, limbs.frames
+    together = {}
+    for name in list(parts[0]):
+        together[name] = np.stack([p.pop(name) for p in parts], axis=1).reshape(shape)
+    return CounterRotation(**together)
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:

@@ -68,14 +68,17 @@ def _jumps(motion: Motion) -> Mask:
     voters = max(int(voting.sum()), FEWEST * len(voting))
     if not voting.any():
         return cut
-    turns = turns[voting]
+    turns = turns if voting.all() else turns[voting]
     blocks = (frames - 1) // block
     pace = np.median(turns[:, : blocks * block].reshape(-1, blocks, block), axis=2)
     padded = np.concatenate([pace[:, :1], pace, pace[:, -1:]], axis=1)
     calm = np.maximum(np.minimum(padded[:, :-2], padded[:, 2:]), pace)
     least = np.minimum(np.maximum(JUMP * calm, SMALLEST), np.pi)
     at = np.minimum(np.arange(frames - 1) // block, blocks - 1)
-    share = np.concatenate([[0.0], (turns > least[:, at]).sum(axis=0) / voters])
+    share = np.zeros(frames)
+    for turn, most in zip(turns, least, strict=True):
+        share[1:] += turn > most[at]
+    share /= voters
     # A blend from a T-pose fades out: weaker frames beside a cut belong to it, holes included.
     candidates = np.flatnonzero(share > SHARE_BESIDE)
     if len(candidates):

@@ -90,6 +90,11 @@ class Limbs:
             joints[k + 1, i, at] = normalise(multiply(turn, joints[k + 1, i, at]))
         return self.with_joints(joints)
 
+    def only(self, limb: int) -> Limbs:
+        """One of the lines alone."""
+        at = slice(limb, limb + 1)
+        return Limbs(self.joints[:, at], self.axes[:, at], self.step, self.keys)
+
     def with_joints(self, joints: Array) -> Limbs:
         """The same lines with other rotations."""
         return Limbs(joints, self.axes, self.step, self.keys)

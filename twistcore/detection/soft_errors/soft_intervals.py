@@ -28,9 +28,9 @@ from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.rotation import Array
 
 ROUNDS = 2
-# Of a search, for each frame of each chain, of a clip of so many frames at least: departures that
-# courses are fitted to. Beyond it the cost of a clip no longer depends on how restless it is.
-BUDGET, LEAST_FRAMES = 30.0, 100
+# Of the searches of a clip, for each frame of each joint, of so many frames at least: departures
+# that courses are fitted to. So the cost of a clip goes by its size, not by how restless it is.
+BUDGET, LEAST_FRAMES = 15.0, 100
 NAMED = 5  # of the spans that were not looked at
 KNOWN_FIRST = 10.0  # nats by which jumps may explain a stretch less
 BESIDE = 2  # frames around an interval in which a departure puts it in doubt
@@ -75,14 +75,21 @@ def soft_errors(
     return searched.found, searched.replaced
 
 
-def search(limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]) -> Searched:
-    """Search limbs for soft errors.
+def budget_of(frames: int, joints: int) -> float:
+    """The work that the searches of a clip may take in all, as `Surprise.work` counts it."""
+    return BUDGET * joints * max(frames, LEAST_FRAMES)
+
+
+def search(
+    limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known], budget: float = math.inf
+) -> Searched:
+    """Search limbs for soft errors; budget: the work that it may take.
 
     What is known is taken out; where something is left at any time scale that natural motion does
     not do, what was known there is doubted and all is explained anew.
     """
     left = np.zeros((limbs.count, limbs.frames), dtype=bool)
-    surprise = Surprise(limbs, fps, cut)
+    surprise = Surprise(limbs, fps, cut, budget)
     captured = surprise.x, surprise.y
     if not surprise.spans:
         return Searched([], [], left)
@@ -215,7 +222,6 @@ def _lively_errors(
     budget, half of it or more: without it what is restless by nature is taken for errors.
     """
     left = np.zeros((surprise.limbs.count, surprise.frames), dtype=bool)
-    budget = BUDGET * surprise.rows * max(surprise.frames, LEAST_FRAMES)
     bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)
     joints = surprise.joints.copy()
     found: list[SoftError] = []
@@ -232,7 +238,9 @@ def _lively_errors(
             i: Search(surprise, [r for r in surprise.limb(i) if lively[r]])
             for i in sorted({r % surprise.limbs.count for r in rows})
         }
-        share = budget / ROUNDS if turn + 1 < ROUNDS else budget - surprise.work
+        share = surprise.budget / ROUNDS
+        if turn + 1 == ROUNDS:
+            share = surprise.budget - surprise.work
         search_all(list(searches.values()), surprise, share)
         found = [f for s in searches.values() for f in s.found]
         left[:] = False

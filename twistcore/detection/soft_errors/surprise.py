@@ -7,6 +7,7 @@ x + y, over all spans that fit.
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_left
 from dataclasses import dataclass
 from functools import lru_cache
@@ -52,7 +53,7 @@ class Surprise:
     Rows are chains: chain k of limb i in row k·limbs + i.
     """
 
-    def __init__(self, limbs: Limbs, fps: float, cut: Mask) -> None:
+    def __init__(self, limbs: Limbs, fps: float, cut: Mask, budget: float = math.inf) -> None:
         self.limbs, self.fps, self.cut = limbs, fps, cut
         self.joints = limbs.joints.copy()
         self.rows, self.frames = len(limbs) * limbs.count, limbs.frames
@@ -60,6 +61,7 @@ class Surprise:
         self.x[:, cut] = self.y[:, cut] = 0.0
         self.spans = spans(fps, self.frames)
         self.work = 0  # departures that a search has fitted courses to by now
+        self.budget = budget  # of work
         self.at: list[_AtSpan] = []
 
     def beside(self, row: int) -> list[int]:
