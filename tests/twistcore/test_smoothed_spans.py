@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
 from benchmarks.noise_bursts import at_rate
 from benchmarks.smoothed_spans import found_in, measure, spans_in, with_smoothed
 from tests.conftest import ASSETS
 from twistcore.analysis import analyse
 from twistcore.bvh import read_bvh
+from twistcore.detection import smoothed_spans as smoothed_module
 from twistcore.detection.smoothed_spans import smoothed_spans
 from twistcore.notes import SMOOTHED
 from twistcore.rotation import continuous, normalise
@@ -96,3 +97,11 @@ def test_the_benchmark_counts_a_span():
         with_smoothed(DANCE.sliced(0, 60), np.random.default_rng(1), 0.1, everything=True) is None
     )
     assert spans_in(np.array([True, False, True])) == 2
+
+
+@pytest.mark.parametrize("width", [1, 2, 5, 9, 12, 31, 48, 64])
+def test_means_around_a_frame_are_those_of_a_box(width):
+    values = np.random.default_rng(3).normal(size=(70, 4))
+    for some in (values, values[:, 0]):
+        wanted = uniform_filter1d(some, width, axis=0, mode="nearest")
+        np.testing.assert_allclose(smoothed_module._mean_around(some, width), wanted, atol=1e-12)

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from twistcore.motion import Motion
 from twistcore.rotation import Array, continuous
@@ -105,17 +104,37 @@ def _measured(motion: Motion, width: int) -> tuple[Array, Array, Array]:
     Each (frames, joints), of degrees a frame.
     """
     changes = np.diff(continuous(motion.rotations), axis=0)  # of a turn's half, in radians
-    moved = uniform_filter1d(_squared(changes), width, axis=0, mode="nearest")
+    moved = _mean_around(_squared(changes), width)
     pace = 0.5 * np.log10(np.maximum(moved, 0.0) + _REST**2)
     off = 0.5 * np.log10(_squared(np.diff(changes, 3, axis=0)) + _REST**2)
     # A mean of logarithms: a jump or two do not hide what is smooth around them.
-    fine = uniform_filter1d(off, width, axis=0, mode="nearest")
+    fine = _mean_around(off, width)
     ends = ((2, 2), (0, 0))
     return (
         np.concatenate([pace[:1], pace]),
         np.pad(fine, ends, mode="edge"),
         np.pad(off, ends, mode="edge"),
     )
+
+
+def _mean_around(values: Array, width: int) -> Array:
+    """Mean of so many rows around each, at the ends of the outermost again.
+
+    Sums of twice as many rows from sums of half as many: no rounding of large ones is left in small
+    ones, and scipy, which takes longer to load than all the rest of a command, is not needed.
+    """
+    before = width // 2
+    ends = (before, width - 1 - before), *[(0, 0)] * (values.ndim - 1)
+    sums, rows = np.pad(values, ends, mode="edge"), 1
+    out, at, left = np.zeros_like(values), 0, width
+    while left:
+        if left & 1:
+            out += sums[at : at + len(values)]
+            at += rows
+        left >>= 1
+        if left:
+            sums, rows = sums[:-rows] + sums[rows:], 2 * rows
+    return out / width
 
 
 def _squared(changes: Array) -> Array:
@@ -170,7 +189,7 @@ class _Joint:
             return None
         border = level + min(0.5 * (float(_quantile(fine, _NEARLY_ALL)) - level), _BORDER)
         low, high = max(0, start * self.step - self.half), stop * self.step + self.half
-        even = uniform_filter1d(self.every[low:high], _EVEN, mode="nearest") < border
+        even = _mean_around(self.every[low:high], _EVEN) < border
         parts = _runs(~_without_short(~even, _EVEN))
         first, last = max(parts, key=lambda r: r[1] - r[0], default=(0, 0))
         if last - first < self.least:
