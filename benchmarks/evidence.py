@@ -40,7 +40,7 @@ PRIOR: Mapping[str, float] = {
     "azimuth_stays": 0.8,
     "off_its_side": 0.8,
     "back_to_its_side": 1.0,
-    "straight": 1.0,
+    "straight": 0.4,
     "no_azimuth": 1.5,
     "both_turn_more": 1.2,
     "both_turn_less": 1.0,
@@ -48,6 +48,7 @@ PRIOR: Mapping[str, float] = {
     "silent_joint": 0.8,
     "often": 0.7,
     "natural_size": 1.0,
+    "long": 1.0,
 }
 PULL = 1.0  # towards the prior: nats for a distance of 1
 INJECTED = 40.0  # finds that are judged, for which all injected errors together count

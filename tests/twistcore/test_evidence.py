@@ -85,13 +85,15 @@ def test_no_confidence_is_above_what_the_evidence_gives():
     chain = CHAINS["LeftArm"]
     known, none = Witnesses.of(WALK, chain), np.zeros(WALK.frames, dtype=bool)
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.3), confidence=0.99)
-    doubted, _ = judged(made_up, known, none)
+    find = Find(START, STOP, np.degrees(made_up.offset))
+    terms = terms_of(known, find, none)
+    doubted, _ = judged(made_up, terms, known.segment)
     assert doubted.confidence < 0.3
     assert doubted.evidence["doubts"]
     assert applied_unasked([made_up])
     assert not applied_unasked([doubted])
     unsure = replace(made_up, confidence=0.01)
-    assert judged(unsure, known, none)[0].confidence == 0.01
+    assert judged(unsure, terms, known.segment)[0].confidence == 0.01
 
 
 def test_the_same_interval_is_judged_once_at_every_tau():
@@ -186,3 +188,23 @@ def test_a_hinge_that_the_rig_makes_counts_of_a_limb_that_is_nearly_straight():
     found, terms = judgement(straight, chain, last)
     assert terms.off_after - terms.off_before == pytest.approx(15.0, abs=1.0)
     assert found.probability < 0.1
+
+
+def test_what_lasts_is_mostly_motion_unless_the_azimuth_or_a_silent_joint_shows_it():
+    motion, find = twisted(CHAINS["LeftArm"], 40.0)
+    _, terms = judgement(motion, CHAINS["LeftArm"], find)
+    dim = replace(terms, for_azimuth=1.0, for_x=6.0, for_y=6.0, off_before=math.nan)
+    brief, lasting = (judgement_of(replace(dim, seconds=s)) for s in (0.1, 4.0))
+    assert brief.probability > lasting.probability + 0.2
+    assert any("4.0 s" in doubt for doubt in judgement_of(replace(dim, seconds=4.0)).doubts)
+    for clear in (replace(dim, for_azimuth=9.0), replace(dim, for_x=25.0)):
+        assert judgement_of(replace(clear, seconds=4.0)).terms["long"] == 0.0
+
+
+def test_on_a_straight_limb_both_bones_must_turn_at_the_ends():
+    motion, find = twisted(CHAINS["LeftArm"], 40.0)
+    _, terms = judgement(motion, CHAINS["LeftArm"], find)
+    against = replace(terms, for_x=-6.0)
+    assert judgement_of(against).probability > judgement_of(against, straight=True).probability
+    assert judgement_of(against, straight=True).probability < 0.05
+    assert not judgement_of(terms, straight=True).terms.get("unanswered")

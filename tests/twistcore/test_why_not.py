@@ -278,7 +278,7 @@ def test_what_all_the_evidence_takes_for_motion_is_no_find_and_the_answer_says_s
     motion = twisted(WALK, ARM, 40.0, 150, 170)
     (found,) = detect(motion)
     motion_it_is = Judgement(-4.0, ("such turns occur often",), {}, motion=True)
-    monkeypatch.setattr(chain_analysis, "judgement_of", lambda *_: motion_it_is)
+    monkeypatch.setattr(chain_analysis, "judgement_of", lambda *_, **__: motion_it_is)
     without = detect(motion)
     assert not without.intervals
     (taken,) = without.analysis.by().taken_for_motion(ARM, without.tau[ARM])

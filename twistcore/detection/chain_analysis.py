@@ -16,10 +16,12 @@ from twistcore.detection.edges import Edges
 from twistcore.detection.evidence import (
     Find,
     Judgement,
+    Terms,
     Witnesses,
     judgement_of,
     taken_by,
     terms_of,
+    unanswered,
 )
 from twistcore.detection.interval import Interval
 from twistcore.detection.offsets import Course, offsets_of
@@ -205,15 +207,17 @@ class ConsistencyAnalysis:
     def _with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
         """The interval with no more confidence than all the evidence gives it; if it is motion.
 
-        On a straight limb the course itself is the evidence: nothing else tells there.
+        On a straight limb the course itself is the evidence, as long as both bones turn at its
+        ends and no noise is there: little else tells.
         """
         if interval.chain not in self.witnesses:
             return interval, False
         if id(interval) not in self._judged:
             own, motion, known = interval, False, self.witnesses[interval.chain]
             straight = (interval.evidence or {}).get("follows") == STRAIGHT
-            if not straight or known.noise[interval.start : interval.stop].any():
-                own, motion = judged(interval, known, self._taken_in(interval.chain))
+            terms = terms_of(known, _find(interval), self._taken_in(interval.chain))
+            if not straight or terms.noise > 0.0 or unanswered(terms):
+                own, motion = judged(interval, terms, known.segment, straight=straight)
             self._judged[id(interval)] = interval, own, motion and not straight
         return self._judged[id(interval)][1:]
 
@@ -235,12 +239,14 @@ def _find(interval: Interval) -> Find:
     return Find(interval.start, interval.stop, np.degrees(interval.offset))
 
 
-def judged(interval: Interval, witnesses: Witnesses, taken: Mask) -> tuple[Interval, bool]:
+def judged(
+    interval: Interval, terms: Terms, segment: str, *, straight: bool = False
+) -> tuple[Interval, bool]:
     """The interval with the smaller of its confidence and what all the evidence gives it.
 
     And whether that takes it for motion.
     """
-    found = judgement_of(terms_of(witnesses, _find(interval), taken), witnesses.segment)
+    found = judgement_of(terms, segment, straight=straight)
     least = min(interval.confidence or 0.0, found.probability)
     explain = partial(_with_judgement, interval.explain, found)
     return replace(interval, confidence=least, explain=explain), found.motion

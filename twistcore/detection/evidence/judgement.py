@@ -16,21 +16,25 @@ from twistcore.detection.evidence.terms import BENT, Terms
 # Log odds for each term of :func:`weighed`.
 WEIGHTS: Mapping[str, float] = MappingProxyType(
     {
-        "base": -0.56,
-        "azimuth_rougher": 0.99,
-        "azimuth_stays": 0.73,
-        "off_its_side": 0.59,
-        "back_to_its_side": 1.28,
-        "straight": 1.26,
-        "no_azimuth": 1.15,
-        "both_turn_more": 1.23,
-        "both_turn_less": 1.22,
-        "both_joints": 0.32,
-        "silent_joint": 1.03,
-        "often": 0.80,
-        "natural_size": 1.46,
+        "base": -0.62,
+        "azimuth_rougher": 1.38,
+        "azimuth_stays": 0.61,
+        "off_its_side": 0.81,
+        "back_to_its_side": 1.55,
+        "straight": 0.75,
+        "no_azimuth": 0.98,
+        "both_turn_more": 0.97,
+        "both_turn_less": 0.99,
+        "both_joints": 0.54,
+        "silent_joint": 0.77,
+        "often": 0.86,
+        "natural_size": 1.16,
+        "long": 2.35,
     }
 )
+_LONG = 0.7  # seconds: what lasts longer is mostly motion, unless
+_CLEAR, _SILENT = 3.0, 20.0  # nats: the azimuth is clear, or a joint that is silent elsewhere
+_AGAINST = -3.0  # nats: so one of both bones is against an error of a straight limb
 _SPEAKS = 0.7  # nats from which the azimuth or C's side speaks for the repair
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
 _NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
@@ -75,6 +79,7 @@ def weighed(t: Terms) -> dict[str, float]:
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0
+    clear = t.for_azimuth > _CLEAR or max(t.for_x, t.for_y) > _SILENT
     together = math.log(max(t.together, 0.05) / 2.0)
     beside = math.log(max(t.step / (t.natural or _USUAL), 0.2) / 2.5)
     return {
@@ -91,16 +96,28 @@ def weighed(t: Terms) -> dict[str, float]:
         "silent_joint": _clip(max(t.for_x, t.for_y) / 10.0 - 1.0, 0.0, 1.5),
         "often": -_clip(math.log(t.rate / 0.3), 0.0, 2.0) if t.rate else 0.0,
         "natural_size": _clip(beside, -1.6 if t.natural else 0.0, 1.0),
+        "long": 0.0 if clear else -_clip(math.log(t.seconds / _LONG), 0.0, 2.5),
     }
 
 
-def judgement_of(t: Terms, segment: str = "") -> Judgement:
-    """What the evidence comes to; segment: the chain's, for the words."""
+def unanswered(t: Terms) -> bool:
+    """Whether at the ends of a find one of the two bones is clearly against its turn."""
+    return min(t.for_x, t.for_y) < _AGAINST
+
+
+def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
+    """What the evidence comes to.
+
+    segment: the chain's, for the words; straight: the course of a straight limb is what found it,
+    so that both bones must turn at its ends.
+    """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     motion = sum(parts.values()) < _MOTION
     vetoes = []
     if t.side_spread < _HINGE and t.off_after > t.off_before + _OFF:
         vetoes.append("off_its_hinge")
+    if straight and unanswered(t):
+        vetoes.append("unanswered")
     if t.noise > 0.0:
         vetoes.append("noise")
     for veto in vetoes:
@@ -133,6 +150,10 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return f"no joint below the {joint} shows to which side it bends"
     if term == "both_turn_more":
         return f"both bones together turn {t.together:.0f} times as far there: the limb moves fast"
+    if term == "long":
+        return f"it lasts {t.seconds:.1f} s, and hardly any error does"
+    if term == "unanswered":
+        return "one of the two bones does not turn with it where it begins and ends"
     if term == "often":
         return f"such turns occur {t.rate or 0.0:.1f} times a second in this {joint}"
     if term == "natural_size":

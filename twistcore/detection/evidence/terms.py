@@ -63,7 +63,8 @@ class Terms:
     clip is from it at most, NaN likewise; for_side: the same in nats; least_bend; together:
     turn of P and C together at the edges over the offset's; rate: such counter-turns a second
     elsewhere, None where too little is free of finds; natural: their 99 % quantile; step: of the
-    smaller edge; noise: σ of a burst of it in the find or beside it, 0 for none.
+    smaller edge; seconds: its length;
+    noise: σ of a burst of it in the find or beside it, 0 for none.
     """
 
     hinged: bool
@@ -81,6 +82,7 @@ class Terms:
     rate: float | None
     natural: float | None
     step: float
+    seconds: float
     noise: float
 
 
@@ -145,6 +147,7 @@ class _Measured:
             rate=rate,
             natural=natural,
             step=self._step,
+            seconds=(self.find.stop - self.find.start) / c.fps,
             noise=float(c.noise[max(self.find.start - _NOISE, 0) : self.find.stop + _NOISE].max()),
         )
 
