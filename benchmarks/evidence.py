@@ -84,7 +84,7 @@ def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -
     for chain in found.chains:
         own = [i for i in found if i.chain == chain.name]
         known = Witnesses.of(motion, chain)
-        finds = [Find(i.start, i.stop, np.degrees(i.offset)) for i in own]
+        finds = [Find.of(i) for i in own]
         taken = taken_by(motion.frames, finds)
         for interval, find in zip(own, finds, strict=True):
             verdicts = (
@@ -121,7 +121,7 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
         found = analyse(bad).detect(kinds={Kind.COUNTER_TWIST})
         for chain in targets:
             own = [i for i in found if i.chain == chain.name]
-            finds = [Find(i.start, i.stop, np.degrees(i.offset)) for i in own]
+            finds = [Find.of(i) for i in own]
             known, taken = Witnesses.of(bad, chain), taken_by(bad.frames, finds)
             for interval, find in zip(own, finds, strict=True):
                 true = any(e.chain == chain.name and _alike(find, e.start, e.stop) for e in errors)

@@ -46,6 +46,16 @@ def test_a_true_error_is_more_likely_than_not_and_a_made_up_one_is_not(name, deg
     assert judgement(WALK, chain, find)[0].probability < 0.3
 
 
+def test_what_a_silent_joint_tells_may_last_longer():
+    chain = CHAINS["LeftForeArm"]
+    drift = np.radians(30.0) * np.sin(np.linspace(0.0, math.pi, 150)) ** 2
+    motion = refine(WALK, [chain], [Interval(chain.name, 100, 250, -drift)])
+    find = Find(100, 250, np.degrees(drift))
+    lively, silent = (judgement(motion, chain, replace(find, silent=s))[0] for s in (False, True))
+    assert lively.terms["long"] < 0.0 == silent.terms["long"]
+    assert lively.terms["silent_joint"] < silent.terms["silent_joint"]
+
+
 def test_a_repair_that_takes_an_exact_hinge_apart_says_so():
     """The knee of the clip is one: its azimuth stands."""
     chain = CHAINS["LeftUpLeg"]

@@ -50,6 +50,7 @@ def test_a_soft_error_becomes_an_interval():
         "follows": "a soft onset",
         "sigma_deg": pytest.approx(0.01 / DEGREE),
         "child_follows": 0.6,
+        "silent_joint": False,
     }
     assert not soft_interval("LeftArm", replace(error, unsure=False)).open
 

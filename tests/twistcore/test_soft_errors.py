@@ -140,8 +140,9 @@ def test_where_both_joints_live_what_departs_from_natural_motion_is_found(shape)
             after.append(inside)
     after, before = np.concatenate(after), np.concatenate(before)
     counted = before >= np.radians(0.5)
+    # At most one of the eight is left for a person, as the azimuth speaks against it.
     assert np.mean(after[counted] <= 0.2 * before[counted]) > 0.85
-    assert after[counted].mean() < 0.04 * before[counted].mean()
+    assert after[counted].mean() < 0.16 * before[counted].mean()
 
 
 def test_a_burst_of_noise_where_both_joints_live():

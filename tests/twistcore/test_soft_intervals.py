@@ -148,7 +148,7 @@ def test_an_edge_of_what_gave_way_names_what_stands_instead(chain, why):
         )
         for name, own in analysis.chains.items()
     }
-    clip._by_method["consistency"] = replace(analysis, chains=chains)
+    clip._by_method["consistency"] = replace(analysis, chains=chains, witnesses={})
     found = clip.detect()
     assert [i.start for i in found if i.chain == "RightForeArm"] == [123] * (why == Why.OTHER)
     reason = why_not(found, "RightForeArm", 120)

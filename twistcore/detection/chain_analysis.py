@@ -215,7 +215,7 @@ class ConsistencyAnalysis:
         if id(interval) not in self._judged:
             own, motion, known = interval, False, self.witnesses[interval.chain]
             straight = (interval.evidence or {}).get("follows") == STRAIGHT
-            terms = terms_of(known, _find(interval), self._taken_in(interval.chain))
+            terms = terms_of(known, Find.of(interval), self._taken_in(interval.chain))
             if not straight or terms.noise > 0.0 or unanswered(terms):
                 own, motion = judged(interval, terms, known.segment, straight=straight)
             self._judged[id(interval)] = interval, own, motion and not straight
@@ -230,13 +230,9 @@ class ConsistencyAnalysis:
         """Frames of the chain's intervals at its automatic τ: no measure of natural motion."""
         if chain not in self._taken:
             own = self.chains[chain]
-            finds = (_find(i) for i in own.intervals(own.automatic_tau()))
+            finds = (Find.of(i) for i in own.intervals(own.automatic_tau()))
             self._taken[chain] = taken_by(self.witnesses[chain].frames, finds)
         return self._taken[chain]
-
-
-def _find(interval: Interval) -> Find:
-    return Find(interval.start, interval.stop, np.degrees(interval.offset))
 
 
 def judged(

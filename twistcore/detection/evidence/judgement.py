@@ -33,8 +33,9 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
     }
 )
 _LONG = 0.7  # seconds: what lasts longer is mostly motion, unless
+_LONG_TOLD = 2.0  # seconds: as long may what a silent joint tells last
 _CLEAR, _SILENT = 3.0, 20.0  # nats: the azimuth is clear, or a joint that is silent elsewhere
-_AGAINST = -3.0  # nats: so one of both bones is against an error of a straight limb
+_AGAINST = -5.0  # nats: so one of both bones is against an error of a straight limb
 _SPEAKS = 0.7  # nats from which the azimuth or C's side speaks for the repair
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
 _NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
@@ -79,6 +80,7 @@ def weighed(t: Terms) -> dict[str, float]:
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0
+    long = _LONG_TOLD if t.silent else _LONG
     clear = t.for_azimuth > _CLEAR or max(t.for_x, t.for_y) > _SILENT
     together = math.log(max(t.together, 0.05) / 2.0)
     beside = math.log(max(t.step / (t.natural or _USUAL), 0.2) / 2.5)
@@ -93,10 +95,10 @@ def weighed(t: Terms) -> dict[str, float]:
         "both_turn_more": -_clip(together, 0.0, 2.5),
         "both_turn_less": _clip(-together, 0.0, 3.0),
         "both_joints": _clip(min(t.for_x, t.for_y) / 5.0, -0.5, 1.5),
-        "silent_joint": _clip(max(t.for_x, t.for_y) / 10.0 - 1.0, 0.0, 1.5),
+        "silent_joint": max(_clip(max(t.for_x, t.for_y) / 10.0 - 1.0, 0.0, 1.5), float(t.silent)),
         "often": -_clip(math.log(t.rate / 0.3), 0.0, 2.0) if t.rate else 0.0,
         "natural_size": _clip(beside, -1.6 if t.natural else 0.0, 1.0),
-        "long": 0.0 if clear else -_clip(math.log(t.seconds / _LONG), 0.0, 2.5),
+        "long": 0.0 if clear else -_clip(math.log(t.seconds / long), 0.0, 2.5),
     }
 
 

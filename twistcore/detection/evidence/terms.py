@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from twistcore.detection.evidence.witnesses import ALONG, PACE, Mask, Witnesses, wrapped
+from twistcore.detection.interval import Interval
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.rotation import Array
 
@@ -31,11 +32,21 @@ _NEAR = 0.6  # seconds in which an edge's neighbours count for more
 
 @dataclass(frozen=True, eq=False)
 class Find:
-    """Frames [start, stop) and what is to be taken out of P's twist there, degrees."""
+    """Frames [start, stop) and what is to be taken out of P's twist there, degrees.
+
+    silent: whether a joint that is silent elsewhere tells it.
+    """
 
     start: int
     stop: int
     offset: Array
+    silent: bool = False
+
+    @classmethod
+    def of(cls, interval: Interval) -> Find:
+        """An interval's."""
+        silent = bool((interval.evidence or {}).get("silent_joint"))
+        return cls(interval.start, interval.stop, np.degrees(interval.offset), silent)
 
 
 @dataclass(frozen=True)
@@ -63,8 +74,8 @@ class Terms:
     clip is from it at most, NaN likewise; for_side: the same in nats; least_bend; together:
     turn of P and C together at the edges over the offset's; rate: such counter-turns a second
     elsewhere, None where too little is free of finds; natural: their 99 % quantile; step: of the
-    smaller edge; seconds: its length;
-    noise: σ of a burst of it in the find or beside it, 0 for none.
+    smaller edge; seconds: its length; silent: a joint that is silent elsewhere tells it at any
+    pace; noise: σ of a burst of it in the find or beside it, 0 for none.
     """
 
     hinged: bool
@@ -83,6 +94,7 @@ class Terms:
     natural: float | None
     step: float
     seconds: float
+    silent: bool
     noise: float
 
 
@@ -148,6 +160,7 @@ class _Measured:
             natural=natural,
             step=self._step,
             seconds=(self.find.stop - self.find.start) / c.fps,
+            silent=self.find.silent,
             noise=float(c.noise[max(self.find.start - _NOISE, 0) : self.find.stop + _NOISE].max()),
         )
 

@@ -132,7 +132,7 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
                 farther = _farther(surprise, row, start, stop) if side < 0 else 1.0
                 offset = farther * level[start:stop]
                 gain = CERTAIN
-                error = SoftError(row, start, offset, gain, STANDS, 1.0 / farther)
+                error = SoftError(row, start, offset, gain, STANDS, 1.0 / farther, silent=True)
                 rivals.append((_left(surprise, sides, error), error))
         if not rivals:
             break

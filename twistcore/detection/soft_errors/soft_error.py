@@ -26,7 +26,7 @@ class SoftError:
     """Twist error of P of the chain in `row`, from frame `start` on, (frames,), radians.
 
     gain: nats against natural motion; sigma: of its repair, radians; followed: the share of it by
-    which C turns back; unsure: to be shown only.
+    which C turns back; unsure: to be shown only; silent: a joint that is silent elsewhere tells it.
     """
 
     row: int
@@ -36,6 +36,7 @@ class SoftError:
     sigma: float
     followed: float = 1.0
     unsure: bool = False
+    silent: bool = False
 
     @property
     def stop(self) -> int:

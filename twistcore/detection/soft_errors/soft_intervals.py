@@ -321,4 +321,5 @@ def _told(error: SoftError) -> dict[str, Any]:
         "follows": "a soft onset",
         "sigma_deg": math.degrees(error.sigma),
         "child_follows": error.followed,
+        "silent_joint": error.silent,
     }
