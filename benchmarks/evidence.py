@@ -24,7 +24,7 @@ from benchmarks.real_corrections import clips_of
 from twistcore.analysis import analyse
 from twistcore.chain import find_chains
 from twistcore.detection import Kind
-from twistcore.detection.evidence import Find, Terms, Witnesses, taken_by, terms_of
+from twistcore.detection.evidence import Background, Find, Terms, Witnesses, terms_of
 from twistcore.detection.evidence.judgement import WEIGHTS, weighed
 from twistcore.detection.straight_limbs import STRAIGHT
 from twistcore.errors import TwistError
@@ -83,9 +83,8 @@ def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -
     applied = set(map(id, applied_unasked(found)))
     for chain in found.chains:
         own = [i for i in found if i.chain == chain.name]
-        known = Witnesses.of(motion, chain)
         finds = [Find.of(i) for i in own]
-        taken = taken_by(motion.frames, finds)
+        background = Background.of(Witnesses.of(motion, chain), finds)
         for interval, find in zip(own, finds, strict=True):
             verdicts = (
                 row["verdict"]
@@ -94,7 +93,7 @@ def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -
             )
             yield Judged(
                 set_name,
-                parts_of(terms_of(known, find, taken)),
+                parts_of(terms_of(background, find)),
                 next(verdicts, ""),
                 id(interval) in applied,
                 (interval.evidence or {}).get("follows") == STRAIGHT,
@@ -122,11 +121,11 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
         for chain in targets:
             own = [i for i in found if i.chain == chain.name]
             finds = [Find.of(i) for i in own]
-            known, taken = Witnesses.of(bad, chain), taken_by(bad.frames, finds)
+            background = Background.of(Witnesses.of(bad, chain), finds)
             for interval, find in zip(own, finds, strict=True):
                 true = any(e.chain == chain.name and _alike(find, e.start, e.stop) for e in errors)
                 if true and (interval.evidence or {}).get("follows") != STRAIGHT:
-                    yield parts_of(terms_of(known, find, taken))
+                    yield parts_of(terms_of(background, find))
 
 
 def fitted(judged: Sequence[Judged], errors: Sequence[np.ndarray]) -> np.ndarray:

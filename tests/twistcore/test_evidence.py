@@ -13,7 +13,7 @@ from twistcore.bvh import read_bvh
 from twistcore.chain import find_chains
 from twistcore.detection import Interval
 from twistcore.detection.chain_analysis import judged
-from twistcore.detection.evidence import Find, Witnesses, judgement_of, taken_by, terms_of
+from twistcore.detection.evidence import Background, Find, Witnesses, judgement_of, terms_of
 from twistcore.detection.evidence.judgement import WEIGHTS
 from twistcore.detection.evidence.witnesses import ALONG
 from twistcore.rotation import exponential, multiply, quaternion_from_axis_angle
@@ -33,7 +33,7 @@ def twisted(chain, degrees, start=START, stop=STOP, motion=WALK):
 
 def judgement(motion, chain, find):
     known = Witnesses.of(motion, chain)
-    terms = terms_of(known, find, taken_by(motion.frames, [find]))
+    terms = terms_of(Background.of(known, [find]), find)
     return judgement_of(terms, chain.segment), terms
 
 
@@ -93,10 +93,10 @@ def test_a_twist_error_leaves_what_both_bones_turn_together():
 
 def test_no_confidence_is_above_what_the_evidence_gives():
     chain = CHAINS["LeftArm"]
-    known, none = Witnesses.of(WALK, chain), np.zeros(WALK.frames, dtype=bool)
+    known = Witnesses.of(WALK, chain)
     made_up = Interval("LeftArm", START, STOP, np.full(10, 0.3), confidence=0.99)
     find = Find(START, STOP, np.degrees(made_up.offset))
-    terms = terms_of(known, find, none)
+    terms = terms_of(Background.of(known, []), find)
     doubted, _ = judged(made_up, terms, known.segment)
     assert doubted.confidence < 0.3
     assert doubted.evidence["doubts"]
@@ -140,7 +140,7 @@ def test_between_the_pieces_of_a_bone_no_joint_is_named():
     chain = replace(CHAINS["LeftArm"], ends=False, grandchild=-1)
     motion, find = twisted(CHAINS["LeftArm"], 20.0)
     known = Witnesses.of(motion, chain)
-    terms = replace(terms_of(known, find, taken_by(motion.frames, [find])), rate=20.0)
+    terms = replace(terms_of(Background.of(known, [find]), find), rate=20.0)
     assert not any("elbow" in d for d in judgement_of(terms, known.segment).doubts)
 
 

@@ -14,12 +14,12 @@ from twistcore.detection.confidence import confidence
 from twistcore.detection.counter_rotation import CounterRotation
 from twistcore.detection.edges import Edges
 from twistcore.detection.evidence import (
+    Background,
     Find,
     Judgement,
     Terms,
     Witnesses,
     judgement_of,
-    taken_by,
     terms_of,
     unanswered,
 )
@@ -39,6 +39,7 @@ SHOWN_IN_BOTH = 0.35
 ROUNDED_GAIN = 5.0
 _FOLLOWS = ("its edges", "its events", "every frame")
 SMALLEST_TAU = float(np.radians(1.5))
+_BACKGROUNDS = 2  # kept: what they derive is as long as the clip
 TAU_IN_SIGMA = 6.0  # an automatic τ: where natural motion's own σ would fill the table, higher
 
 
@@ -178,7 +179,7 @@ class ConsistencyAnalysis:
     cut: Mask
     own_twist: Mapping[str, Array] = field(default_factory=dict)
     witnesses: Mapping[str, Witnesses] = field(default_factory=dict)
-    _taken: dict[str, Mask] = field(default_factory=dict)
+    _backgrounds: dict[str, Background] = field(default_factory=dict)  # the latest few
     # By id: kept alive, with what it is once judged, and whether that is motion.
     _judged: dict[int, tuple[Interval, Interval, bool]] = field(default_factory=dict)
 
@@ -215,7 +216,7 @@ class ConsistencyAnalysis:
         if id(interval) not in self._judged:
             own, motion, known = interval, False, self.witnesses[interval.chain]
             straight = (interval.evidence or {}).get("follows") == STRAIGHT
-            terms = terms_of(known, Find.of(interval), self._taken_in(interval.chain))
+            terms = terms_of(self._background(interval.chain), Find.of(interval))
             if not straight or terms.noise > 0.0 or unanswered(terms):
                 own, motion = judged(interval, terms, known.segment, straight=straight)
             self._judged[id(interval)] = interval, own, motion and not straight
@@ -226,13 +227,15 @@ class ConsistencyAnalysis:
         """Frames [low, high) that the search for soft errors did not look at, by chain."""
         return {name: chain.left for name, chain in self.chains.items() if chain.left}
 
-    def _taken_in(self, chain: str) -> Mask:
-        """Frames of the chain's intervals at its automatic τ: no measure of natural motion."""
-        if chain not in self._taken:
-            own = self.chains[chain]
+    def _background(self, chain: str) -> Background:
+        """The rest of a chain beside its intervals at its automatic τ."""
+        if chain not in self._backgrounds:
+            own, known = self.chains[chain], replace(self.witnesses[chain], _series={})
+            while len(self._backgrounds) >= _BACKGROUNDS:
+                del self._backgrounds[next(iter(self._backgrounds))]
             finds = (Find.of(i) for i in own.intervals(own.automatic_tau()))
-            self._taken[chain] = taken_by(self.witnesses[chain].frames, finds)
-        return self._taken[chain]
+            self._backgrounds[chain] = Background.of(known, finds)
+        return self._backgrounds[chain]
 
 
 def judged(

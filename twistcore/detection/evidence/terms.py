@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from twistcore.detection.evidence.witnesses import ALONG, PACE, Mask, Witnesses, wrapped
+from twistcore.detection.evidence.witnesses import ALONG, PACE, Mask, Witnesses, keep_few, wrapped
 from twistcore.detection.interval import Interval
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.rotation import Array
@@ -98,26 +99,145 @@ class Terms:
     noise: float
 
 
-def terms_of(chain: Witnesses, find: Find, taken: Mask) -> Terms:
-    """The evidence about a find; taken: frames of all finds of the chain, (frames,)."""
-    return _Measured(chain, find, taken).terms()
+def terms_of(background: Background, find: Find) -> Terms:
+    """The evidence about a find of a chain, measured against the rest of it."""
+    return _Measured(background.without(find), find).terms()
+
+
+@dataclass(frozen=True, eq=False)
+class Background:
+    """What a chain does where nothing was found: what all its finds are measured against.
+
+    taken: frames of all finds of the chain, (frames,).
+    """
+
+    chain: Witnesses
+    taken: Mask
+    _known: dict[tuple[str, int], _Usual] = field(default_factory=dict)  # the latest few
+    _against: dict[int, _Against] = field(default_factory=dict)  # likewise
+
+    @classmethod
+    def of(cls, chain: Witnesses, finds: Iterable[Find]) -> Background:
+        """That of a chain with all its finds."""
+        return cls(chain, taken_by(chain.frames, finds))
+
+    def without(self, find: Find) -> Background:
+        """The same where the find is taken too."""
+        if self.taken[find.start : find.stop].all():
+            return self
+        return Background(self.chain, self.taken | taken_by(self.chain.frames, [find]))
+
+    @cached_property
+    def busy(self) -> Mask:
+        """Frames of finds, one more on either side: they tell nothing of natural motion."""
+        busy = self.taken.copy()
+        busy[:-1] |= self.taken[1:]
+        busy[1:] |= self.taken[:-1]
+        return busy
+
+    @cached_property
+    def _busy_before(self) -> NDArray[np.int32]:
+        """How many busy frames there are before each, (frames + 1,)."""
+        return np.concatenate([[0], np.cumsum(self.busy, dtype=np.int32)]).astype(np.int32)
+
+    @cached_property
+    def side(self) -> Side | None:
+        """The usual side of C's bone."""
+        return usual_side(self.chain, self.busy)
+
+    @cached_property
+    def spread(self) -> float:
+        """How far C's bone is from its usual side, in the scale of most of the clip; degrees."""
+        if self.side is None:
+            return math.nan
+        there = ~self.busy & (self.chain.sine > (_STRAIGHT if self.side.exact else ALONG))
+        roots, weight = np.sqrt(np.abs(self.side.off[there])), self.chain.sine[there] ** 2
+        return 1.48 * float(np.average(roots, weights=weight)) ** 2
+
+    @cached_property
+    def known_azimuth(self) -> Mask:
+        """Frames in which a change of the azimuth's pace is known, which takes three, (frames,)."""
+        both = self.chain.both_frames
+        return np.asarray(np.minimum(both, np.append(both[1:], 0.0)) > ALONG)
+
+    @cached_property
+    def roughness(self) -> float:
+        """The scale of the changes of the azimuth's pace, degrees."""
+        known = self.known_azimuth
+        rough = np.zeros(self.chain.frames)
+        rough[1:-1] = wrapped(np.diff(self.chain.azimuth_turns[1:]))
+        free = known & ~self.busy
+        usual = rough[free] if free.sum() > 10 else rough[known]
+        return scale(usual, 0.02) if len(usual) > 10 else 5.0
+
+    def usual(self, name: str, width: int) -> _Usual:
+        """What a signal turns in so many frames beyond its pace, where nothing was found."""
+        if (name, width) not in self._known:
+            chain = self.chain
+            turned = chain.beyond_pace(name, width)
+            t = np.arange(chain.frames)
+            later = np.minimum(t + width + 1, chain.frames)
+            before = self._busy_before
+            free = np.isfinite(turned) & (before[later] == before[np.maximum(t - 1, 0)])
+            if name == "azimuth_turns":
+                free &= chain.bent(width)
+            enough = free.sum() > 5
+            everywhere = scale(turned[free], 0.03) if enough else math.nan
+            keep_few(self._known, chain.frames)[name, width] = _Usual(turned, free, everywhere)
+        return self._known[name, width]
+
+    def against(self, width: int) -> _Against:
+        """How far P and C turn against each other in so many frames, where nothing was found."""
+        if width not in self._against:
+            c, reach = self.chain, reach_at(self.chain.fps)
+            around = 2 * (width // 2 + reach) + width
+
+            def beyond(turns: Array) -> Array:
+                inner = np.convolve(turns, np.ones(width), "same")[: c.frames]
+                outer = np.convolve(turns, np.ones(around) / around, "same")[: c.frames]
+                return np.asarray(inner - width * outer)
+
+            x, y = (beyond(t) if len(t) >= around else np.zeros(len(t)) for t in (c.x, c.y))
+            against = np.where(x * y < 0.0, np.minimum(np.abs(x), np.abs(y)), 0.0)
+            beside = width + reach + 2
+            near = np.convolve(self.busy, np.ones(2 * beside + 1), "same")[: c.frames] > 0.5
+            free = ~near if c.frames > 2 * beside else np.zeros(c.frames, dtype=bool)
+            free[:3] = free[-3:] = False
+            count = int(free.sum())
+            natural = float(np.quantile(against[free], 0.99)) if count else 0.0
+            made = _Against(np.where(free, against, -1.0), count, natural)
+            keep_few(self._against, c.frames)[width] = made
+        return self._against[width]
+
+
+@dataclass(frozen=True, eq=False)
+class _Usual:
+    """Turns beyond the pace, degrees; where free of finds; their scale, NaN for too few."""
+
+    turned: Array
+    free: Mask
+    scale: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Against:
+    """Turns of P and C against each other, degrees, −1 where not free; free frames; 99 % of all."""
+
+    turned: Array
+    free: int
+    natural: float
+
+
+def reach_at(fps: float) -> int:
+    """Frames that are beside an edge."""
+    return max(4, round(_BESIDE * fps))
 
 
 class _Measured:
     """One find and what is derived from it."""
 
-    def __init__(self, chain: Witnesses, find: Find, taken: Mask) -> None:
-        self.chain, self.find = chain, find
-        self.offset = np.zeros(chain.frames)
-        self.offset[find.start : find.stop] = find.offset
-        self.steps = np.diff(self.offset, prepend=self.offset[:1])
-        self.inside = np.zeros(chain.frames, dtype=bool)
-        self.inside[find.start : find.stop] = True
-        grown = np.flatnonzero(taken | self.inside)
-        self.busy = np.zeros(chain.frames, dtype=bool)
-        for by in (-1, 0, 1):
-            self.busy[np.clip(grown + by, 0, chain.frames - 1)] = True
-        self.reach = max(4, round(_BESIDE * chain.fps))
+    def __init__(self, background: Background, find: Find) -> None:
+        self.background, self.chain, self.find = background, background.chain, find
 
     @cached_property
     def edges(self) -> list[Edge]:
@@ -134,8 +254,19 @@ class _Measured:
             ends.append((start, start + come(size) + 1))
         if stop < self.chain.frames:
             ends.append((stop - come(size[::-1]), stop + 1))
-        made = [Edge(a, b, float(self.steps[a:b].sum())) for a, b in ends]
+        made = [Edge(a, b, float(self._steps(a, b).sum())) for a, b in ends]
         return [e for e in made if abs(e.turn) > _LEAST]
+
+    def _steps(self, low: int, high: int) -> Array:
+        """What the offset changes by in frames [low, high), in the clip's first by nothing."""
+        frames = np.arange(low - 1, high)
+        inside = (frames >= self.find.start) & (frames < self.find.stop)
+        offset = np.zeros(len(frames))
+        offset[inside] = self.find.offset[frames[inside] - self.find.start]
+        steps = np.diff(offset)
+        if low == 0 and high > 0:
+            steps[0] = 0.0
+        return steps
 
     def terms(self) -> Terms:
         c, edges = self.chain, self.edges
@@ -164,7 +295,7 @@ class _Measured:
             noise=float(c.noise[max(self.find.start - _NOISE, 0) : self.find.stop + _NOISE].max()),
         )
 
-    @property
+    @cached_property
     def _step(self) -> float:
         """How far the offset turns at an edge, in the median."""
         sizes = [abs(e.turn) for e in self.edges] or [float(np.abs(self.find.offset).max())]
@@ -184,18 +315,13 @@ class _Measured:
         """Nats for a signal that turns by what is expected at an edge, against by nothing."""
         c = self.chain
         turns: Array = getattr(c, name)
-        series = c.beyond_pace(name, edge.width)
-        busy = np.concatenate([[0], np.cumsum(self.busy)])
-        t = np.arange(c.frames)
-        later = np.minimum(t + edge.width + 1, c.frames)
-        free = np.isfinite(series) & (busy[later] == busy[np.maximum(t - 1, 0)])
-        if name == "azimuth_turns":
-            free &= c.bent(edge.width)
-        near = free & (np.abs(t - edge.start) < _NEAR * c.fps + edge.width)
-        if free.sum() > 5:
-            everywhere = scale(series[free], 0.03)
-            here = scale(series[near], 0.03) if near.sum() > 5 else everywhere
-            sigma = 0.6 * here + 0.4 * everywhere
+        usual = self.background.usual(name, edge.width)
+        if not math.isnan(usual.scale):
+            reach = math.ceil(_NEAR * c.fps + edge.width) - 1
+            near = slice(max(edge.start - reach, 0), edge.start + reach + 1)
+            beside = usual.turned[near][usual.free[near]]
+            here = scale(beside, 0.03) if len(beside) > 5 else usual.scale
+            sigma = 0.6 * here + 0.4 * usual.scale
         else:
             sigma = max(scale(np.diff(turns), 0.03) * math.sqrt(edge.width), 0.3)
         if name == "azimuth_turns":
@@ -216,76 +342,57 @@ class _Measured:
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0
-        # A change of pace takes three frames.
-        sine = np.minimum(c.both_frames, np.append(c.both_frames[1:], 0.0))
-        known = sine > ALONG
-
-        def rough(turns: Array) -> Array:
-            out = np.zeros(c.frames)
-            out[1:-1] = wrapped(turns[2:] - turns[1:-1])
-            return out
-
-        now, then = rough(c.azimuth_turns), rough(c.azimuth_turns + self.steps)
-        free = known & ~self.busy
-        usual = now[free] if free.sum() > 10 else now[known]
-        natural = scale(usual, 0.02) if len(usual) > 10 else 5.0
-        sigma = math.hypot(natural, 0.05) / np.maximum(sine, ALONG)
-        at = np.zeros(c.frames, dtype=bool)
-        for e in self.edges:
-            at[max(e.start - 2, 1) : min(e.stop + 2, c.frames - 1)] = True
-        at &= known
-        return float(
-            (residual_cost(then[at] / sigma[at]) - residual_cost(now[at] / sigma[at])).sum()
-        )
+        spans = [(max(e.start - 2, 1), min(e.stop + 2, c.frames - 1)) for e in self.edges]
+        start = min(a for a, _ in spans)
+        near = np.zeros(max(b for _, b in spans) - start, dtype=bool)
+        for a, b in spans:
+            near[a - start : b - start] = True
+        at = start + np.flatnonzero(near)
+        at = at[self.background.known_azimuth[at]]
+        if not len(at):
+            return 0.0
+        low = int(at[0])
+        turns = c.azimuth_turns[low : int(at[-1]) + 2]
+        steps = self._steps(low, low + len(turns))
+        now, then = (wrapped(np.diff(t))[at - low] for t in (turns, turns + steps))
+        both = np.minimum(c.both_frames[at], c.both_frames[at + 1])
+        sigma = math.hypot(self.background.roughness, 0.05) / np.maximum(both, ALONG)
+        return float((residual_cost(then / sigma) - residual_cost(now / sigma)).sum())
 
     def _side(self) -> tuple[float, float, float, float]:
         """How far C's bone is from its side elsewhere, before and after; its spread; and nats."""
-        c = self.chain
         unknown = math.nan, math.nan, math.nan, 0.0
-        if not c.hinged:
+        usual = self.background.side
+        if usual is None:
             return unknown
-        weight = c.sine**2
-        full = self.inside & (np.abs(self.offset) > 0.5 * np.abs(self.offset).max())
-        usual = usual_side(c, self.busy)
-        if usual is None or not full.any():
+        size = np.abs(self.find.offset)
+        full = np.flatnonzero(size > 0.5 * size.max())
+        if not len(full):
             return unknown
-        off, furthest = usual.off, usual.furthest
-        known, least = (c.sine > _STRAIGHT, 0.0) if usual.exact else (c.sine > ALONG, 0.3)
-        here, there = full & known, ~self.busy & known
-        fixed = wrapped(off + self.offset)
-        spread = 1.48 * float(np.average(np.sqrt(np.abs(off[there])), weights=weight[there])) ** 2
-        sigma = np.hypot(max(spread, 0.5), _BONE / np.maximum(c.sine, 0.01))[full]
-        gain = residual_cost(off[full] / sigma) - residual_cost(fixed[full] / sigma)
-        if not (weight * here).sum() > least:
+        at = self.find.start + full
+        off, sine = usual.off[at], self.chain.sine[at]
+        fixed = wrapped(off + self.find.offset[full])
+        known, least = (sine > _STRAIGHT, 0.0) if usual.exact else (sine > ALONG, 0.3)
+        sigma = np.hypot(max(self.background.spread, 0.5), _BONE / np.maximum(sine, 0.01))
+        gain = residual_cost(off / sigma) - residual_cost(fixed / sigma)
+        weight = sine**2 * known
+        if not weight.sum() > least:
             return math.nan, math.nan, math.nan, float(gain.mean())
         before, after = (
-            math.sqrt(np.average(v[here] ** 2, weights=weight[here])) for v in (off, fixed)
+            math.sqrt(np.average(v[known] ** 2, weights=weight[known])) for v in (off, fixed)
         )
-        return before, after, furthest, float(gain.mean())
+        return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
         """How often P and C turn against each other so elsewhere, a second; the 99 % quantile."""
-        c = self.chain
         width = max(1, round(float(np.median([e.width for e in self.edges] or [1]))))
-        around = 2 * (width // 2 + self.reach) + width
-
-        def beyond(turns: Array) -> Array:
-            inner = np.convolve(turns, np.ones(width), "same")[: c.frames]
-            outer = np.convolve(turns, np.ones(around) / around, "same")[: c.frames]
-            return np.asarray(inner - width * outer)
-
-        x, y = (beyond(t) if len(t) >= around else np.zeros(len(t)) for t in (c.x, c.y))
-        against = np.where(x * y < 0.0, np.minimum(np.abs(x), np.abs(y)), 0.0)
-        reach = width + self.reach + 2
-        near = np.convolve(self.busy, np.ones(2 * reach + 1), "same")[: c.frames] > 0.5
-        free = ~near if c.frames > 2 * reach else np.zeros(c.frames, dtype=bool)
-        free[:3] = free[-3:] = False
-        seconds = float(free.sum()) / c.fps
-        if seconds < _ELSEWHERE and free.sum() < 60:
+        against = self.background.against(width)
+        seconds = against.free / self.chain.fps
+        if seconds < _ELSEWHERE and against.free < 60:
             return None, None
-        many = np.diff(((against >= 0.5 * self._step) & free).astype(int), prepend=0) == 1
-        rate = (float(many.sum()) + 0.15) / (seconds + 1.0)
-        return rate, max(float(np.quantile(against[free], 0.99)), 0.05)
+        many = against.turned >= 0.5 * self._step
+        times = int(np.count_nonzero(many[1:] & ~many[:-1]))
+        return (times + 0.15) / (seconds + 1.0), max(against.natural, 0.05)
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from twistcore.motion import Motion
 from twistcore.rotation import Array, multiply, rotate
 
 Mask = NDArray[np.bool_]
+_K = TypeVar("_K")
+_V = TypeVar("_V")
 
 PACE = 2  # frames on either side that tell the pace at an edge
 ALONG = np.sin(np.radians(10.0))  # of a limb straighter than so the azimuth says nothing
@@ -135,9 +138,7 @@ class Witnesses:
             pace = sum(turns[k] for k in beside) / (2.0 * PACE)
             out = np.full(len(turns), np.nan)
             out[t] = wrapped(total[t + width] - total[t] - width * pace)
-            while len(self._series) >= max(_FEWEST_KEPT, _KEPT // len(turns)):
-                del self._series[next(iter(self._series))]
-            self._series[name, width] = out
+            keep_few(self._series, len(turns))[name, width] = out
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
@@ -146,6 +147,13 @@ class Witnesses:
         before = self.sine[np.maximum(t - 1, 0)]
         after = self.sine[np.minimum(t + width - 1, self.frames - 1)]
         return np.asarray(np.minimum(before, after) > ALONG)
+
+
+def keep_few(made: dict[_K, _V], frames: int) -> dict[_K, _V]:
+    """The dictionary with room for one more series of so many frames: the oldest ones go."""
+    while len(made) >= max(_FEWEST_KEPT, _KEPT // max(frames, 1)):
+        del made[next(iter(made))]
+    return made
 
 
 def wrapped(degrees: Array) -> Array:
