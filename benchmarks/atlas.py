@@ -7,6 +7,7 @@ table tells of each set its clips, minutes and failures, the intervals found by 
 an hour. `applied` are those that `refine` would correct unasked. A clip that cannot be read or
 searched is listed and stops no other; exit status 1 then.
 
+--blind draws them for judges who see neither set nor confidence (:mod:`benchmarks.blind_verdicts`).
 --pictures draws what was found on contact sheets (:mod:`benchmarks.atlas_pictures`), --most of
 them at random, spread over sets and kinds. --verdicts prints how often the eye said *error*,
 *doubtful* and *alarm*, of a table whose columns are those of docs/atlas-verdicts.csv, with the
@@ -23,7 +24,7 @@ import random
 import sys
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import numpy as np
@@ -209,6 +210,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--json", type=Path, help="what was found, clip by clip")
     parser.add_argument("--pictures", type=Path, help="a folder for contact sheets")
+    parser.add_argument("--blind", type=Path, help="a folder for pictures that tell no more")
     parser.add_argument("--most", type=int, default=300, help="finds on contact sheets")
     parser.add_argument("--seed", type=int, default=19)
     parser.add_argument("--verdicts", type=Path, help="a table of verdicts to count")
@@ -225,6 +227,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         options.json.write_text(json.dumps(document), encoding="utf-8")
     if options.pictures:
         draw(options.folder, sample(seen, options.most, options.seed), options.pictures)
+    if options.blind:
+        draw_blind(options.folder, sample(seen, options.most, options.seed), options.blind)
     if options.verdicts:
         with options.verdicts.open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
@@ -250,6 +254,27 @@ def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
         for k, (name, find) in enumerate(finds):
             own = asdict(find) | {"set": name, "applied": "yes" if find.applied else "no"}
             writer.writerow((k, *(own[c] for c in columns), "", ""))
+
+
+def draw_blind(
+    folder: Path, finds: Sequence[tuple[str, Find]], output: Path, seed: int = 19
+) -> None:
+    """A picture of each find in random order, numbered, and the key to them, which no judge opens.
+
+    Judged with :mod:`benchmarks.blind_verdicts`.
+    """
+    from benchmarks.atlas_pictures import picture
+
+    output.mkdir(parents=True, exist_ok=True)
+    finds = random.Random(seed).sample(finds, len(finds))
+    columns = ("set", *(f.name for f in fields(Find) if f.name != "offset"))
+    with (output / "key.csv").open("w", encoding="utf-8", newline="") as file:
+        writer = csv.DictWriter(file, ("number", *columns), extrasaction="ignore")
+        writer.writeheader()
+        for k, (name, find) in enumerate(finds):
+            own = asdict(find) | {"set": name, "applied": "yes" if find.applied else "no"}
+            writer.writerow({"number": k, **own})
+            picture(folder / name / find.clip, find, output / f"{k:03d}.png", bare=True)
 
 
 def figures(

@@ -1,0 +1,156 @@
+"""Two blind judges: what they say together. python -m benchmarks.blind_verdicts DIR [--csv FILE].
+
+DIR is a folder that `python -m benchmarks.atlas FOLDER --blind DIR` made: a picture for every find,
+numbered in random order and without set, clip, kind or confidence, and `key.csv`, which a judge
+does not open. Each judge writes a table `number,verdict,why`, as `first.csv` and `second.csv`.
+
+A find on which they differ is doubtful. Printed: Cohen's kappa over all and over the automatic
+ones; verdicts by kind, by set and by what is automatic; and how confidence compares with the share
+of errors among errors and alarms, bin by bin, with the mean distance (ECE).
+--csv writes the table of docs/atlas-verdicts.csv; --figure the picture of reliability.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.atlas import VERDICTS, markdown, precision, wilson
+
+COLUMNS = ("set", "clip", "chain", "joint", "start", "stop", "kind", "degrees", "applied")
+BINS = 5  # of equally many finds
+
+
+@dataclass(frozen=True)
+class Bin:
+    """Finds of alike confidence: their mean, the share of errors, its interval, how many."""
+
+    confidence: float
+    errors: float
+    low: float
+    high: float
+    finds: int
+
+
+def kappa(first: Sequence[str], second: Sequence[str]) -> float:
+    """Agreement of two judges beyond chance [Cohen 1960]: 1 for all alike, 0 as by chance."""
+    if not first:
+        return float("nan")
+    same = float(np.mean([a == b for a, b in zip(first, second, strict=True)]))
+    chance = sum(
+        float(np.mean([a == v for a in first])) * float(np.mean([b == v for b in second]))
+        for v in VERDICTS
+    )
+    return (same - chance) / (1.0 - chance) if chance < 1.0 else 1.0
+
+
+def agreed(first: str, second: str) -> str:
+    """The verdict of both; doubtful where they differ."""
+    return first if first == second else "doubtful"
+
+
+def reliability(rows: Iterable[Mapping[str, str]], bins: int = BINS) -> list[Bin]:
+    """Confidence against the share of errors, of finds that are errors or alarms."""
+    told = [r for r in rows if r["confidence"] and r["verdict"] in ("error", "alarm")]
+    confidence = np.array([float(r["confidence"]) for r in told])
+    errors = np.array([r["verdict"] == "error" for r in told])
+    out = []
+    for part in np.array_split(np.argsort(confidence, kind="stable"), min(bins, len(told)) or 1):
+        if len(part):
+            low, high = wilson(int(errors[part].sum()), len(part))
+            mean, share = float(confidence[part].mean()), float(errors[part].mean())
+            out.append(Bin(mean, share, low, high, len(part)))
+    return out
+
+
+def distance(bins: Sequence[Bin]) -> float:
+    """The mean distance of confidence from the share of errors, weighed by finds (ECE)."""
+    total = sum(b.finds for b in bins)
+    return sum(b.finds * abs(b.confidence - b.errors) for b in bins) / max(total, 1)
+
+
+def judged(folder: Path) -> list[dict[str, str]]:
+    """The rows of the key with what both judges say; ValueError for a verdict that is none."""
+    key = {row["number"]: row for row in _rows(folder / "key.csv")}
+    said = [_verdicts(folder / f"{name}.csv") for name in ("first", "second")]
+    both = sorted(set(said[0]) & set(said[1]) & set(key), key=int)
+    return [
+        key[n]
+        | {"first": said[0][n], "second": said[1][n], "verdict": agreed(said[0][n], said[1][n])}
+        for n in both
+    ]
+
+
+def _verdicts(path: Path) -> dict[str, str]:
+    out = {}
+    for row in _rows(path):
+        verdict = row["verdict"].strip()
+        if verdict not in VERDICTS:
+            said = f"{path.name}, number {row['number']}: {verdict!r} is no verdict"
+            raise ValueError(f"{said}; expected one of {', '.join(VERDICTS)}")
+        out[str(int(row["number"]))] = verdict
+    return out
+
+
+def _rows(path: Path) -> list[dict[str, str]]:
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+def picture(bins: Sequence[Bin], output: Path) -> None:
+    """Confidence against the share of errors, with its interval at 95 %."""
+    import matplotlib as mpl
+
+    mpl.use("Agg")
+    from matplotlib import pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(4.2, 3.6), dpi=96)
+    axes.plot([0, 1], [0, 1], color="#8794a3", lw=1)
+    x, y = [b.confidence for b in bins], [b.errors for b in bins]
+    spread = [[b.errors - b.low for b in bins], [b.high - b.errors for b in bins]]
+    axes.errorbar(x, y, yerr=spread, fmt="o", color="#1668b3", capsize=3)
+    for b in bins:
+        axes.annotate(f" {b.finds}", (b.confidence, b.errors), fontsize=8, va="top")
+    axes.set(xlabel="confidence", ylabel="share of errors", xlim=(0, 1), ylim=(0, 1.02))
+    figure.tight_layout()
+    figure.savefig(output)
+    plt.close(figure)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print what two judges say together."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--csv", type=Path)
+    parser.add_argument("--figure", type=Path)
+    given = parser.parse_args(arguments)
+    rows = judged(given.folder)
+    for name, own in (("all", rows), ("automatic", [r for r in rows if r["applied"] == "yes"])):
+        value = kappa([r["first"] for r in own], [r["second"] for r in own])
+        alike = sum(r["first"] == r["second"] for r in own)
+        print(f"{name}: {len(own)} judged by both, {alike} alike, kappa {value:.2f}")
+    for by in (("kind", "applied"), ("applied", "set"), ("set", "kind")):
+        print(f"\n{markdown(precision(rows, *by))}")
+    bins = reliability(r for r in rows if r["kind"] == "counter-twist")
+    print()
+    for b in bins:
+        print(f"confidence {b.confidence:.2f}: {b.errors:.2f} errors of {b.finds}")
+    print(f"ECE {distance(bins):.3f}")
+    if given.csv:
+        columns = (*COLUMNS, "confidence", "first", "second", "verdict", "why", "picture")
+        with given.csv.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.DictWriter(file, columns, restval="", extrasaction="ignore")
+            writer.writeheader()
+            writer.writerows(rows)
+    if given.figure:
+        picture(bins, given.figure)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
