@@ -58,10 +58,10 @@ def roughness(
         seen = at & (old.both_frames > 0.34) if name == "azimuth_turns" else at
         if name == "azimuth_turns" and not old.hinged:
             continue
-        changes = [
-            np.diff(getattr(w, name), axis=0, prepend=0.0 * getattr(w, name)[:1])
-            for w in (old, new)
+        turns = [
+            w.together(0, w.frames) if name == "together" else getattr(w, name) for w in (old, new)
         ]
+        changes = [np.diff(t, axis=0, prepend=0.0 * t[:1]) for t in turns]
         sizes = [c if c.ndim == 1 else np.linalg.norm(c, axis=1) for c in changes]
         scale = max(1.48 * float(np.median(np.abs(sizes[0]))), 0.02)
         costs += [residual_cost(s[seen] / scale).sum() for s in sizes]

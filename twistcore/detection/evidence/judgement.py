@@ -36,6 +36,7 @@ _LONG = 0.7  # seconds: what lasts longer is mostly motion, unless
 _LONG_TOLD = 2.0  # seconds: as long may what a silent joint tells last
 _CLEAR, _SILENT = 3.0, 20.0  # nats: the azimuth is clear, or a joint that is silent elsewhere
 _AGAINST = -5.0  # nats: so one of both bones is against an error of a straight limb
+_QUIET = 0.1  # degrees: a bone that hardly turns
 _SPEAKS = 0.7  # nats from which the azimuth or C's side speaks for the repair
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
 _NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
@@ -103,8 +104,11 @@ def weighed(t: Terms) -> dict[str, float]:
 
 
 def unanswered(t: Terms) -> bool:
-    """Whether at the ends of a find one of the two bones is clearly against its turn."""
-    return min(t.for_x, t.for_y) < _AGAINST
+    """Whether at the ends of a find one of the two bones is clearly against its turn.
+
+    Not where one hardly turns elsewhere: that it does here is evidence enough.
+    """
+    return not t.quiet < _QUIET and min(t.for_x, t.for_y) < _AGAINST
 
 
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:

@@ -75,8 +75,9 @@ class Terms:
     clip is from it at most, NaN likewise; for_side: the same in nats; least_bend; together:
     turn of P and C together at the edges over the offset's; rate: such counter-turns a second
     elsewhere, None where too little is free of finds; natural: their 99 % quantile; step: of the
-    smaller edge; seconds: its length; silent: a joint that is silent elsewhere tells it at any
-    pace; noise: σ of a burst of it in the find or beside it, 0 for none.
+    smaller edge; seconds: its length; quiet: how far the quieter of P and C usually turns in as
+    many frames as an edge has, degrees, NaN where unknown; silent: a joint that is silent elsewhere
+    tells it at any pace; noise: σ of a burst of it in the find or beside it, 0 for none.
     """
 
     hinged: bool
@@ -95,6 +96,7 @@ class Terms:
     natural: float | None
     step: float
     seconds: float
+    quiet: float
     silent: bool
     noise: float
 
@@ -291,6 +293,7 @@ class _Measured:
             natural=natural,
             step=self._step,
             seconds=(self.find.stop - self.find.start) / c.fps,
+            quiet=min((self._usually(e) for e in edges), default=math.nan),
             silent=self.find.silent,
             noise=float(c.noise[max(self.find.start - _NOISE, 0) : self.find.stop + _NOISE].max()),
         )
@@ -330,6 +333,9 @@ class _Measured:
         rest = float(wrapped(np.array(turn - expected)))
         cost = residual_cost(np.array([turn, rest]) / sigma)
         return float(cost[0] - cost[1])
+
+    def _usually(self, edge: Edge) -> float:
+        return min(self.background.usual(name, edge.width).scale for name in ("x", "y"))
 
     def _together(self, edge: Edge) -> float:
         low = max(edge.start - PACE - 1, 0)
