@@ -479,16 +479,14 @@ class _ByName:
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
         """Flips but those in which a child did not follow a twist error of the limb's first joint.
 
-        What it does not turn back turns the rest of the limb: one error, not two. Of chains that
-        the detector was not asked about nothing is known.
+        What it does not turn back turns the rest of the limb: one error, not two.
         """
-        known = self.clip.kept(self.method)
-        names = [c.name for c in self.clip.every_chain if known and c.parent == limb.parent]
+        known = self.clip.by(self.method)
         twists = [
             i
-            for name in names
-            if known
-            for i in known.intervals(name, known.automatic_tau(name))
+            for chain in self.clip.every_chain
+            if chain.parent == limb.parent and not isinstance(chain, Helper)
+            for i in known.intervals(chain.name, known.automatic_tau(chain.name))
             if i.followed < 1.0 and not i.open
         ]
         return [f for f in flips if not any(_same_frames(f, i) for i in twists)]

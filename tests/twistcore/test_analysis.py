@@ -301,11 +301,11 @@ def test_what_a_child_does_not_turn_back_is_no_flip_of_the_limb(
     assert len(clip.detector(kinds=[Kind.LIMB_FLIP]).intervals(limb.name, 0.5)) == 1
 
 
-def test_of_chains_that_were_not_asked_about_nothing_is_known(clip, told, monkeypatch):
+def test_a_limb_alone_has_the_flips_that_it_has_among_all(clip, told, monkeypatch):
     told.followed = 0.5
     monkeypatch.setattr(module, "analyse_limbs", lambda *_: Flips(10, 20))
-    assert len(clip.detector(kinds=REPAIRED).intervals(clip.limbs[0].name, 0.5)) == 1
-    assert told.made == 0
+    assert len(clip.detector(kinds=REPAIRED).intervals(clip.limbs[0].name, 0.5)) == 0
+    assert told.made == 1  # where a flip is found the detector of chains is asked
 
 
 def test_frames_are_the_same_if_both_ends_are_no_more_than_one_apart():

@@ -19,7 +19,13 @@ from twistcore.detection.soft_errors.silent_joints import off_runs, silent_sides
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.motion import forward_kinematics
 from twistcore.refinement import applied_unasked, refine, remove_twist
-from twistcore.rotation import geodesic_angle, wrap
+from twistcore.rotation import (
+    geodesic_angle,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+    wrap,
+)
 from twistcore.synthesis import draw_errors, enrich, generator, inject, parse_protocol, prepare
 
 CLIPS = sorted(
@@ -412,3 +418,43 @@ def test_a_clip_too_short_for_any_span_is_left_alone():
     none = soft_errors(surprise.limbs, FPS, surprise.cut, [])
     assert none == ([], [])
     assert soft_of(motion) == []
+
+
+def restless_errors(seed):
+    """A kick whose joints never rest, and errors that jump or set in softly: frames by chain."""
+    rng, motion = np.random.default_rng(seed), read_bvh(ASSETS / "kick.bvh").motion
+    q, n, made = motion.rotations.copy(), motion.frames, {}
+
+    def turn(joint, axis, angle):
+        q[:, joint] = normalise(multiply(q[:, joint], quaternion_from_axis_angle(axis, angle)))
+
+    for chain in find_chains(motion):
+        for joint in (chain.parent, chain.child):
+            walk = np.cumsum(np.cumsum(rng.normal(0.0, 0.02, n)))
+            walk = np.radians(np.clip(walk - np.convolve(walk, np.ones(61) / 61, "same"), -25, 25))
+            turn(joint, chain.axis, np.convolve(walk, np.ones(9) / 9, "same"))
+        for _ in range(3):
+            start, length = int(rng.integers(20, n - 60)), int(rng.integers(8, 40))
+            softly, error = rng.integers(0, 2), np.zeros(n)
+            if softly:
+                bump = np.sin(np.pi * (np.arange(length) + 0.5) / length) ** 2
+                error[start : start + length] = np.radians(rng.uniform(8, 40)) * bump
+            else:
+                error[start : start + length] = np.radians(rng.uniform(8, 60))
+                made.setdefault(chain.name, []).append((start, start + length))
+            turn(chain.parent, chain.axis, error)
+            for child in motion.skeleton.children[chain.parent]:
+                back = quaternion_from_axis_angle(chain.axis, -error)
+                q[:, child] = normalise(multiply(back, q[:, child]))
+    return made, motion.with_rotations(q)
+
+
+@pytest.mark.parametrize(("seed", "chain"), [(14, "LeftArm"), (2002, "LeftLeg")])
+def test_nothing_gives_way_to_a_soft_error_that_is_rejected(seed, chain):
+    """All the evidence takes it for motion: the jumps that it would explain stay."""
+    made, motion = restless_errors(seed)
+    detector = analyse(motion).by()
+    assert detector.taken_for_motion(chain, detector.automatic_tau(chain))
+    found = detector.intervals(chain, detector.automatic_tau(chain))
+    sure = {(i.start, i.stop) for i in applied_unasked(found)}
+    assert set(made[chain]) <= sure

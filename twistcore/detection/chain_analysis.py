@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -180,6 +181,7 @@ class ConsistencyAnalysis:
     own_twist: Mapping[str, Array] = field(default_factory=dict)
     witnesses: Mapping[str, Witnesses] = field(default_factory=dict)
     _backgrounds: dict[str, Background] = field(default_factory=dict)  # the latest few
+    _judging: threading.RLock = field(default_factory=threading.RLock)
     # By id: kept alive, with what it is once judged, and whether that is motion.
     _judged: dict[int, tuple[Interval, Interval, bool]] = field(default_factory=dict)
 
@@ -203,9 +205,9 @@ class ConsistencyAnalysis:
         found = self.chains[chain].intervals(tau)
         if (twist := self.own_twist.get(chain)) is not None:
             found = tuple(i for i in found if shows(twist, i))
-        return map(self._with_evidence, found)
+        return map(self.with_evidence, found)
 
-    def _with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
+    def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
         """The interval with no more confidence than all the evidence gives it; if it is motion.
 
         On a straight limb the course itself is the evidence, as long as both bones turn at its
@@ -213,6 +215,10 @@ class ConsistencyAnalysis:
         """
         if interval.chain not in self.witnesses:
             return interval, False
+        with self._judging:
+            return self._with_evidence(interval)
+
+    def _with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
         if id(interval) not in self._judged:
             own, motion, known = interval, False, self.witnesses[interval.chain]
             straight = (interval.evidence or {}).get("follows") == STRAIGHT

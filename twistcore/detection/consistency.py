@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
+from types import MappingProxyType
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from twistcore.detection.counter_rotation import CounterRotation, counter_rotati
 from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.edges import find_edges
 from twistcore.detection.evidence import Witnesses
+from twistcore.detection.interval import Interval
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.notated import NotatedAnalysis, is_clear
@@ -40,6 +42,7 @@ from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
 
 LONG = 20_000  # frames
+SURE = 0.5  # confidence
 
 
 class ConsistencyDetector:
@@ -84,18 +87,94 @@ def _analysed(
     segments = segments_between(cut, motion.fps)
     cut[:1] = True
     out: dict[str, ChainAnalysis] = {}
+    searched: list[_Softened] = []
     for lines in _alike(_lines(chains)):
         shares = len(out) / len(chains), (len(out) + sum(map(len, lines))) / len(chains)
         budget = (shares[1] - shares[0]) * budget_of(motion.frames, len(motion.skeleton))
         found = _line_analyses(lines, motion, cut, segments, keys, budget, part(tell, *shares))
-        out |= {c.name: c for c in found}
+        searched.append(found)
+        out |= {c.name: c for c in found.chains()}
     pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
     noise = {
         person: noise_near(motion, {j for c in of for j in (c.parent, c.child)})
         for person, of in by_person(chains).items()
     }
     witnesses = {c.name: Witnesses.of(motion, c, noise[c.person]) for c in chains}
+    analysis = ConsistencyAnalysis(out, cut, pieces, witnesses)
+    for found in searched:
+        if found.errors and (given_up := found.given_up(analysis)):
+            out |= {c.name: c for c in found.chains(given_up)}
     return ConsistencyAnalysis(out, cut, pieces, witnesses)
+
+
+@dataclass(frozen=True, eq=False)
+class _Softened:
+    """Chains of alike lines, and what sets in softly in them.
+
+    plain: without that, by row; count: of limbs; errors: each with how it stands in its chain;
+    replaced: what is known by jumps and explained by errors that set in softly.
+    """
+
+    plain: Sequence[ChainAnalysis]
+    count: int
+    errors: Sequence[tuple[SoftError, Standing]] = ()
+    replaced: Sequence[Known] = ()
+
+    def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
+        """The chains with soft errors; given_up: errors, by number, for which nothing gives way.
+
+        True where the error itself is left out, too.
+        """
+        if not self.errors and not self.replaced:
+            return list(self.plain)
+        instead: dict[int, list[tuple[int, int]]] = {c.row: [] for c in self.plain}
+        stand = [e for k, (e, _) in enumerate(self.errors) if k not in given_up]
+        for e in stand:
+            for row in (e.row - self.count, e.row, e.row + self.count):
+                if row in instead:
+                    instead[row].append((e.start, e.stop))
+        for k in self.replaced:
+            once = any(_meets(self.count, k, e) for e, _ in self.errors)
+            if not once or any(_meets(self.count, k, e) for e in stand):
+                instead[k.row].append((k.start, k.stop))
+        kept = [own for k, own in enumerate(self.errors) if not given_up.get(k)]
+        return [
+            c.with_soft([own for e, own in kept if e.row == c.row], instead[c.row])
+            for c in self.plain
+        ]
+
+    def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
+        """Errors, by number, that all the evidence takes for motion, or for less sure than jumps.
+
+        True for the latter: they would be listed where the intervals between these jumps are. For
+        motion nothing gives way, and it is left to :meth:`ConsistencyAnalysis.taken_for_motion`.
+        """
+        out = {}
+        for k, (error, own) in enumerate(self.errors):
+            judged, motion = analysis.with_evidence(own.interval)
+            if motion:
+                out[k] = False
+            elif not _sure(judged) and any(self._surer(analysis, c, error) for c in self.plain):
+                out[k] = True
+        return out
+
+    def _surer(self, analysis: ConsistencyAnalysis, chain: ChainAnalysis, error: SoftError) -> bool:
+        """Whether an interval between jumps gives way to an error that it is surer than."""
+        if abs(chain.row - error.row) not in (0, self.count):
+            return False
+        found = chain.intervals(chain.automatic_tau())
+        near = (i for i in found if i.start < error.stop and error.start < i.stop)
+        return any(_sure(analysis.with_evidence(i)[0]) for i in near)
+
+
+def _sure(interval: Interval) -> bool:
+    return not interval.open and (interval.confidence or 0.0) >= SURE
+
+
+def _meets(count: int, known: Known, error: SoftError) -> bool:
+    """Whether what jumps and what sets in softly overlap in one chain, or in two beside another."""
+    near = abs(known.row - error.row) in (0, count)
+    return near and known.start < error.stop and error.start < known.stop
 
 
 def _line_analyses(
@@ -106,7 +185,7 @@ def _line_analyses(
     keys: Keys | None,
     budget: float,
     tell: Tell,
-) -> list[ChainAnalysis]:
+) -> _Softened:
     """Lines of equal length: jumps, then straight limbs, then what sets in softly.
 
     budget: of the search for that.
@@ -147,7 +226,9 @@ def _line_analyses(
                 rounded=limbs.step > 0.0,
             )
         )
-    return _with_soft(limbs, fps, cut, analyses, budget) if keys is None else analyses
+    if keys is not None:
+        return _Softened(analyses, limbs.count)
+    return _with_soft(limbs, fps, cut, analyses, budget)
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
@@ -162,7 +243,7 @@ def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, A
 
 def _with_soft(
     limbs: Limbs, fps: float, cut: Mask, chains: list[ChainAnalysis], budget: float
-) -> list[ChainAnalysis]:
+) -> _Softened:
     """Chains with what sets in softly, beside their intervals at the automatic τ.
 
     It is sought as if the children had turned back in full: what they did not is no error of its
@@ -191,19 +272,9 @@ def _with_soft(
         replace(c, left=tuple(runs(at))) if (at := searched.left[c.row % limbs.count]).any() else c
         for c in chains
     ]
-    if not soft:
-        return chains
-    instead: dict[int, list[tuple[int, int]]] = {c.row: [] for c in chains}
-    for e in soft:
-        for row in (e.row - limbs.count, e.row, e.row + limbs.count):
-            if row in instead:
-                instead[row].append((e.start, e.stop))
-    for k in replaced:
-        instead[k.row].append((k.start, k.stop))
-    return [
-        c.with_soft([_standing(c.name, e) for e in soft if e.row == c.row], instead[c.row])
-        for c in chains
-    ]
+    names = {c.row: c.name for c in chains}
+    errors = [(e, _standing(names[e.row], e)) for e in soft]
+    return _Softened(chains, limbs.count, errors, replaced if soft else ())
 
 
 def _standing_straight(chain: str, error: StraightError) -> Standing:

@@ -39,6 +39,7 @@ _AGAINST = -5.0  # nats: so one of both bones is against an error of a straight 
 _QUIET = 0.1  # degrees: a bone that hardly turns
 _SPEAKS = 0.7  # nats from which the azimuth or C's side speaks for the repair
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
+_SMALL, _LEFT = 3.0, -0.2  # degrees: what turns by less is left for a person; its log odds
 _NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
 _MOTION = -3.0  # log odds under which a turn is taken for motion
 _SURE = 1.5  # log odds from which doubts are no news
@@ -82,7 +83,6 @@ def weighed(t: Terms) -> dict[str, float]:
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0
     long = _LONG_TOLD if t.silent else _LONG
-    clear = t.for_azimuth > _CLEAR or max(t.for_x, t.for_y) > _SILENT
     together = math.log(max(t.together, 0.05) / 2.0)
     beside = math.log(max(t.step / (t.natural or _USUAL), 0.2) / 2.5)
     return {
@@ -99,8 +99,13 @@ def weighed(t: Terms) -> dict[str, float]:
         "silent_joint": max(_clip(max(t.for_x, t.for_y) / 10.0 - 1.0, 0.0, 1.5), float(t.silent)),
         "often": -_clip(math.log(t.rate / 0.3), 0.0, 2.0) if t.rate else 0.0,
         "natural_size": _clip(beside, -1.6 if t.natural else 0.0, 1.0),
-        "long": 0.0 if clear else -_clip(math.log(t.seconds / long), 0.0, 2.5),
+        "long": 0.0 if _clear(t) else -_clip(math.log(t.seconds / long), 0.0, 2.5),
     }
+
+
+def _clear(t: Terms) -> bool:
+    """Whether the azimuth shows the find at its edges, or a joint that is silent elsewhere."""
+    return t.for_azimuth > _CLEAR or max(t.for_x, t.for_y) > _SILENT
 
 
 def unanswered(t: Terms) -> bool:
@@ -128,9 +133,11 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
         vetoes.append("noise")
     for veto in vetoes:
         parts[veto] = min(0.0, _NEVER - sum(parts.values()))
+    if t.step < _SMALL and not (_clear(t) or t.silent):
+        parts["small"] = min(0.0, _LEFT - sum(parts.values()))
     joint = MIDDLE.get(segment, _UNNAMED)
     score = sum(parts.values())
-    against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
+    against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD or n == "small"]
     told = dict.fromkeys([*reversed(vetoes), *against])
     if "off_its_hinge" in told:  # which says as much
         told.pop("off_its_side", None)
@@ -160,6 +167,10 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
         return f"it lasts {t.seconds:.1f} s, and hardly any error does"
     if term == "unanswered":
         return "one of the two bones does not turn with it where it begins and ends"
+    if term == "small":
+        return (
+            f"it turns by {t.step:.1f}° only, and neither a silent joint nor the azimuth shows it"
+        )
     if term == "often":
         return f"such turns occur {t.rate or 0.0:.1f} times a second in this {joint}"
     if term == "natural_size":

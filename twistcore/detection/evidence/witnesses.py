@@ -27,7 +27,7 @@ PACE = 2  # frames on either side that tell the pace at an edge
 ALONG = np.sin(np.radians(10.0))  # of a limb straighter than so the azimuth says nothing
 
 
-_KEPT, _FEWEST_KEPT = 1 << 18, 3  # numbers in the series of a chain, or so many series
+_KEPT, _FEWEST_KEPT = 1 << 18, 12  # numbers in the series of a chain, or so many series
 
 
 @dataclass(frozen=True, eq=False)
