@@ -331,7 +331,7 @@ def explanation(
         sentences.append(tr("Against it: {why}.", why=doubts))
     if speaks := "; ".join(_for(judged, evidence, first_frame)):
         sentences.append(tr("For it: {why}.", why=speaks))
-    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or "worse" in evidence
+    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or {"worse", "small"} & set(evidence)
     if interval.open and not known:
         alone = len(evidence.get("edges", ())) > 1
         why = tr("one joint alone turns") if alone else _OTHER_SIDE

@@ -211,6 +211,22 @@ def test_what_lasts_is_mostly_motion_unless_the_azimuth_or_a_silent_joint_shows_
         assert judgement_of(replace(clear, seconds=4.0)).terms["long"] == 0.0
 
 
+def test_what_turns_by_little_is_left_unless_it_is_clear():
+    motion, find = twisted(CHAINS["LeftArm"], 40.0)
+    _, terms = judgement(motion, CHAINS["LeftArm"], find)
+    dim = replace(terms, step=2.4, natural=0.2, for_x=9.0, for_y=9.0, for_azimuth=1.0)
+    assert judgement_of(dim).small
+    assert "2.4°" in judgement_of(dim).doubts[0]
+    clear = (replace(dim, for_azimuth=5.0), replace(dim, for_x=30.0), replace(dim, silent=True))
+    for other in (replace(dim, step=3.1), *clear):
+        assert not judgement_of(other).small
+    made_up = Interval("LeftArm", START, STOP, np.full(10, 0.04), confidence=0.99)
+    for own, left in ((dim, True), (clear[0], False)):
+        found, _ = judged(made_up, own, "Arm")
+        assert (found.open, len(applied_unasked([found]))) == (left, 1 - left)
+        assert found.confidence > 0.5
+
+
 def test_on_a_straight_limb_both_bones_must_turn_at_the_ends():
     motion, find = twisted(CHAINS["LeftArm"], 40.0)
     _, terms = judgement(motion, CHAINS["LeftArm"], find)

@@ -254,7 +254,8 @@ def judged(
     found = judgement_of(terms, segment, straight=straight)
     least = min(interval.confidence or 0.0, found.probability)
     explain = partial(_with_judgement, interval.explain, found)
-    return replace(interval, confidence=least, explain=explain), found.motion
+    left = interval.open or found.small
+    return replace(interval, confidence=least, explain=explain, open=left), found.motion
 
 
 def _with_judgement(
@@ -266,6 +267,7 @@ def _with_judgement(
         "evidence": found.score,
         "evidence_terms": dict(found.terms),
         "doubts": list(found.doubts),
+        **({"small": True} if found.small else {}),
     }
 
 

@@ -39,7 +39,7 @@ _AGAINST = -5.0  # nats: so one of both bones is against an error of a straight 
 _QUIET = 0.1  # degrees: a bone that hardly turns
 _SPEAKS = 0.7  # nats from which the azimuth or C's side speaks for the repair
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
-_SMALL, _LEFT = 3.0, -0.2  # degrees: what turns by less is left for a person; its log odds
+_SMALL = 3.0  # degrees: what turns by less is left for a person, unless it is clear
 _NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
 _MOTION = -3.0  # log odds under which a turn is taken for motion
 _SURE = 1.5  # log odds from which doubts are no news
@@ -63,13 +63,15 @@ class Judgement:
 
     score: log odds that the repair is right; doubts: what speaks against it in words, the strongest
     first; terms: the parts of the score by name; motion: twenty to one it is motion, or the roll of
-    one joint alone, and no error.
+    one joint alone, and no error; small: it turns by so little that a person has to decide, as
+    neither the azimuth nor a silent joint shows it.
     """
 
     score: float
     doubts: tuple[str, ...]
     terms: Mapping[str, float]
     motion: bool = False
+    small: bool = False
 
     @property
     def probability(self) -> float:
@@ -133,16 +135,18 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
         vetoes.append("noise")
     for veto in vetoes:
         parts[veto] = min(0.0, _NEVER - sum(parts.values()))
-    if t.step < _SMALL and not (_clear(t) or t.silent):
-        parts["small"] = min(0.0, _LEFT - sum(parts.values()))
+    small = t.step < _SMALL and not (_clear(t) or t.silent)
     joint = MIDDLE.get(segment, _UNNAMED)
     score = sum(parts.values())
-    against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD or n == "small"]
+    against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
     told = dict.fromkeys([*reversed(vetoes), *against])
     if "off_its_hinge" in told:  # which says as much
         told.pop("off_its_side", None)
-    doubts = (_in_words(name, t, joint) for name in told if score < _SURE)
-    return Judgement(score, tuple(d for d in doubts if d), MappingProxyType(parts), motion)
+    doubts = [_in_words(name, t, joint) for name in told if score < _SURE]
+    if small:
+        doubts.insert(0, _in_words("small", t, joint))
+    words = tuple(d for d in doubts if d)
+    return Judgement(score, words, MappingProxyType(parts), motion, small)
 
 
 def _in_words(term: str, t: Terms, joint: str) -> str:
