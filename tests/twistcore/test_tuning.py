@@ -123,7 +123,7 @@ def test_a_clips_own_errors_are_neither_false_alarms_nor_in_the_way():
     curves = clip_curves(ASSETS / "walk_injected.bvh", "consistency", 2)
     assert len(curves) == 10
     for c in curves.values():
-        assert np.degrees(c.suggested()) <= 2.0
+        assert np.degrees(c.suggested()) <= 3.0  # below, a find is left for a person
         assert tuned(c).fsr > 99.0
         assert not c.alarms.any()
 
