@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from twistcore.body import Body, Unexamined
-from twistcore.chain import Chain
+from twistcore.chain import Chain, by_person
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
 from twistcore.detection.capture_faults import burst_intervals, frozen_intervals, outside_chains
@@ -56,7 +56,7 @@ Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain o
 ALL_KINDS = frozenset(Kind)
 REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
 _FAULTS = frozenset(kind for kind in Kind if kind.of_capture)
-# Lone jumps from which a capture is so restless that nothing in it is corrected unasked.
+# Lone jumps from which a person is so restless that nothing of theirs is corrected unasked.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
 RESTLESS_DOUBT = "lone jumps all over the clip make every find unsure"
 
@@ -276,30 +276,36 @@ class ClipAnalysis:
         frozen = frozen_intervals(self.motion, self._of_limbs)
         return {name: (*noisy[name], *frozen[name]) for name in noisy}
 
-    def restless(self, method: str = DEFAULT_METHOD) -> bool:
-        """Whether joints jump alone dozens of times a minute: then no find is sure.
+    def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
+        """Return the people whose joints jump alone dozens of times a minute: no find is sure.
 
-        As captured and as corrected: where a few jump from the start no detector need be asked.
-        Jumps in a burst of noise do not count.
+        Of a clip of one person that is ('',) or (). As captured and as corrected: where a few
+        jump from the start no detector need be asked. Jumps in a burst of noise do not count.
         """
         if self._whole is not None:
             return self._whole.restless(method)
-        if method in self._jumps and not self._many(self._jumps[method]):
-            return False
-        return self._jump_often and self._many(self.jumps(method))
+        if method in self._jumps and not self._with_many(self._jumps[method]):
+            return ()
+        if not (often := self._often_jumping):
+            return ()
+        return tuple(p for p in self._with_many(self.jumps(method)) if p in often)
 
     @cached_property
     def _captured_jumps(self) -> Mapping[str, tuple[Interval, ...]]:
         return lone_jumps(self.motion, self._of_limbs)
 
     @cached_property
-    def _jump_often(self) -> bool:
-        return self._many(self._captured_jumps)
+    def _often_jumping(self) -> tuple[str, ...]:
+        return self._with_many(self._captured_jumps)
 
-    def _many(self, jumps: Mapping[str, Sequence[Interval]]) -> bool:
-        count = sum(not self._in_burst(j) for own in jumps.values() for j in own)
-        minutes = self.motion.frames / self.motion.fps / 60.0
-        return count >= RESTLESS and count >= RESTLESS_A_MINUTE * minutes
+    def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
+        """The people whose chains have many of these jumps."""
+        least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
+        counts = {
+            person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
+            for person, own in by_person(self._of_limbs).items()
+        }
+        return tuple(person for person, count in counts.items() if count >= least)
 
     def _in_burst(self, jump: Interval) -> bool:
         names = self.motion.skeleton.names
@@ -307,7 +313,7 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """A find of a restless clip, left to a person; the same one each time."""
+        """Return a restless person's find, left open; the same one each time."""
         if interval.open or not interval.repairable:
             return interval
         if (kept := self._left.get(interval)) is None:
@@ -472,7 +478,8 @@ class _ByName:
             found += self.clip.jumps(self.method)[chain]
         if not isinstance(named, Limb | Helper) and not _FAULTS.isdisjoint(self.kinds):
             found += (i for i in self.clip.faults[chain] if i.kind in self.kinds)
-        if self.final and any(not i.open for i in found) and self.clip.restless(self.method):
+        unsure = self.final and any(not i.open for i in found)
+        if unsure and named.person in self.clip.restless(self.method):
             found = [self.clip.left_open(i) for i in found]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
@@ -499,7 +506,7 @@ class _ByName:
 
 
 def _doubted(explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Why a find of a restless clip was found, and why it is left to a person."""
+    """Why a restless person's find was found, and why it is left to a reviewer."""
     told = explain() if explain else {}
     return {**told, "doubts": [RESTLESS_DOUBT, *told.get("doubts", ())]}
 
@@ -570,11 +577,24 @@ class Detection:
         )
         looked_at = {name: spans for name, spans in left.items() if name in self.tau}
         notes = (*notes, *(Note(UNSEARCHED, said) for said in left_sentences(looked_at)))
-        if self.analysis.restless(self.method):
-            jumps = sum(map(len, self.analysis.jumps(self.method).values()))
-            said = f"{jumps} lone jumps make every find unsure: nothing is corrected unasked."
-            notes = (*notes, Note(RESTLESS_CLIP, said))
-        return notes
+        return (*notes, *(Note(RESTLESS_CLIP, said) for said in self._restless_sentences()))
+
+    def _restless_sentences(self) -> Iterator[str]:
+        """A sentence for each restless person whose chains or limbs were looked at."""
+        looked_at = {c.person for c in self.chains_and_limbs}
+        for person in self.analysis.restless(self.method):
+            if person not in looked_at:
+                continue
+            own = by_person(self.analysis.every_chain)[person]
+            jumps = self.analysis.jumps(self.method)
+            count = sum(len(jumps.get(c.name, ())) for c in own)
+            if person:
+                yield (
+                    f"{count} lone jumps of {person} make every find of this person unsure: none "
+                    "of them is corrected unasked."
+                )
+            else:
+                yield f"{count} lone jumps make every find unsure: nothing is corrected unasked."
 
     def __len__(self) -> int:
         return len(self.intervals)

@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 
+from tests.twistcore.reviews import spun
 from tests.twistcore.two_people import CLEAN, WRONG, two_people
 from twistcore import analyse, detect, find_chains, find_limbs, read_clip
 from twistcore.bvh import parse_bvh
@@ -13,6 +14,8 @@ from twistcore.cli.command_line import main
 from twistcore.errors import TwistError
 from twistcore.figure import figure_size, guess_up, heading
 from twistcore.motion import forward_kinematics
+from twistcore.notes import RESTLESS_CLIP
+from twistcore.refinement import applied_unasked
 
 
 @pytest.fixture(scope="module")
@@ -73,6 +76,37 @@ def test_one_person_s_chains_by_name(pair):
         analyse(pair, people=["C"])
     with pytest.raises(TwistError, match="one person"):
         analyse(read_clip(CLEAN), people=["A"])
+
+
+def spans(found, person):
+    """What matters of a person's finds."""
+    whose = {c.name: c.person for c in found.analysis.chains_and_limbs}
+    own = (i for i in found if whose[i.chain] == person)
+    return [(i.chain, i.kind, i.start, i.stop, i.open, i.confidence, i.offset.sum()) for i in own]
+
+
+@pytest.mark.parametrize("people", [None, ["B"]])
+def test_a_restless_person_leaves_the_other_s_finds_as_they_are(pair, people):
+    motion = pair.motion
+    for k in range(8):
+        motion = spun("LeftFoot", 20 + 40 * k, 22 + 40 * k, 170.0, motion)
+    calm, found = analyse(pair).detect(), analyse(motion, people=people).detect()
+    assert found.analysis.restless() == (() if people else ("A",))
+    assert applied_unasked(found)
+    assert spans(found, "B") == spans(calm, "B")
+    said = [str(note) for note in found.notes if note.kind == RESTLESS_CLIP]
+    assert said == [] if people else ["lone jumps of A" in text for text in said] == [True]
+
+
+def test_a_restless_person_s_own_finds_are_left_open(pair):
+    motion = pair.motion
+    for k in range(8):
+        motion = spun("LeftFoot_B", 20 + 40 * k, 22 + 40 * k, 170.0, motion)
+    found = analyse(motion).detect()
+    assert found.analysis.restless() == ("B",)
+    assert not applied_unasked(found)
+    notes = {people: analyse(motion, people).detect().notes for people in (("LeftArm",), None)}
+    assert [RESTLESS_CLIP in {n.kind for n in own} for own in notes.values()] == [False, True]
 
 
 def test_a_limb_that_is_missing_is_named_with_its_person(pair):
