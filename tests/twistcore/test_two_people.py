@@ -11,11 +11,13 @@ from tests.twistcore.two_people import CLEAN, WRONG, two_people
 from twistcore import analyse, detect, find_chains, find_limbs, read_clip
 from twistcore.bvh import parse_bvh
 from twistcore.cli.command_line import main
+from twistcore.detection.soft_errors import soft_intervals
 from twistcore.errors import TwistError
 from twistcore.figure import figure_size, guess_up, heading
 from twistcore.motion import forward_kinematics
 from twistcore.notes import RESTLESS_CLIP
 from twistcore.refinement import applied_unasked
+from twistcore.synthesis import InjectedError, enrich, inject
 
 
 @pytest.fixture(scope="module")
@@ -96,6 +98,28 @@ def test_a_restless_person_leaves_the_other_s_finds_as_they_are(pair, people):
     assert spans(found, "B") == spans(calm, "B")
     said = [str(note) for note in found.notes if note.kind == RESTLESS_CLIP]
     assert said == [] if people else ["lone jumps of A" in text for text in said] == [True]
+
+
+def test_one_person_alone_has_the_same_finds_where_the_budget_is_spent(pair, monkeypatch):
+    clean = pair.motion.sliced(1, pair.motion.frames)
+    chains = find_chains(clean)
+    motion = enrich(clean, chains)
+    ramp = np.minimum(1.0, np.minimum(np.arange(1, 31), np.arange(30, 0, -1)) / 9.0)
+    errors = [
+        InjectedError(chain.name, start, start + 30, 0.7 * ramp)
+        for chain in chains
+        if chain.segment == "ForeArm"
+        for start in (60, 150, 240)
+    ]
+    motion = inject(motion, chains, errors)
+    monkeypatch.setattr(soft_intervals, "BUDGET", 0.2)
+    both = analyse(motion).detect()
+    for person in "AB":
+        alone = analyse(motion, people=[person]).detect()
+        assert spans(alone, person) == spans(both, person)
+        names = {c.name for c in alone.chains}
+        left = both.analysis.by().left.items()
+        assert {k: v for k, v in left if k in names} == alone.analysis.by().left != {}
 
 
 def test_a_restless_person_s_own_finds_are_left_open(pair):

@@ -36,8 +36,9 @@ from twistcore.detection.straight_limbs import (
     straight_limb,
     without_errors,
 )
-from twistcore.motion import Motion
+from twistcore.motion import Motion, Skeleton
 from twistcore.notation import Keys, linear_keys, without_held
+from twistcore.people import find_people
 from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
 
@@ -88,16 +89,20 @@ def _analysed(
     cut[:1] = True
     out: dict[str, ChainAnalysis] = {}
     searched: list[_Softened] = []
-    for lines in _alike(_lines(chains)):
-        shares = len(out) / len(chains), (len(out) + sum(map(len, lines))) / len(chains)
-        budget = (shares[1] - shares[0]) * budget_of(motion.frames, len(motion.skeleton))
-        found = _line_analyses(lines, motion, cut, segments, keys, budget, part(tell, *shares))
-        searched.append(found)
-        out |= {c.name: c for c in found.chains()}
+    people = by_person(chains)
+    joints = _joints_by_person(motion.skeleton, people)
+    for person, own in people.items():  # each alone, so that a choice of people changes nothing
+        for lines in _alike(_lines(own)):
+            count = sum(map(len, lines))
+            budget = count / len(own) * budget_of(motion.frames, joints[person])
+            share = part(tell, len(out) / len(chains), (len(out) + count) / len(chains))
+            found = _line_analyses(lines, motion, cut, segments, keys, budget, share)
+            searched.append(found)
+            out |= {c.name: c for c in found.chains()}
     pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
     noise = {
         person: noise_near(motion, {j for c in of for j in (c.parent, c.child)})
-        for person, of in by_person(chains).items()
+        for person, of in people.items()
     }
     witnesses = {c.name: Witnesses.of(motion, c, noise[c.person]) for c in chains}
     analysis = ConsistencyAnalysis(out, cut, pieces, witnesses)
@@ -105,6 +110,17 @@ def _analysed(
         if found.errors and (given_up := found.given_up(analysis)):
             out |= {c.name: c for c in found.chains(given_up)}
     return ConsistencyAnalysis(out, cut, pieces, witnesses)
+
+
+def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]]) -> dict[str, int]:
+    """How many joints each person has; chains of nobody in a clip of several have their own."""
+    if not any(people):
+        return dict.fromkeys(people, len(skeleton))
+    joints = {
+        person: len({j for c in of for j in (c.parent, c.child)}) for person, of in people.items()
+    }
+    joints |= {person.name: len(person.joints) for person in find_people(skeleton)}
+    return joints
 
 
 @dataclass(frozen=True, eq=False)
