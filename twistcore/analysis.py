@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from threading import Lock
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -26,7 +26,7 @@ from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
 from twistcore.detection.notated import NotatedAnalysis
-from twistcore.detection.smoothed_spans import smoothed_sentences
+from twistcore.detection.smoothed_spans import SmoothedSpan, smoothed_sentences, smoothed_spans
 from twistcore.detection.soft_errors import left_sentences
 from twistcore.errors import TwistError
 from twistcore.examination import frames_note, unexamined_limbs, why_not_examined
@@ -52,6 +52,7 @@ from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
 from twistcore.twist_removal import applied_unasked, refine
 
+SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
 Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
 ALL_KINDS = frozenset(Kind)
 REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
@@ -205,13 +206,27 @@ class ClipAnalysis:
     def _fault_notes(self) -> Iterator[Note]:
         """How many bursts and frozen spans there are, bursts that no chain has, smoothed spans."""
         own = [i.kind for c in self._of_limbs for i in self.faults[c.name]]
-        every = [c for c in self.every_chain if not isinstance(c, Helper)]
-        outside = outside_chains(every, self.bursts)
+        every = self.every_chain if self._people is None else self.rig.chains(self.motion)
+        limbs = [c for c in every if not isinstance(c, Helper | Limb)]
+        outside = self._of_people(outside_chains(limbs, self.bursts))
         names, listed = self.motion.skeleton.names, own.count(Kind.NOISE_BURST)
         yield from (Note(NOISE, text) for text in burst_sentences(listed, outside, names))
         if frozen := frozen_sentence(own.count(Kind.FROZEN)):
             yield Note(FROZEN, frozen)
-        yield from (Note(SMOOTHED, text) for text in smoothed_sentences(self.motion))
+        smoothed = self._of_people(smoothed_spans(self.motion))
+        yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
+
+    def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
+        """Faults of joints without those of people who were not asked for."""
+        if self._people is None:
+            return list(faults)
+        others = {
+            joint
+            for person in find_people(self.motion.skeleton)
+            if person.name not in self._people
+            for joint in person.joints
+        }
+        return [fault for fault in faults if fault.joint not in others]
 
     @property
     def _of_limbs(self) -> tuple[Chain, ...]:
@@ -638,8 +653,8 @@ def analyse(
     wanted = {_named(every, name, where).name for name in names}
     first = {c.name: {c.name, motion.skeleton.names[c.parent]} for c in every}
     some = [c for c in every if not wanted.isdisjoint(first[c.name])]
-    whole = ClipAnalysis(motion, every, name, rig)
-    return ClipAnalysis(motion, some, name, rig, chosen=True, whole=whole)
+    whole = ClipAnalysis(motion, every, name, rig, people=people)
+    return ClipAnalysis(motion, some, name, rig, chosen=True, people=people, whole=whole)
 
 
 def detect(

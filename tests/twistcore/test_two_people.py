@@ -2,11 +2,14 @@
 
 import csv
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from tests.twistcore.reviews import spun
+from tests.twistcore.test_smoothed_spans import smoothed
 from tests.twistcore.two_people import CLEAN, WRONG, two_people
 from twistcore import analyse, detect, find_chains, find_limbs, read_clip
 from twistcore.bvh import parse_bvh
@@ -15,9 +18,12 @@ from twistcore.detection.soft_errors import soft_intervals
 from twistcore.errors import TwistError
 from twistcore.figure import figure_size, guess_up, heading
 from twistcore.motion import forward_kinematics
-from twistcore.notes import RESTLESS_CLIP
+from twistcore.notes import NOISE, RESTLESS_CLIP, SMOOTHED
 from twistcore.refinement import applied_unasked
+from twistcore.rotation import normalise
 from twistcore.synthesis import InjectedError, enrich, inject
+
+DANCE = Path("assets/dance.bvh")
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +126,28 @@ def test_one_person_alone_has_the_same_finds_where_the_budget_is_spent(pair, mon
         names = {c.name for c in alone.chains}
         left = both.analysis.by().left.items()
         assert {k: v for k, v in left if k in names} == alone.analysis.by().left != {}
+
+
+@pytest.mark.parametrize("chains", [None, ["LeftArm_B"]])
+def test_notes_on_noise_and_smoothing_are_of_the_people_asked_for(pair, chains):
+    rotations, names = pair.motion.rotations.copy(), pair.motion.skeleton.names
+    rng = np.random.default_rng(1)
+    for joint in ("LeftArm", "Neck", "Neck_B"):
+        q = rotations[100:250, names.index(joint)]
+        rotations[100:250, names.index(joint)] = normalise(q + rng.normal(0.0, 0.1, q.shape))
+    motion = pair.motion.with_rotations(rotations)
+
+    def said(people, kind):  # of `motion` as it is then
+        notes = analyse(motion, chains, people=people).detect().notes
+        return " ".join(str(note) for note in notes if note.kind == kind)
+
+    assert "(Neck_B)" in said(["B"], NOISE)
+    assert re.search(r"\bNeck\b", said(None, NOISE))
+    assert "LeftArm" not in said(["B"], NOISE)
+    dancers = parse_bvh(two_people(clips=(DANCE, DANCE)), "pair.bvh").motion
+    motion = smoothed(names.index("LeftArm"), motion=dancers)
+    assert "LeftArm is" in said(None, SMOOTHED)
+    assert said(["B"], SMOOTHED) == ""
 
 
 def test_a_restless_person_s_own_finds_are_left_open(pair):

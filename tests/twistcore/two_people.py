@@ -11,13 +11,14 @@ CLEAN = Path("assets/walk.bvh")
 WRONG = Path("assets/walk_injected.bvh")
 
 
-def two_people(pattern="*_B", *, root=False, apart=40.0, backwards=False):
+def two_people(pattern="*_B", *, root=False, apart=40.0, backwards=False, clips=(CLEAN, WRONG)):
     """The bytes: the clean walk, and the one with errors `apart` length units next to it.
 
     pattern: the second person's names, '*' is a joint's own; root: both hang on one joint;
-    backwards: the second person walks from the last frame to the first.
+    backwards: the second person walks from the last frame to the first; clips: others of equal
+    length, instead of the walks.
     """
-    clean, wrong = read_clip(CLEAN), read_clip(WRONG)
+    clean, wrong = map(read_clip, clips)
     figures = []
     for clip, own in ((clean, "*"), (wrong, pattern)):
         head = clip.data[: clip.data_start].decode()

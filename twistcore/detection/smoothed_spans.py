@@ -9,7 +9,7 @@ which less is expected at a lower pace. A joint that rests is thus never taken f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,15 +69,18 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
     return tuple(sorted(found, key=lambda s: (s.start, s.stop, s.joint)))
 
 
-def smoothed_sentences(motion: Motion) -> tuple[str, ...]:
-    """What is said of a clip's spans: those that overlap together, the first few by themselves."""
+def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
+    """Return the notes on spans by start: overlapping ones together, the first few by themselves.
+
+    names: of the joints.
+    """
     groups: list[list[SmoothedSpan]] = []
-    for span in smoothed_spans(motion):
+    for span in spans:
         if groups and span.start < max(s.stop for s in groups[-1]):
             groups[-1].append(span)
         else:
             groups.append([span])
-    said = [_said(group, motion.skeleton.names) for group in groups[:_MOST]]
+    said = [_said(group, names) for group in groups[:_MOST]]
     if len(groups) > _MOST:
         said.append(f"{len(groups) - _MOST} more smoothed spans were found.")
     return tuple(said)
