@@ -443,6 +443,16 @@ class ClipAnalysis:
         found = [i for name, t in tau.items() for i in detector.intervals(name, t)]
         return Detection(self, method, MappingProxyType(tau), tuple(found))
 
+    def tau_of(
+        self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
+    ) -> dict[str, float]:
+        """Return τ in radians by name: one for all chains of limbs, then those of a profile.
+
+        A profile's names that there are not are left out.
+        """
+        names = {c.name for c in self.chains_and_limbs}
+        return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
+
     def _looked_at(self, kinds: Collection[str]) -> tuple[str, ...]:
         """The names of the chains, and limbs, that may have finds of these kinds."""
         chains = self.chains if set(kinds) - {Kind.LIMB_FLIP} else ()

@@ -3,6 +3,7 @@
 Each is made from a walk of CMU's, with errors put in.
 """
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -12,9 +13,12 @@ from benchmarks._rig_families import RIGS
 from benchmarks._rigs import rigged
 from tests.conftest import ASSETS
 from twistcore.analysis import analyse
+from twistcore.batch.clip_result import processed
+from twistcore.batch.parameters import Parameters
 from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.bvh.compose import bvh_text
 from twistcore.chain import make_chain
+from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.rotation import geodesic_angle, multiply, normalise, quaternion_from_axis_angle
 from twistcore.tuning.clip_curves import clip_tuning
@@ -226,6 +230,20 @@ def test_one_tau_for_all_chains_is_not_that_of_helpers():
     found = analyse(UNREAL).detect(tau_degrees=3.0)
     assert found.tau["upperarm_l"] == pytest.approx(np.radians(3.0))
     assert found.tau["upperarm_twist_01_l"] > np.radians(10.0)
+
+
+def test_nor_is_it_that_of_helpers_with_a_profile(tmp_path, capsys):
+    clip, profile = tmp_path / "unreal.bvh", tmp_path / "profile.toml"
+    clip.write_bytes(bvh_text(UNREAL).encode())
+    profile.write_text("[upperarm_r]\ntau_deg = 7.0\n[nobody]\ntau_deg = 9.0\n")
+    main(["detect", str(clip), "--tau", "3", "--profile", str(profile), "--json"])
+    detected = json.loads(capsys.readouterr().out)["tau_deg"]
+    radians = {"upperarm_r": np.radians(7.0), "nobody": np.radians(9.0)}
+    _, document, _ = processed(clip, Parameters(tau_deg=3.0, profile_rad=radians))
+    for tau in (detected, document["tau_deg"]):
+        assert tau["upperarm_l"] == pytest.approx(3.0)
+        assert tau["upperarm_r"] == pytest.approx(7.0)
+        assert tau["upperarm_twist_01_l"] > 10.0
 
 
 def test_tuning_leaves_helpers_out():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -59,11 +58,7 @@ def _detected(clip: Clip | Motion, parameters: Parameters) -> Detection:
     analysis = analyse(clip, list(parameters.chains) or None, rig, parameters.people or None)
     kinds = [Kind(kind) for kind in parameters.kinds] or ALL_KINDS
     for_all = None if parameters.tau_deg is None else math.radians(parameters.tau_deg)
-    tau: float | Mapping[str, float] | None = for_all
-    if parameters.profile_rad is not None:
-        given = {} if for_all is None else {c.name: for_all for c in analysis.chains}
-        names = {c.name for c in analysis.chains_and_limbs}
-        tau = given | {k: v for k, v in parameters.profile_rad.items() if k in names}
+    tau = analysis.tau_of(for_all, parameters.profile_rad or {})
     return analysis.detect(parameters.method, kinds=kinds, tau_radians=tau)
 
 

@@ -117,6 +117,5 @@ def _detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
     profile = read_profile(arguments.profile)
     if profile.method not in ("", method):
         note(f"{arguments.profile}: note: tuned for detector {profile.method}, used with {method}")
-    given = {} if arguments.tau is None else {c.name: arguments.tau for c in analysis.chains}
-    given |= profile.of(analysis.chains_and_limbs)
+    given = analysis.tau_of(arguments.tau, profile.tau)
     return analysis.detect(method, kinds=kinds, tau_radians=given)
