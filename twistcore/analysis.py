@@ -209,8 +209,8 @@ class ClipAnalysis:
         every = self.every_chain if self._people is None else self.rig.chains(self.motion)
         limbs = [c for c in every if not isinstance(c, Helper | Limb)]
         outside = self._of_people(outside_chains(limbs, self.bursts))
-        names, listed = self.motion.skeleton.names, own.count(Kind.NOISE_BURST)
-        yield from (Note(NOISE, text) for text in burst_sentences(listed, outside, names))
+        names, count = self.motion.skeleton.names, own.count(Kind.NOISE_BURST)
+        yield from (Note(NOISE, text) for text in burst_sentences(count, outside, names))
         if frozen := frozen_sentence(own.count(Kind.FROZEN)):
             yield Note(FROZEN, frozen)
         smoothed = self._of_people(smoothed_spans(self.motion))

@@ -109,6 +109,15 @@ def test_notes_count_the_rows_and_name_what_no_chain_has(found):
     assert len([n for n in found.notes if n.kind == FROZEN]) == 1
 
 
+def test_notes_are_true_where_nothing_is_listed(found):
+    only = found.analysis.detect(kinds={Kind.COUNTER_TWIST})
+    said = [str(n) for n in only.notes if n.kind in (NOISE, FROZEN)]
+    assert said == [str(n) for n in found.notes if n.kind in (NOISE, FROZEN)]
+    assert not any("listed" in text for text in said)
+    for kind in FAULTS:
+        assert any(f"kind '{kind}'" in text for text in said)
+
+
 def test_sound_clips_have_none():
     for name in ("walk", "dance", "walk_injected"):
         assert not FAULTS & {i.kind for i in analyse(read_bvh(ASSETS / f"{name}.bvh")).detect()}

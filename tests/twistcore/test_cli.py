@@ -153,7 +153,7 @@ def test_faults_of_the_capture_have_rows_and_are_counted_where_asked(capsys, tmp
     assert "±8.66°  open  noise burst" in out
     assert "frozen frames: right arm stands still to the last digit" in out
     assert "3 intervals in 10 chains (2 noise bursts, 1 frozen span)" in out
-    assert "2 bursts of noise are listed" in err
+    assert "2 bursts of noise were found" in err
     kinds = "--kinds", "noise-burst,frozen-frames"
     code, document = run_json(capsys, "detect", clip, "--fail-over", "0", *kinds)
     assert code == 1

@@ -56,5 +56,5 @@ def frozen_sentence(spans: int) -> str:
     if not spans:
         return ""
     if spans == 1:
-        return "A limb stands still to the last digit once, listed as the kind 'frozen frames'."
-    return f"Limbs stand still to the last digit {spans} times, listed as the kind 'frozen frames'."
+        return "A limb stands still to the last digit once (kind 'frozen frames')."
+    return f"Limbs stand still to the last digit {spans} times (kind 'frozen frames')."

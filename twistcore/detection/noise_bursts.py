@@ -112,12 +112,13 @@ def _changes(turns: Array) -> Array:
 
 
 def burst_sentences(
-    listed: int, outside: Iterable[NoiseBurst], names: Sequence[str]
+    count: int, outside: Iterable[NoiseBurst], names: Sequence[str]
 ) -> tuple[str, ...]:
     """The notes on a clip's bursts.
 
-    listed: how many intervals of chains there are; outside: bursts by start in joints of no chain,
-    reported here with their frames, those that overlap together; names: of the joints.
+    count: how many intervals of chains there are, listed or not; outside: bursts by start in
+    joints of no chain, reported here with their frames, those that overlap together; names: of the
+    joints.
     """
     spans: list[list[NoiseBurst]] = []
     for burst in outside:
@@ -128,13 +129,13 @@ def burst_sentences(
     said = [_said(span, names) for span in spans[:_MOST]]
     if len(spans) > _MOST:
         said.append(f"{len(spans) - _MOST} more bursts of noise are outside the chains.")
-    if listed:
-        one = "A burst of noise is listed as the kind 'noise burst': Quality → Track smooths it."
+    if count:
+        one = "A burst of noise was found (kind 'noise burst'): Quality → Track smooths it."
         many = (
-            f"{listed} bursts of noise are listed as the kind 'noise burst': Quality → Track "
-            "smooths them."
+            f"{count} bursts of noise were found (kind 'noise burst'): Quality → Track smooths "
+            "them."
         )
-        said.insert(0, one if listed == 1 else many)
+        said.insert(0, one if count == 1 else many)
     return tuple(said)
 
 
