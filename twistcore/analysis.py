@@ -17,7 +17,7 @@ from twistcore.body import Body, Unexamined
 from twistcore.chain import Chain, by_person
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
-from twistcore.detection.capture_faults import burst_intervals, frozen_intervals, outside_chains
+from twistcore.detection.capture_faults import fault_intervals, outside_chains
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.frozen_frames import frozen_sentence
@@ -205,7 +205,12 @@ class ClipAnalysis:
 
     def _fault_notes(self) -> Iterator[Note]:
         """How many bursts and frozen spans there are, bursts that no chain has, smoothed spans."""
-        own = [i.kind for c in self._of_limbs for i in self.faults[c.name]]
+        listed = self.faults
+        if not listed:  # limbs alone were asked for
+            joints = {j for limb in self.limbs for j in (limb.parent, limb.child)}
+            within = [c for c in self.every_chain if c.parent in joints]
+            listed = self._faults_of([c for c in within if not isinstance(c, Helper)])
+        own = [i.kind for faults in listed.values() for i in faults]
         every = self.every_chain if self._people is None else self.rig.chains(self.motion)
         limbs = [c for c in every if not isinstance(c, Helper | Limb)]
         outside = self._of_people(outside_chains(limbs, self.bursts))
@@ -285,11 +290,11 @@ class ClipAnalysis:
     @cached_property
     def faults(self) -> Mapping[str, tuple[Interval, ...]]:
         """Noise bursts and frozen frames by chain: faults of the capture, shown only."""
-        if self._whole is not None:
-            return self._whole.faults
-        noisy = burst_intervals(self.motion, self._of_limbs, self.bursts)
-        frozen = frozen_intervals(self.motion, self._of_limbs)
-        return {name: (*noisy[name], *frozen[name]) for name in noisy}
+        return self._faults_of(self._of_limbs)
+
+    def _faults_of(self, chains: Sequence[Chain]) -> dict[str, tuple[Interval, ...]]:
+        every = [c for c in self.every_chain if not isinstance(c, Helper)]
+        return fault_intervals(self.motion, every, self.bursts, chains)
 
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
         """Return the people whose joints jump alone dozens of times a minute: no find is sure.

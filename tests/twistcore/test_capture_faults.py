@@ -136,6 +136,30 @@ def test_a_chain_alone_has_the_same_rows_as_the_whole_clip(found):
     assert (burst.start, burst.stop, burst.joint) == (whole.start, whole.stop, whole.joint)
 
 
+@pytest.mark.parametrize("chain", ["RightArm", "RightForeArm"])
+def test_a_frozen_limb_is_a_row_of_the_first_chain_that_was_asked_for(chain):
+    several = analyse(faulty(), [chain, "LeftForeArm", "RightForeArm"]).detect()
+    (row,) = of(several, Kind.FROZEN)
+    assert (row.chain, row.joint, row.start, row.stop) == (chain, chain, 50, 100)
+
+
+def test_a_noisy_joint_is_a_row_of_the_chain_that_ends_in_it():
+    noise = noisy(HAND)  # a joint that LeftForeArm begins with, and LeftArm ends in
+    (whole,) = of(analyse(noise).detect(), Kind.NOISE_BURST)
+    (row,) = of(analyse(noise, ["LeftArm"]).detect(), Kind.NOISE_BURST)
+    assert (row.chain, row.joint, row.start) == ("LeftArm", whole.joint, whole.start)
+    both = analyse(noise, ["LeftArm", "LeftForeArm"]).detect()
+    assert [i.chain for i in of(both, Kind.NOISE_BURST)] == [whole.chain] == ["LeftForeArm"]
+
+
+@pytest.mark.parametrize(("arm", "kind"), [("Left", NOISE), ("Right", FROZEN)])
+def test_a_limb_alone_has_a_note_on_its_faults(arm, kind):
+    alone = analyse(faulty(), [f"{arm}Arm-{arm}Hand"]).detect()
+    assert not FAULTS & {i.kind for i in alone}
+    notes = [n.kind for n in alone.notes if "kind '" in str(n)]
+    assert notes == [kind]
+
+
 def test_nothing_is_taken_out_however_much_is_asked_for(found):
     assert not FAULTS & {i.kind for i in applied_unasked(found, 0.0, include_open=True)}
     review = Review.of(found)

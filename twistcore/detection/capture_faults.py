@@ -19,17 +19,38 @@ from twistcore.motion import Motion
 _APART = 0.1  # seconds between two bursts of a chain that are still one
 
 
-def burst_intervals(
-    motion: Motion, chains: Sequence[Chain], bursts: Iterable[NoiseBurst]
+def fault_intervals(
+    motion: Motion,
+    chains: Sequence[Chain],
+    bursts: Iterable[NoiseBurst],
+    chosen: Sequence[Chain] | None = None,
 ) -> dict[str, tuple[Interval, ...]]:
-    """Bursts of the joints of chains by chain name, by start.
+    """Bursts, then frozen frames, by chain name.
+
+    chosen: those of the chains that are listed, all if not given. What concerns one of them is
+    listed there, if not by the chain that comes first, then by the first of these.
+    """
+    noisy = burst_intervals(motion, chains, bursts, chosen)
+    frozen = frozen_intervals(motion, chains, chosen)
+    return {name: (*noisy[name], *frozen[name]) for name in noisy}
+
+
+def burst_intervals(
+    motion: Motion,
+    chains: Sequence[Chain],
+    bursts: Iterable[NoiseBurst],
+    chosen: Sequence[Chain] | None = None,
+) -> dict[str, tuple[Interval, ...]]:
+    """Bursts of the joints of chains by chain name, by start; chosen: the chains to list.
 
     Bursts of a chain that overlap, or nearly so, are one interval. `residual` is σ of the noise
     about each axis in the noisiest joint, which gives its name; there is no offset, for nothing is
-    taken out. Bursts of joints of no chain are left out.
+    taken out. Bursts of joints of no such chain are left out.
     """
-    owner, apart = chain_of_joint(chains), _APART * motion.fps
-    together: dict[str, list[list[NoiseBurst]]] = {chain.name: [] for chain in chains}
+    chosen, apart = chains if chosen is None else chosen, _APART * motion.fps
+    together: dict[str, list[list[NoiseBurst]]] = {chain.name: [] for chain in chosen}
+    theirs = {j: c for j, c in chain_of_joint(chains).items() if c.name in together}
+    owner = chain_of_joint(chosen) | theirs
     for burst in sorted(bursts, key=lambda b: (b.start, b.stop, b.joint)):
         if burst.joint not in owner:
             continue
@@ -50,14 +71,22 @@ def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tup
     return tuple(burst for burst in bursts if burst.joint not in owner)
 
 
-def frozen_intervals(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Interval, ...]]:
-    """Frames in which a limb does not move at all, by the name of the limb's first chain."""
+def frozen_intervals(
+    motion: Motion, chains: Sequence[Chain], chosen: Sequence[Chain] | None = None
+) -> dict[str, tuple[Interval, ...]]:
+    """Frames in which a limb does not move at all, by the name of its first chain that is chosen.
+
+    chains: all that the limbs have; chosen: the chains to list, all if not given.
+    """
+    chosen = chains if chosen is None else chosen
     first: dict[str, Chain] = {}
-    for chain in chains:
+    for chain in chosen:
         if limb := limb_of(chain):
             first.setdefault(limb, chain)
-    found: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
+    found: dict[str, list[Interval]] = {chain.name: [] for chain in chosen}
     for limb, start, stop in frozen_spans(motion, chains):
+        if limb not in first:
+            continue
         chain = first[limb]
         joint = motion.skeleton.names[chain.parent]
         told = {"joint": joint, "part": limb, "seconds": (stop - start) / motion.fps}
