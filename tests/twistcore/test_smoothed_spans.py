@@ -49,6 +49,17 @@ def test_sound_motion_and_twist_errors_are_not_smooth(name, fps):
     assert smoothed_spans(at_rate(read_bvh(ASSETS / f"{name}.bvh").motion, fps)) == ()
 
 
+@pytest.mark.parametrize("frames", [18, 20, 24])
+def test_a_short_clip_of_a_frame_every_five_seconds_is_no_reason_to_fail(frames):
+    slow = replace(DANCE.sliced(40, 40 + frames), frame_time=5.0)
+    for start in range(0, frames - 10, 4):
+        rotations, stop = slow.rotations.copy(), min(start + 12, frames - 1)
+        share = np.linspace(0.0, 1.0, stop - start + 1)[:, None, None]
+        even = (1.0 - share) * rotations[start] + share * rotations[stop]
+        rotations[start : stop + 1] = normalise(even)
+        assert isinstance(smoothed_spans(slow.with_rotations(rotations)), tuple)
+
+
 def test_jumps_within_a_span_do_not_hide_it():
     motion = smoothed(ARM)
     rotations = motion.rotations.copy()

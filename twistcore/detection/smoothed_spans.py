@@ -62,7 +62,8 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
     moves = pace.max(axis=0) > np.log10(_MOVES)
     for joint in np.flatnonzero(moves & suspected.any(axis=0)):
         own = pace[:, joint], fine[:, joint], every[:, joint]
-        one = _Joint(*own, step, width // 2, round(_OTHERS * motion.fps), round(0.8 * least))
+        others = max(1, round(_OTHERS * motion.fps))
+        one = _Joint(*own, step, width // 2, others, round(0.8 * least))
         for start, stop in _runs(suspected[:, joint]):
             if (stop - start) * step >= least and (span := one.confirmed(start, stop)) is not None:
                 found.append(SmoothedSpan(int(joint), *span))
