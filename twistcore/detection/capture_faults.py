@@ -14,6 +14,7 @@ from twistcore.detection.frozen_frames import frozen_spans, limb_of
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import chain_of_joint
 from twistcore.detection.noise_bursts import NoiseBurst
+from twistcore.detection.runs import overlapping
 from twistcore.motion import Motion
 
 _APART = 0.1  # seconds between two bursts of a chain that are still one
@@ -47,21 +48,16 @@ def burst_intervals(
     about each axis in the noisiest joint, which gives its name; there is no offset, for nothing is
     taken out. Bursts of joints of no such chain are left out.
     """
-    chosen, apart = chains if chosen is None else chosen, _APART * motion.fps
-    together: dict[str, list[list[NoiseBurst]]] = {chain.name: [] for chain in chosen}
-    theirs = {j: c for j, c in chain_of_joint(chains).items() if c.name in together}
+    chosen, apart = chains if chosen is None else chosen, 1 + int(_APART * motion.fps)
+    own: dict[str, list[NoiseBurst]] = {chain.name: [] for chain in chosen}
+    theirs = {j: c for j, c in chain_of_joint(chains).items() if c.name in own}
     owner = chain_of_joint(chosen) | theirs
     for burst in sorted(bursts, key=lambda b: (b.start, b.stop, b.joint)):
-        if burst.joint not in owner:
-            continue
-        spans = together[owner[burst.joint].name]
-        if spans and burst.start <= max(b.stop for b in spans[-1]) + apart:
-            spans[-1].append(burst)
-        else:
-            spans.append([burst])
+        if burst.joint in owner:
+            own[owner[burst.joint].name].append(burst)
     return {
-        name: tuple(_burst(name, span, motion.skeleton.names) for span in spans)
-        for name, spans in together.items()
+        name: tuple(_burst(name, b, motion.skeleton.names) for b in overlapping(found, apart))
+        for name, found in own.items()
     }
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.body import ancestors
-from twistcore.detection.runs import runs
+from twistcore.detection.runs import overlapping, runs
 from twistcore.motion import Motion, once_a_motion
 from twistcore.notation import without_held
 from twistcore.rotation import Array, conjugate, logarithm, multiply
@@ -120,12 +120,7 @@ def burst_sentences(
     joints of no chain, reported here with their frames, those that overlap together; names: of the
     joints.
     """
-    spans: list[list[NoiseBurst]] = []
-    for burst in outside:
-        if spans and burst.start < max(b.stop for b in spans[-1]):
-            spans[-1].append(burst)
-        else:
-            spans.append([burst])
+    spans = overlapping(outside)
     said = [_said(span, names) for span in spans[:_MOST]]
     if len(spans) > _MOST:
         said.append(f"{len(spans) - _MOST} more bursts of noise are outside the chains.")

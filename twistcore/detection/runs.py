@@ -2,11 +2,43 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import Protocol, TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
+
+
+class Span(Protocol):
+    """Frames [start, stop)."""
+
+    @property
+    def start(self) -> int:
+        """The first frame."""
+
+    @property
+    def stop(self) -> int:
+        """The frame behind the last one."""
+
+
+SomeSpan = TypeVar("SomeSpan", bound=Span)
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Runs of True as [start, stop); (frames,) → by start."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
+
+
+def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
+    """Group spans, given by start, that overlap; apart: frames between two groups, at least."""
+    groups: list[list[SomeSpan]] = []
+    end = 0
+    for span in spans:
+        if groups and span.start < end + apart:
+            groups[-1].append(span)
+            end = max(end, span.stop)
+        else:
+            groups.append([span])
+            end = span.stop
+    return groups

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.detection.runs import overlapping, runs
 from twistcore.motion import Motion
 from twistcore.rotation import Array, continuous
 
@@ -64,7 +65,7 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
         own = pace[:, joint], fine[:, joint], every[:, joint]
         others = max(1, round(_OTHERS * motion.fps))
         one = _Joint(*own, step, width // 2, others, round(0.8 * least))
-        for start, stop in _runs(suspected[:, joint]):
+        for start, stop in runs(suspected[:, joint]):
             if (stop - start) * step >= least and (span := one.confirmed(start, stop)) is not None:
                 found.append(SmoothedSpan(int(joint), *span))
     return tuple(sorted(found, key=lambda s: (s.start, s.stop, s.joint)))
@@ -75,12 +76,7 @@ def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> t
 
     names: of the joints.
     """
-    groups: list[list[SmoothedSpan]] = []
-    for span in spans:
-        if groups and span.start < max(s.stop for s in groups[-1]):
-            groups[-1].append(span)
-        else:
-            groups.append([span])
+    groups = overlapping(spans)
     said = [_said(group, names) for group in groups[:_MOST]]
     if len(groups) > _MOST:
         said.append(f"{len(groups) - _MOST} more smoothed spans were found.")
@@ -194,7 +190,7 @@ class _Joint:
         border = level + min(0.5 * (float(_quantile(fine, _NEARLY_ALL)) - level), _BORDER)
         low, high = max(0, start * self.step - self.half), stop * self.step + self.half
         even = _mean_around(self.every[low:high], _EVEN) < border
-        parts = _runs(~_without_short(~even, _EVEN))
+        parts = runs(~_without_short(~even, _EVEN))
         first, last = max(parts, key=lambda r: r[1] - r[0], default=(0, 0))
         if last - first < self.least:
             return None
@@ -211,13 +207,7 @@ def _quantile(values: Array, share: float) -> Array:
 def _without_short(mask: Mask, least: int) -> Mask:
     """The mask without its runs of less than some frames."""
     out = mask.copy()
-    for start, stop in _runs(mask):
+    for start, stop in runs(mask):
         if stop - start < least:
             out[start:stop] = False
     return out
-
-
-def _runs(mask: Mask) -> list[tuple[int, int]]:
-    inside = np.concatenate([[False], mask, [False]])
-    edges = np.flatnonzero(inside[1:] != inside[:-1])
-    return [(int(a), int(b)) for a, b in zip(edges[::2], edges[1::2], strict=True)]
