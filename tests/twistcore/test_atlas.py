@@ -20,6 +20,7 @@ from benchmarks.atlas import (
     table,
     wilson,
 )
+from benchmarks.blind_verdicts import agreed
 from tests.conftest import ASSETS
 from twistcore.analysis import detect
 from twistcore.bvh import read_bvh
@@ -116,16 +117,21 @@ def test_sheets_show_every_find_of_the_sample(folder, capsys):
     capsys.readouterr()
 
 
-def test_the_table_of_verdicts_is_whole():
+def test_the_tables_of_verdicts_are_whole():
     docs = Path(__file__).parents[2] / "docs"
-    with (docs / "atlas-verdicts.csv").open(encoding="utf-8", newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert {r["verdict"] for r in rows} == set(VERDICTS)
-    assert {r["kind"] for r in rows} == set(KINDS) - {Kind.HELPER_ROLL}  # looked for since
     page = (docs / "atlas.md").read_text("utf-8")
-    for row in precision(rows, "kind", "applied"):
-        counts = " | ".join(str(row[c]) for c in ("kind", "applied", "judged", *VERDICTS))
-        assert f"| {counts} |" in page
-    for name in {r["picture"] for r in rows} - {""}:
+    judged = {}
+    for name in ("atlas-verdicts.csv", "atlas-blind.csv"):
+        with (docs / name).open(encoding="utf-8", newline="") as file:
+            judged[name] = list(csv.DictReader(file))
+        assert {r["verdict"] for r in judged[name]} == set(VERDICTS)
+        assert {r["kind"] for r in judged[name]} == set(KINDS) - {Kind.HELPER_ROLL}
+    alone, blind = judged.values()
+    for name in {r["picture"] for r in alone} - {""}:
         assert f"images/atlas-{name}.png" in page
         assert (docs / "images" / f"atlas-{name}.png").stat().st_size < 61_000
+    assert all(r["verdict"] == agreed(r["first"], r["second"]) for r in blind)
+    twists = [r for r in blind if r["kind"] == "counter-twist" and r["applied"] == "yes"]
+    (row,) = precision(twists, "kind")
+    counts = " | ".join(str(row[c]) for c in ("judged", *VERDICTS))
+    assert f"| counter-twist, automatic | {counts} |" in page
