@@ -37,6 +37,7 @@ from twistcore.refinement import applied_unasked
 
 KINDS = tuple(kind for kind in Kind if not kind.of_capture)  # the atlas judges errors of twist
 VERDICTS = ("error", "doubtful", "alarm")
+COLUMNS = ("set", "clip", "chain", "joint", "start", "stop", "kind", "degrees", "applied")
 WILSON = 1.96  # of 95 %
 FREE = "cmu"  # sets whose skeletons anybody may show
 
@@ -247,13 +248,12 @@ def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
     rows = [(name, folder / name / find.clip, find) for name, find in finds]
     for start in range(0, len(rows), A_SHEET):
         sheet(rows[start : start + A_SHEET], output / f"{start:04d}.png", start)
-    columns = ("set", "clip", "chain", "joint", "start", "stop", "kind", "degrees", "applied")
     with (output / "verdicts.csv").open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file)
-        writer.writerow(("number", *columns, "verdict", "why"))
+        writer.writerow(("number", *COLUMNS, "verdict", "why"))
         for k, (name, find) in enumerate(finds):
             own = asdict(find) | {"set": name, "applied": "yes" if find.applied else "no"}
-            writer.writerow((k, *(own[c] for c in columns), "", ""))
+            writer.writerow((k, *(own[c] for c in COLUMNS), "", ""))
 
 
 def draw_blind(

@@ -7,7 +7,7 @@ does not open. Each judge writes a table `number,verdict,why`, as `first.csv` an
 A find on which they differ is doubtful. Printed: Cohen's kappa over all and over the automatic
 ones; verdicts by kind, by set and by what is automatic; and how confidence compares with the share
 of errors among errors and alarms, bin by bin, with the mean distance (ECE).
---csv writes the table of docs/atlas-verdicts.csv; --figure the picture of reliability.
+--csv writes a table as docs/atlas-blind.csv; --figure the picture of reliability.
 """
 
 from __future__ import annotations
@@ -15,26 +15,15 @@ from __future__ import annotations
 import argparse
 import csv
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.atlas import VERDICTS, markdown, precision, wilson
+from benchmarks.atlas import COLUMNS, VERDICTS, markdown, precision
+from benchmarks.evidence import equal_bins
+from twistcore.tuning.learned_confidence import Bin, expected_error
 
-COLUMNS = ("set", "clip", "chain", "joint", "start", "stop", "kind", "degrees", "applied")
 BINS = 5  # of equally many finds
-
-
-@dataclass(frozen=True)
-class Bin:
-    """Finds of alike confidence: their mean, the share of errors, its interval, how many."""
-
-    confidence: float
-    errors: float
-    low: float
-    high: float
-    finds: int
 
 
 def kappa(first: Sequence[str], second: Sequence[str]) -> float:
@@ -56,22 +45,9 @@ def agreed(first: str, second: str) -> str:
 
 def reliability(rows: Iterable[Mapping[str, str]], bins: int = BINS) -> list[Bin]:
     """Confidence against the share of errors, of finds that are errors or alarms."""
-    told = [r for r in rows if r["confidence"] and r["verdict"] in ("error", "alarm")]
-    confidence = np.array([float(r["confidence"]) for r in told])
-    errors = np.array([r["verdict"] == "error" for r in told])
-    out = []
-    for part in np.array_split(np.argsort(confidence, kind="stable"), min(bins, len(told)) or 1):
-        if len(part):
-            low, high = wilson(int(errors[part].sum()), len(part))
-            mean, share = float(confidence[part].mean()), float(errors[part].mean())
-            out.append(Bin(mean, share, low, high, len(part)))
-    return out
-
-
-def distance(bins: Sequence[Bin]) -> float:
-    """The mean distance of confidence from the share of errors, weighed by finds (ECE)."""
-    total = sum(b.finds for b in bins)
-    return sum(b.finds * abs(b.confidence - b.errors) for b in bins) / max(total, 1)
+    own = [r for r in rows if r["confidence"] and r["verdict"] in ("error", "alarm")]
+    confidence = np.array([float(r["confidence"]) for r in own])
+    return equal_bins(confidence, np.array([r["verdict"] == "error" for r in own]), bins)
 
 
 def judged(folder: Path) -> list[dict[str, str]]:
@@ -111,11 +87,11 @@ def picture(bins: Sequence[Bin], output: Path) -> None:
 
     figure, axes = plt.subplots(figsize=(4.2, 3.6), dpi=96)
     axes.plot([0, 1], [0, 1], color="#8794a3", lw=1)
-    x, y = [b.confidence for b in bins], [b.errors for b in bins]
-    spread = [[b.errors - b.low for b in bins], [b.high - b.errors for b in bins]]
+    x, y = [b.said for b in bins], [b.was for b in bins]
+    spread = [[b.was - b.low for b in bins], [b.high - b.was for b in bins]]
     axes.errorbar(x, y, yerr=spread, fmt="o", color="#1668b3", capsize=3)
     for b in bins:
-        axes.annotate(f" {b.finds}", (b.confidence, b.errors), fontsize=8, va="top")
+        axes.annotate(f" {b.count}", (b.said, b.was), fontsize=8, va="top")
     axes.set(xlabel="confidence", ylabel="share of errors", xlim=(0, 1), ylim=(0, 1.02))
     figure.tight_layout()
     figure.savefig(output)
@@ -139,8 +115,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     bins = reliability(r for r in rows if r["kind"] == "counter-twist")
     print()
     for b in bins:
-        print(f"confidence {b.confidence:.2f}: {b.errors:.2f} errors of {b.finds}")
-    print(f"ECE {distance(bins):.3f}")
+        print(f"confidence {b.said:.2f}: {b.was:.2f} errors of {b.count}")
+    print(f"ECE {expected_error(bins):.3f}")
     if given.csv:
         columns = (*COLUMNS, "confidence", "first", "second", "verdict", "why", "picture")
         with given.csv.open("w", encoding="utf-8", newline="") as file:

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
+from benchmarks.atlas import wilson
 from benchmarks.real_corrections import clips_of
 from twistcore.analysis import analyse
 from twistcore.chain import find_chains
@@ -31,6 +32,7 @@ from twistcore.errors import TwistError
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, prepare
+from twistcore.tuning.learned_confidence import Bin, expected_error
 from twistcore.twist_removal import applied_unasked
 
 # What the weights are drawn to where few finds tell: what physics suggests.
@@ -153,9 +155,18 @@ def _counts(judged: Sequence[Judged], sure: Sequence[bool]) -> str:
 
 def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
     """Expected calibration error over bins with equally many finds."""
-    order = np.array_split(np.argsort(probabilities), BINS)
-    gaps = (len(b) * abs(probabilities[b].mean() - right[b].mean()) for b in order if len(b))
-    return float(sum(gaps)) / max(len(right), 1)
+    return expected_error(equal_bins(probabilities, right))
+
+
+def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -> list[Bin]:
+    """Finds in order of probability, in bins of equally many; the share's interval is of 95 %."""
+    out = []
+    for at in np.array_split(np.argsort(probabilities, kind="stable"), bins):
+        if len(at):
+            low, high = wilson(int(right[at].sum()), len(at))
+            said, was = float(probabilities[at].mean()), float(right[at].mean())
+            out.append(Bin(len(at), said, was, low, high))
+    return out
 
 
 def main() -> None:

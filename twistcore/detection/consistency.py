@@ -20,7 +20,6 @@ from twistcore.detection.counter_rotation import CounterRotation, counter_rotati
 from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.edges import find_edges
 from twistcore.detection.evidence import Witnesses
-from twistcore.detection.interval import Interval
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.notated import NotatedAnalysis, is_clear
@@ -43,7 +42,6 @@ from twistcore.progress import Tell, nobody, part
 from twistcore.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
 
 LONG = 20_000  # frames
-SURE = 0.5  # confidence
 
 
 class ConsistencyDetector:
@@ -170,7 +168,7 @@ class _Softened:
             judged, motion = analysis.with_evidence(own.interval)
             if motion:
                 out[k] = False
-            elif not _sure(judged) and any(self._surer(analysis, c, error) for c in self.plain):
+            elif not is_clear(judged) and any(self._surer(analysis, c, error) for c in self.plain):
                 out[k] = True
         return out
 
@@ -180,11 +178,7 @@ class _Softened:
             return False
         found = chain.intervals(chain.automatic_tau())
         near = (i for i in found if i.start < error.stop and error.start < i.stop)
-        return any(_sure(analysis.with_evidence(i)[0]) for i in near)
-
-
-def _sure(interval: Interval) -> bool:
-    return not interval.open and (interval.confidence or 0.0) >= SURE
+        return any(is_clear(analysis.with_evidence(i)[0]) for i in near)
 
 
 def _meets(count: int, known: Known, error: SoftError) -> bool:
