@@ -11,8 +11,6 @@ from types import MappingProxyType
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
-import numpy as np
-
 from twistcore.body import Body, Unexamined
 from twistcore.chain import Chain, by_person
 from twistcore.clip import Clip
@@ -32,6 +30,7 @@ from twistcore.errors import TwistError
 from twistcore.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.helper import Helper
 from twistcore.limb import Limb
+from twistcore.medians import median
 from twistcore.motion import Motion, forward_kinematics
 from twistcore.notation import Kept, notation_notes
 from twistcore.notes import (
@@ -50,7 +49,7 @@ from twistcore.protected_measures import Hinges, Measure, protected_measures, sh
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
-from twistcore.twist_removal import applied_unasked, refine
+from twistcore.twist_removal import applied_unasked, refiner
 
 SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
 Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
@@ -138,7 +137,7 @@ class ClipAnalysis:
     @cached_property
     def reliability(self) -> Mapping[str, float]:
         """Median of ‖v⊥‖/‖v‖ by chain, 0…1: low where a straight limb leaves θc undefined."""
-        return {k: float(np.median(s.azimuth_reliability)) for k, s in self.signals.items()}
+        return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
@@ -276,8 +275,8 @@ class ClipAnalysis:
             )
             applied = applied_unasked(known)
             if applied:
-                refined = refine(self.motion, self.chains_and_limbs, applied)
-                self._jumps[method] = lone_jumps(refined, self._of_limbs)
+                refined = refiner(self.motion, self.chains_and_limbs, applied)
+                self._jumps[method] = lone_jumps(self.motion, self._of_limbs, refined)
             else:
                 self._jumps[method] = self._captured_jumps
         return self._jumps[method]

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import hashlib
 import os
 import stat
-import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO
@@ -151,6 +149,8 @@ def part_name(end: Path, suffix: str = "") -> Path:
     """
     name, mark = end.name, f".twist.part{suffix}"
     if len(os.fsencode(name)) + len(mark) + _SPARE > _LONGEST_NAME:
+        import hashlib  # slow to load; few names are so long
+
         name = f"{name[:20]}-{hashlib.sha256(os.fsencode(name)).hexdigest()[:16]}"
     return end.with_name(f".{name}{mark}")
 
@@ -170,6 +170,8 @@ def take_part(part: Path) -> tuple[int, Path]:
             os.close(handle)  # another took it for a leftover before it was locked
             continue
         break
+    import tempfile  # slow to load; few files need another name
+
     handle, name = tempfile.mkstemp(dir=part.parent, prefix=f"{part.stem}.", suffix=part.suffix)
     lock(handle)
     return handle, Path(name)

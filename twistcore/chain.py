@@ -86,7 +86,7 @@ class Chain:
         axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
-    def at(self, frames: NDArray[np.intp]) -> Chain:
+    def at(self, frames: NDArray[np.intp] | slice) -> Chain:
         """The chain in these frames alone."""
         axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -142,6 +141,8 @@ class Clip(ABC):
     @cached_property
     def sha256(self) -> str:
         """Hash of the bytes: what a session remembers its clip by."""
+        import hashlib  # slow to load; few commands need it
+
         return hashlib.sha256(self.data).hexdigest()
 
     @abstractmethod

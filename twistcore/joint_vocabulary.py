@@ -158,6 +158,8 @@ def _place(data: bytes, at: tuple[str, ...]) -> str:
 
 def folded(word: str) -> str:
     """Lower-case letters without accents, of full and half width alike."""
+    if word.isascii():
+        return word.lower()
     plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", word).casefold())
     kept = (c for c in plain if not unicodedata.combining(c) or c in _KANA_MARKS)
     return unicodedata.normalize("NFC", "".join(kept)).translate(_PLAIN)
@@ -243,6 +245,8 @@ def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
 
 def _phrase(words: str) -> str:
     """A phrase as it is looked up: written together."""
+    if words.isascii():
+        return "".join(filter(str.isalnum, words)).lower()
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
@@ -173,6 +172,8 @@ AS_FOUND = Rig()
 
 def skeleton_mark(skeleton: Skeleton) -> str:
     """SHA-256 of the joints' names and parents: the same for all clips of a rig."""
+    import hashlib  # slow to load; few commands need it
+
     text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])
     return hashlib.sha256(encoded(text)).hexdigest()
 

@@ -78,14 +78,31 @@ def refine(motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval
     Intervals that cannot be corrected (:func:`stuck_joints`) are left out.
     """
     check_motion(motion)
+    return refiner(motion, chains, intervals)(0, motion.frames)
+
+
+def refiner(
+    motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]
+) -> Callable[[int, int], Motion]:
+    """Return a function that makes the frames [start, stop) of :func:`refine` alone."""
     by_name, frames = {chain.name: chain for chain in chains}, motion.frames
     intervals = [
         i
         for i in intervals
         if i.chain in by_name and not stuck_joints(motion, by_name[i.chain], [i])
     ]
-    offsets = offsets_by_chain(intervals, frames)
-    return remove_twist(motion, chains, offsets, carried_by_limb(intervals, frames))
+    offsets, carried = offsets_by_chain(intervals, frames), carried_by_limb(intervals, frames)
+
+    def refined(start: int, stop: int) -> Motion:
+        at = slice(start, stop)
+        return remove_twist(
+            motion.sliced(start, stop),
+            [chain.at(at) for chain in chains],
+            {name: offset[at] for name, offset in offsets.items()},
+            {name: offset[at] for name, offset in carried.items()},
+        )
+
+    return refined
 
 
 def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:

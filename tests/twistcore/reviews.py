@@ -95,7 +95,7 @@ def find_flips(monkeypatch, *found):
         made.append([limb.name for limb in limbs])
         return FoundFlips(found, known(motion, limbs).limbs)
 
-    def lone_jumps(motion, chains):
+    def lone_jumps(motion, chains, *_refined):
         return {chain.name: () for chain in chains}
 
     monkeypatch.setattr("twistcore.analysis.analyse_limbs", analyse_limbs)

@@ -3,7 +3,6 @@
 import math
 import threading
 from dataclasses import dataclass, field, replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -87,11 +86,11 @@ def clip(walk, told, monkeypatch):
 
     monkeypatch.setattr(module, "analyse_limbs", of_limbs)
     jump = Interval("LeftArm", 5, 6, np.zeros(1), kind=Kind.LONE_JUMP, open=True)
-    monkeypatch.setattr(
-        module, "lone_jumps",
-        lambda _, chains: {c.name: (jump,) if c.name == "LeftArm" else () for c in chains},
-    )  # fmt: skip
-    monkeypatch.setattr(module, "refine", lambda motion, *_: motion)
+
+    def jumps(_motion, chains, _refined=None):
+        return {c.name: (jump,) if c.name == "LeftArm" else () for c in chains}
+
+    monkeypatch.setattr(module, "lone_jumps", jumps)
     made = analyse(walk)
     return made
 
@@ -192,23 +191,19 @@ def test_two_threads_make_a_detector_once(clip, told):
 def test_lone_jumps_are_sought_in_what_the_other_kinds_leave(clip, monkeypatch):
     seen = []
 
-    def refined(motion, chains, intervals):
+    def refiner(motion, chains, intervals):
         seen.append((motion, names(chains), [(i.chain, i.start, i.kind) for i in intervals]))
-        return SimpleNamespace(repaired=True)
+        return "repaired"
 
     sought = []
-    monkeypatch.setattr(module, "refine", refined)
-    monkeypatch.setattr(
-        module, "lone_jumps", lambda motion, chains: sought.append((motion, chains)) or {}
-    )
+    monkeypatch.setattr(module, "refiner", refiner)
+    monkeypatch.setattr(module, "lone_jumps", lambda *given: sought.append(given) or {})
     assert clip.jumps() is clip.jumps()
     ((motion, chains, intervals),) = seen
     assert motion is clip.motion
     assert chains == names(clip.chains_and_limbs)
     assert len(intervals) == 2 * len(clip.chains) + len(clip.limbs)
-    ((repaired, of),) = sought
-    assert repaired.repaired
-    assert of == clip.chains
+    assert sought == [(clip.motion, clip.chains, "repaired")]
 
 
 # Kinds and thresholds

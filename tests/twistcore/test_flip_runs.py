@@ -218,17 +218,24 @@ def test_a_run_follows_four_jumps_inside_at_most():
 # Flips
 
 
-def flips_of(departures, scale=1.0, name="Left leg"):
+class FlipsOfDegree(LimbFlips):
+    """Flips of a limb that departs by a degree by nature, and whose end does not jump."""
+
+    def scale_at(self, frames):
+        return np.full(len(frames), DEGREE)
+
+    def steps_at(self, frames):
+        return np.zeros(len(frames))
+
+
+def flips_of(departures, name="Left leg"):
     """Flips of a limb of the walk with other departures, degrees by frame."""
     limb = next(n for n in LIMBS if n.label == name)
     found = analyse_limbs(WALK, [limb]).limbs[limb.name]
     own = np.zeros(WALK.frames)
     for t, degrees in departures.items():
         own[t] = degrees * DEGREE
-    return LimbFlips(
-        limb, found.fps, found.swivel, own, np.full(WALK.frames, scale * DEGREE),
-        np.zeros(WALK.frames), found.capture, found.noisy, (),
-    )  # fmt: skip
+    return FlipsOfDegree(limb, found.fps, found.swivel, own, found.capture, found.noisy, ())
 
 
 def plain_end(limb, start, offset, along):
@@ -412,4 +419,6 @@ def test_steps_are_how_far_an_end_moves_beyond_what_it_does_around():
     step = flips.swivel.step
     for t in range(WALK.frames):
         near = [step[i] for i in range(t - 4, t + 5) if i != t and 0 < i < len(step)]
-        assert flips.steps[t] == pytest.approx(max(step[t] - np.median(near), 0.0), abs=1e-12)
+        assert flips.steps_at(np.array([t]))[0] == pytest.approx(
+            max(step[t] - np.median(near), 0.0), abs=1e-12
+        )

@@ -60,7 +60,7 @@ def test_the_scale_of_a_limb_is_that_of_its_departures_around(fps, frames):
     departures[: frames // 2] *= 0.05
     height = rng.uniform(0.0, 0.5, frames)
     half = max(4, round(0.2 * fps))
-    for t, value in enumerate(scale(departures, height, fps)):
+    for t, value in enumerate(scale(departures, height, fps, np.arange(frames))):
         near = []
         for i in range(t - half, t + half + 1):
             mirrored = i % (2 * frames)  # at its ends the clip goes back
@@ -72,7 +72,7 @@ def test_the_scale_of_a_limb_is_that_of_its_departures_around(fps, frames):
 def test_a_limb_that_is_nearly_straight_is_turned_further_by_the_same_unrest():
     still = np.zeros(9)
     height = np.array([0.0, 0.03, 0.04, 0.05, 0.1, 0.3, 0.34, 0.35, 1.0])
-    found = scale(still, height, 120.0)
+    found = scale(still, height, 120.0, np.arange(9))
     expected = [0.15, 0.15, 0.15, 0.12, 0.06, 0.02, 0.006 / 0.34, DEGREE, DEGREE]
     np.testing.assert_allclose(found, expected, rtol=1e-9)
 
@@ -93,7 +93,7 @@ def test_sharp_jumps_lead_from_tau_on_and_else_may_be_partners(tau):
             wanted.append(
                 (t, t + 1, departures[t], scales[t], steps[t], True, size >= tau * DEGREE)
             )
-    found = sharp_jumps(departures, scales, steps, tau * DEGREE)
+    found = sharp_jumps(departures, scales.__getitem__, steps.__getitem__, tau * DEGREE)
     assert [(j.start, j.stop, j.turn, j.scale, j.step, j.sharp, j.leads) for j in found] == wanted
     assert 10 < len(wanted) < 80
 

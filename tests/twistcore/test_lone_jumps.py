@@ -4,6 +4,7 @@ import csv
 import gc
 import json
 import weakref
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -33,6 +34,7 @@ from twistcore.review import (
 from twistcore.review.model import constant, overlapping
 from twistcore.rotation import multiply, quaternion_from_axis_angle
 from twistcore.synthesis.protocol import PROTOCOLS, prepare
+from twistcore.twist_removal import refiner
 
 WALK = read_bvh(ASSETS / "walk.bvh")
 CLEAN = ("walk", "dance", "basketball")
@@ -280,3 +282,19 @@ def test_jumps_in_a_burst_of_noise_make_no_clip_restless():
     foot = motion.skeleton.index("LeftFoot")
     vars(clip)["bursts"] = (NoiseBurst(foot, 0, motion.frames, 10.0),)
     assert not clip.restless()
+
+
+@pytest.mark.parametrize("block", [1, 7, 100, 101, 1000])
+def test_blocks_of_frames_give_the_jumps_of_the_whole(monkeypatch, block):
+    """Jumps at the borders of blocks, and next to errors that are taken out first."""
+    motion = spun("LeftFoot", 100, 101, 140.0, spun("RightHand", 99, 107, 120.0))
+    chains = find_chains(motion)
+    known = [Interval(chains[k].name, s, s + 12, np.full(12, 1.0)) for k, s in ((0, 95), (3, 101))]
+    motion = refine(motion, chains, [replace(i, offset=-i.offset) for i in known])
+    whole = lone_jumps(refine(motion, chains, known), chains)
+    assert sum(map(len, whole.values())) == 3  # one of them over two frames
+    monkeypatch.setattr("twistcore.detection.lone_jumps._BLOCK", block)
+    found = lone_jumps(motion, chains, refiner(motion, chains, known))
+    for name, own in whole.items():
+        ours = [(i.joint, i.start, i.stop, i.residual) for i in found[name]]
+        assert ours == [(i.joint, i.start, i.stop, pytest.approx(i.residual)) for i in own]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
@@ -46,5 +45,7 @@ class Parameters:
     @property
     def mark(self) -> str:
         """SHA-256 of parameters and version: what results belong to."""
+        import hashlib  # slow to load; few commands need it
+
         text = json.dumps([__version__, self.to_json()], sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()

@@ -10,6 +10,7 @@ from twistcore.body.bones import unnamed_bones
 from twistcore.body.by_names import toe_of
 from twistcore.body.parts import BONES, SIDES, LimbLine
 from twistcore.body.shape import Shape
+from twistcore.medians import median
 from twistcore.rotation import Array, normalise, rotate
 
 _SMALL_LIMB = 0.35  # of the longest bone: a line of shorter ones is a neck, an ear
@@ -39,7 +40,7 @@ def _pointed_at(shape: Shape, end: int, below: int) -> int:
         return -1
     along = rotate(shape.motion.rotations[:, end], normalise(shape.offsets[below]))
     above = np.broadcast_to(normalise(shape.offsets[end]), along.shape)
-    cosine = float(np.median(np.einsum("...i,...i->...", along, above)))
+    cosine = median(np.einsum("...i,...i->...", along, above))
     return below if abs(cosine) < np.cos(np.radians(30.0)) else -1
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from twistcore.body.offsets import ancestors, bone_offset, has_length
 from twistcore.joint_names import JointName
+from twistcore.medians import quantile
 from twistcore.motion import Motion
 from twistcore.rotation import Array, normalise, rotate
 
@@ -73,8 +74,7 @@ class Shape:
         along = rotate(self.motion.rotations[:, joint], normalise(along))
         cosine = np.einsum("...i,...i->...", along, np.broadcast_to(normalise(above), along.shape))
         angle = np.arccos(np.clip(cosine, -1.0, 1.0))
-        low, high = np.percentile(angle, (1.0, 99.0))
-        return float(high - low)
+        return quantile(angle, 0.99) - quantile(angle, 0.01)
 
     @cached_property
     def out_of_it(self) -> list[bool]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from twistcore.medians import median, medians
 from twistcore.motion import Motion, Skeleton
 from twistcore.rotation import Array
 
@@ -62,13 +63,11 @@ def with_bones_of_channels(
         length = np.linalg.norm(offsets[joint])
         if skeleton.parents[joint] < 0 or length > _NOTHING * np.abs(positions[:, k]).max():
             continue
-        bone = np.median(positions[:, k], axis=0)
+        bone = medians(positions[:, k], 0)
         usual = np.linalg.norm(bone)
         away = np.linalg.norm(positions[:, k] - bone, axis=1)
         steady = (
-            away.max() <= _STILL * usual
-            if joint in carrying
-            else np.median(away) <= _STRETCH * usual
+            away.max() <= _STILL * usual if joint in carrying else median(away) <= _STRETCH * usual
         )
         if length <= _NOTHING * usual and steady:
             offsets[joint] = bone

@@ -30,6 +30,7 @@ from twistcore.detection.pairing import Pair, PairTable, best_pairs, unpaired
 from twistcore.detection.pieces import shows
 from twistcore.detection.prediction import Mask
 from twistcore.detection.straight_limbs import STRAIGHT
+from twistcore.medians import median
 from twistcore.rotation import Array, wrap
 
 # Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints.
@@ -273,7 +274,7 @@ def _with_judgement(
 
 def automatic_tau(counter: CounterRotation, row: int) -> float:
     """max(1.5°, 6·median σ of the chain), radians."""
-    return max(SMALLEST_TAU, TAU_IN_SIGMA * float(np.median(counter.sigma[row])))
+    return max(SMALLEST_TAU, TAU_IN_SIGMA * median(counter.sigma[row]))
 
 
 def _meet(interval: Interval, frames: tuple[int, int]) -> bool:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.chain import Chain
+from twistcore.medians import median
 from twistcore.motion import Motion
 from twistcore.rotation import Array, twist_angle, wrap
 
@@ -144,5 +145,5 @@ def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:
     if abs(mean) < _STEADY:
         return None
     centre = float(np.angle(mean))
-    median = float(wrap(centre + np.median(wrap(angle - centre))))
-    return _Usual(median, 1.0 - float(abs(mean)))
+    middle = float(wrap(centre + median(wrap(angle - centre))))
+    return _Usual(middle, 1.0 - float(abs(mean)))

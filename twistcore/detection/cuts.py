@@ -9,6 +9,7 @@ import numpy as np
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.leading_blend import blend_end, held_frames, rest_frames
 from twistcore.detection.prediction import Mask
+from twistcore.medians import medians
 from twistcore.motion import Motion, once_a_motion
 from twistcore.notation import Kept, without_held
 
@@ -70,7 +71,7 @@ def _jumps(motion: Motion) -> Mask:
         return cut
     turns = turns if voting.all() else turns[voting]
     blocks = (frames - 1) // block
-    pace = np.median(turns[:, : blocks * block].reshape(-1, blocks, block), axis=2)
+    pace = medians(turns[:, : blocks * block].reshape(-1, blocks, block))
     padded = np.concatenate([pace[:, :1], pace, pace[:, -1:]], axis=1)
     calm = np.maximum(np.minimum(padded[:, :-2], padded[:, 2:]), pace)
     least = np.minimum(np.maximum(JUMP * calm, SMALLEST), np.pi)

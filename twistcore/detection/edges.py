@@ -56,7 +56,9 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
     wide = _runs(seen_or_large, large, d)
     narrow = _runs(seen, event, d)
     key = LONGEST + 2
-    narrow = narrow[~np.isin(narrow @ (1, key), wide @ (1, key), kind="sort")]
+    known = np.append(wide @ (1, key), np.iinfo(np.int64).max)  # they are in order
+    asked = narrow @ (1, key)
+    narrow = narrow[known[np.searchsorted(known, asked)] != asked]
     bounds = np.concatenate([wide, narrow])
     run, jump, sigma, gain, first = _readings(counter, chain, bounds)
     start, stop = bounds[run].T

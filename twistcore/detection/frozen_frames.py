@@ -30,9 +30,11 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
     least = max(_FEWEST, round(_LEAST * motion.fps))
     found = []
     for name, joints in limbs.items():
-        q = motion.rotations[:, sorted(joints)]
-        still = np.zeros(motion.frames, dtype=bool)
-        still[1:] = (q[1:] == q[:-1]).all(axis=(1, 2))
+        still = np.ones(motion.frames, dtype=bool)
+        still[:1] = False
+        for joint in joints:
+            q = motion.rotations[:, joint]
+            still[1:] &= (q[1:] == q[:-1]).all(axis=1)
         for start, stop in runs(still):
             others = np.concatenate([still[1:start], still[stop:]])
             alive = len(others) and others.mean() < 1.0 - _ALIVE

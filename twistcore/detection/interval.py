@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from twistcore.medians import median
 from twistcore.rotation import Array, wrap
 
 
@@ -166,4 +167,4 @@ def circular_median(angles: Array) -> float:
     if len(angles) == 0:
         return 0.0
     centre = np.angle(np.exp(1j * angles).sum()) if len(angles) > 1 else angles[0]
-    return float(wrap(centre + np.median(wrap(angles - centre))))
+    return float(wrap(centre + median(wrap(angles - centre))))

@@ -7,7 +7,7 @@ No segment of a body turns faster about itself than about 7,500°/s (a pitcher's
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -25,6 +25,8 @@ from twistcore.rotation import Array, conjugate, multiply, twist_angle
 FASTEST = math.radians(7500.0)  # a second
 LEAST = math.radians(60.0)  # a frame: what is less may be noise of a fast camera
 SLOW, LEAST_SLOW = 50.0, math.radians(120.0)  # frames a second under which a frame proves little
+_BLOCK = 4_096  # frames
+_Frames = Callable[[int, int], Motion]
 _OWN_SHARE = 0.5  # of the limit: with less of its own a joint only goes along with one above
 
 
@@ -33,38 +35,32 @@ def limit(fps: float) -> float:
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
-def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Interval, ...]]:
-    """Jumps of the joints of chains, by chain name, each with the joint's name; by start.
+def lone_jumps(
+    motion: Motion, chains: Sequence[Chain], refined: _Frames | None = None
+) -> dict[str, tuple[Interval, ...]]:
+    """Return the jumps of the joints of chains by chain name, each with its joint's name; by start.
 
-    motion: without the errors that are known, so that what they explain is not told twice. A joint
-    counts where it jumps both in the room and in its parent's frame: a child that goes along, or
-    one that stays while its parent turns, does not jump. No jump of a clip-wide cut is one.
-    `residual` is the turn in the jump's fastest frame; there is no offset, for nothing is known
-    that would take it out.
+    refined: the frames [start, stop) of the motion without the errors that are known, so that
+    what they explain is not listed twice. A joint counts where it jumps both in the room and in
+    its parent's frame: a child that goes along, or one that stays while its parent turns, does not
+    jump. No jump of a clip-wide cut is one. `residual` is the turn in the jump's fastest frame;
+    there is no offset, because no repair is known.
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
-    if (held := without_held(motion)) is not None:
-        found = lone_jumps(held.motion, [chain.at(held.first) for chain in chains])
-        return {name: tuple(_as_written(i, held) for i in own) for name, own in found.items()}
+    if without_held(motion) is not None:
+        whole = motion if refined is None else refined(0, motion.frames)
+        if (held := without_held(whole)) is not None:
+            found = lone_jumps(held.motion, [chain.at(held.first) for chain in chains])
+            return {name: tuple(_as_written(i, held) for i in own) for name, own in found.items()}
     cut = find_cuts(motion)
     cut[:1] = True
     names = motion.skeleton.names
     jumps: dict[str, list[Interval]] = {chain.name: [] for chain in chains}
-    for joint, chain in chain_of_joint(chains).items():
-        axis = own_axis(motion.skeleton, joint)
-        if axis is None:
-            continue
-        own = turns_about(motion.rotations[:, joint], axis)
-        fast = may_be_too_fast(own, motion.fps) & ~cut
-        if not fast.any():
-            continue
-        turn = np.zeros(motion.frames)
-        at = np.flatnonzero(fast)
-        before, after = _in_room(motion, joint, at - 1), _in_room(motion, joint, at)
-        turn[at] = twist_angle(multiply(conjugate(before), after), axis)
-        fast &= too_fast(turn, own, motion.fps)
-        for start, stop in runs(fast):
+    owner = chain_of_joint(chains)
+    for joint, turn in _turns_too_fast(motion, list(owner), ~cut, refined or motion.sliced).items():
+        chain = owner[joint]
+        for start, stop in runs(turn != 0.0):
             most = max(turn[start:stop].tolist(), key=abs)
             jumps[chain.name].append(
                 Interval(
@@ -80,6 +76,36 @@ def lone_jumps(motion: Motion, chains: Sequence[Chain]) -> dict[str, tuple[Inter
                 )
             )
     return {name: tuple(sorted(own, key=lambda i: i.start)) for name, own in jumps.items()}
+
+
+def _turns_too_fast(
+    motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
+) -> dict[int, Array]:
+    """Return how far joints turn where that is too fast, 0 elsewhere, (frames,) by joint.
+
+    among: the frames that count, (frames,). The clip is passed in blocks, so that no copy of its
+    rotations is as long as the clip.
+    """
+    axes = {joint: own_axis(motion.skeleton, joint) for joint in joints}
+    found: dict[int, Array] = {}
+    for low in range(0, motion.frames, _BLOCK):
+        first, stop = max(low - 1, 0), min(low + _BLOCK, motion.frames)
+        block = refined(first, stop)
+        counted = among[first:stop].copy()
+        counted[0] = False  # the frame before, of the block before
+        for joint, axis in axes.items():
+            if axis is None:
+                continue
+            own = turns_about(block.rotations[:, joint], axis)
+            at = np.flatnonzero(may_be_too_fast(own, motion.fps) & counted)
+            if not len(at):
+                continue
+            before, after = _in_room(block, joint, at - 1), _in_room(block, joint, at)
+            turn = twist_angle(multiply(conjugate(before), after), axis)
+            fast = too_fast(turn, own[at], motion.fps)
+            if fast.any():
+                found.setdefault(joint, np.zeros(motion.frames))[first + at[fast]] = turn[fast]
+    return found
 
 
 def _as_written(jump: Interval, held: Kept) -> Interval:

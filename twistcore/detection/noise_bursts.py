@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from twistcore.body import ancestors
 from twistcore.detection.runs import overlapping, runs
+from twistcore.medians import median, quantile
 from twistcore.motion import Motion, once_a_motion
 from twistcore.notation import without_held
 from twistcore.rotation import Array, conjugate, logarithm, multiply
@@ -48,7 +49,7 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
     found = []
     for joint, sigma in enumerate(_levels(motion, range(len(motion.skeleton)))):
         for start, stop in runs(sigma > 0.0):
-            found.append(NoiseBurst(joint, start, stop, float(np.median(sigma[start:stop]))))
+            found.append(NoiseBurst(joint, start, stop, median(sigma[start:stop])))
     return tuple(sorted(found, key=lambda b: (b.start, b.stop, b.joint)))
 
 
@@ -98,7 +99,7 @@ def _noise_of(motion: Motion, joint: int) -> Array:
     pairs += [(own, motion.rotations[:, child]) for child in motion.skeleton.children[joint]]
     changes = [_changes(turns), *(_changes(turns_of(multiply(a, b))) for a, b in pairs)]
     for start, stop in runs(sigma > 0.0):
-        alone, *both = (float(np.median(c[start:stop])) for c in changes)
+        alone, *both = (median(c[start:stop]) for c in changes)
         if min(both, default=alone) < _TAKEN_BACK * alone:
             sigma[start:stop] = 0.0
     return sigma
@@ -171,7 +172,7 @@ def noise_level(turns: Array, fps: float) -> Array:
     # Medians: a jump or two make no noise.
     changes, moves = (median_filter(v, width, mode="nearest") for v in (size, far))
     sigma = np.sqrt(changes / _MIDDLE)
-    usual = float(np.quantile(sigma, 0.15))  # a burst may last for most of a short clip
+    usual = quantile(sigma, 0.15)  # a burst may last for most of a short clip
     against = np.zeros(frames)
     against[1:-2] = (change[1:-2] * change[2:-1]).sum(axis=1) < 0.0
     swings = uniform_filter1d(against, width, mode="nearest")
@@ -180,7 +181,7 @@ def noise_level(turns: Array, fps: float) -> Array:
     out = np.zeros(frames)
     off = 0.5 * np.sqrt(size)
     for start, stop in runs(noisy):
-        level = float(np.median(sigma[start:stop]))
+        level = median(sigma[start:stop])
         low, high = max(start - width, 0), min(stop + width, frames)
         rough = np.flatnonzero(off[low:high] > _EDGE * level) + low
         for part in np.split(rough, np.flatnonzero(np.diff(rough) > _GAP) + 1):

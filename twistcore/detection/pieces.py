@@ -12,6 +12,7 @@ import numpy as np
 
 from twistcore.chain import Chain
 from twistcore.detection.interval import Interval
+from twistcore.medians import medians
 from twistcore.motion import Motion
 from twistcore.rotation import Array, twist_angle, wrap
 
@@ -25,7 +26,7 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
     steps = wrap(np.diff(angle, prepend=angle[:1]))
     padded = np.pad(steps, _NEAR, mode="edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, 2 * _NEAR + 1)
-    return np.asarray(wrap(steps - np.median(windows, axis=1)))
+    return np.asarray(wrap(steps - medians(windows)))
 
 
 def shows(twist: Array, interval: Interval) -> bool:

@@ -9,6 +9,7 @@ import numpy as np
 from twistcore.detection import Interval, Kind
 from twistcore.detection.interval import circular_median
 from twistcore.detection.limb_flips import BENT, LimbFlips
+from twistcore.medians import median
 from twistcore.review.model import constant, off_line
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals
@@ -34,7 +35,7 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 
 def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
     """An interval over [start, stop), at the level of θp there off the line between neighbours."""
-    level = float(np.median(off_line(signals.theta_p, start, stop)))
+    level = median(off_line(signals.theta_p, start, stop))
     return constant(chain, start, stop, level)
 
 
@@ -56,7 +57,7 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
 def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
     """A flip of a limb over [start, stop), with the offset that `proposed_flip` tells of."""
     level = circular_median(off_line(limb.swivel.angle, start, stop))
-    if np.median(limb.swivel.height[start:stop]) < BENT:
+    if median(limb.swivel.height[start:stop]) < BENT:
         level = float(limb.departures[start])
     flip = replace(constant(limb.limb.name, start, stop, level), kind=Kind.LIMB_FLIP)
     return replace(flip, carried=limb.end_carried(start, flip.offset))

@@ -16,6 +16,7 @@ from twistcore.detection.counter_rotation import AGREE_SHARE, SIGNIFICANT
 from twistcore.detection.edges import Edges
 from twistcore.detection.pairing import OPEN_GAIN, PRIOR, PairTable
 from twistcore.detection.prediction import Mask
+from twistcore.medians import median
 from twistcore.rotation import wrap
 from twistcore.why_not.given_up import BESIDE, SoftErrors, soft_below
 from twistcore.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
@@ -174,7 +175,7 @@ def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
     for joint, (v, r, s) in enumerate(
         ((c.x[row], c.rx[row], c.sigma_x[row]), (c.y[row], c.ry[row], c.sigma_y[row])), start=1
     ):
-        captured = float(wrap(v[t] - np.median(v[around])))
+        captured = float(wrap(v[t] - median(v[around])))
         undone = abs(float(wrap(captured - r[t])))
         if abs(captured) >= tau and undone > max(UNDONE * s[t], 0.5 * abs(captured)):
             return joint

@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips.explanation import LONGEST, NEVER_CLOSED
 from twistcore.detection.limb_flips.jumps import Jump
@@ -18,8 +20,8 @@ def no_limb_flip(place: Place, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
     t = place.frame
     numbers: dict[str, Any] = {
         "turn_deg": math.degrees(flips.departures[t]),
-        "scale_deg": math.degrees(flips.scales[t]),
-        "end_step": float(flips.steps[t]),
+        "scale_deg": math.degrees(_scale(flips, t)),
+        "end_step": float(flips.steps_at(np.array([t]))[0]),
     }
     if t == 0 or not flips.capture[t]:
         because = (
@@ -39,6 +41,10 @@ def no_limb_flip(place: Place, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
     return _left(place, flips, jumps, jump, numbers)
 
 
+def _scale(flips: LimbFlips, frame: int) -> float:
+    return float(flips.scale_at(np.array([frame]))[0])
+
+
 def _below(
     place: Place, flips: LimbFlips, jumps: Sequence[Jump], numbers: dict[str, Any]
 ) -> Reason:
@@ -52,7 +58,7 @@ def _below(
         return place.reason(Why.BELOW, because, soft_deg=math.degrees(whole.turn), **numbers)
     because = (
         f"the limb turns {signed(float(flips.departures[place.frame]))} about its line beyond what "
-        f"it does around (σ {size(float(flips.scales[place.frame]))})"
+        f"it does around (σ {size(_scale(flips, place.frame))})"
     )
     return place.reason(Why.BELOW, because, **numbers)
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from twistcore.detection.evidence.witnesses import ALONG, PACE, Mask, Witnesses, keep_few, wrapped
 from twistcore.detection.interval import Interval
 from twistcore.detection.robust_cost import residual_cost
+from twistcore.medians import median, quantile
 from twistcore.rotation import Array
 
 BENT = 0.117  # sin² of a bend of 20°: where the azimuth can be trusted at an edge
@@ -206,7 +207,7 @@ class Background:
             free = ~near if c.frames > 2 * beside else np.zeros(c.frames, dtype=bool)
             free[:3] = free[-3:] = False
             count = int(free.sum())
-            natural = float(np.quantile(against[free], 0.99)) if count else 0.0
+            natural = quantile(against[free], 0.99) if count else 0.0
             made = _Against(np.where(free, against, -1.0), count, natural)
             keep_few(self._against, c.frames)[width] = made
         return self._against[width]
@@ -302,7 +303,7 @@ class _Measured:
     def _step(self) -> float:
         """How far the offset turns at an edge, in the median."""
         sizes = [abs(e.turn) for e in self.edges] or [float(np.abs(self.find.offset).max())]
-        return float(np.median(sizes))
+        return median(sizes)
 
     def _bend_at(self, edge: Edge) -> float:
         return float(self.chain.both_frames[max(edge.start - 1, 0) : edge.stop + 1].min())
@@ -391,7 +392,7 @@ class _Measured:
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
         """How often P and C turn against each other so elsewhere, a second; the 99 % quantile."""
-        width = max(1, round(float(np.median([e.width for e in self.edges] or [1]))))
+        width = max(1, round(median([e.width for e in self.edges] or [1])))
         against = self.background.against(width)
         seconds = against.free / self.chain.fps
         if seconds < _ELSEWHERE and against.free < 60:
@@ -423,7 +424,7 @@ def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
     weight, there = chain.sine**2, ~busy & (chain.sine > _STRAIGHT)
     if there.sum() >= _ENOUGH:
         off = wrapped(chain.azimuth - _middle(chain.azimuth[there], weight[there]))
-        if (furthest := float(np.quantile(np.abs(off[there]), 0.95))) < _EXACT:
+        if (furthest := quantile(np.abs(off[there]), 0.95)) < _EXACT:
             return Side(off, furthest, exact=True)
     there = ~busy & (chain.sine > ALONG)
     if (weight * there).sum() < 3.0:

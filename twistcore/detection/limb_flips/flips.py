@@ -25,7 +25,7 @@ from twistcore.detection.limb_flips.jumps import (
 )
 from twistcore.detection.limb_flips.swivel import Swivel, swivel_of
 from twistcore.detection.noise_bursts import noise_near
-from twistcore.detection.prediction import Mask
+from twistcore.detection.prediction import Index, Mask
 from twistcore.limb import Limb, path
 from twistcore.motion import Motion
 from twistcore.progress import Tell, nobody
@@ -48,8 +48,7 @@ SEVERAL, TOGETHER = 3, 0.5  # of so many limbs more than this share: not a limb 
 class LimbFlips:
     """One limb before any τ.
 
-    departures: of its turn from the median around, radians; scales: of them by nature; steps: how
-    far E moves beyond the median around, of the limb's length; capture: neither border nor cut;
+    departures: of its turn from the median around, radians; capture: neither border nor cut;
     noisy: a burst of noise in any limb of the person; (frames,) each. soft: jumps of several
     frames.
     """
@@ -58,8 +57,6 @@ class LimbFlips:
     fps: float
     swivel: Swivel
     departures: Array
-    scales: Array
-    steps: Array
     capture: Mask
     noisy: Mask
     soft: tuple[Jump, ...]
@@ -71,9 +68,18 @@ class LimbFlips:
         """Flips at τ radians, by start."""
         return self._explained(self.jumps(tau))[1]
 
+    def scale_at(self, frames: Index) -> Array:
+        """Return the natural size of the departures around some frames, radians, (n,)."""
+        return scale(self.departures, self.swivel.height, self.fps, frames)
+
+    def steps_at(self, frames: Index) -> Array:
+        """Return how far E moves beyond the median around, of the limb's length, (n,)."""
+        step = self.swivel.step
+        return np.maximum(step[frames] - around(step, frames), 0.0)
+
     def jumps(self, tau: float) -> list[Jump]:
         """Jumps that τ radians lets lead, and those that may be their partners, by start."""
-        sharp = sharp_jumps(self.departures, self.scales, self.steps, tau)
+        sharp = sharp_jumps(self.departures, self.scale_at, self.steps_at, tau)
         return sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
 
     def left(self, jumps: Sequence[Jump], jump: Jump) -> Left:
@@ -243,6 +249,4 @@ def _of_limb(limb: Limb, swivel: Swivel, border: Mask, noisy: Mask, fps: float) 
     turns = np.where(border, 0.0, swivel.jump)
     departures = np.where(border, 0.0, departure(turns))
     soft = soft_jumps(turns, np.abs(departures) >= SHARP, fps)
-    scales = scale(departures, swivel.height, fps)
-    steps = np.maximum(swivel.step - around(swivel.step), 0.0)
-    return LimbFlips(limb, fps, swivel, departures, scales, steps, ~border, noisy, tuple(soft))
+    return LimbFlips(limb, fps, swivel, departures, ~border, noisy, tuple(soft))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from twistcore.detection.prediction import Mask
+from twistcore.detection.prediction import Index, Mask
+from twistcore.medians import medians
 from twistcore.rotation import Array, wrap
 
 NEAR = 4  # frames on either side whose median is what a limb does anyway
@@ -52,12 +54,12 @@ def departure(turns: Array) -> Array:
     return wrap(turns - around(turns))
 
 
-def around(values: Array) -> Array:
-    """Median of the frames near every frame, itself and the first one left out, (frames,)."""
+def around(values: Array, frames: Index | slice = slice(None)) -> Array:
+    """Return the median of the values near each of the frames, itself and the first left out."""
     padded = np.full(len(values) + 2 * NEAR, np.nan)
     padded[NEAR:-NEAR] = values
     padded[: NEAR + 1] = np.nan
-    windows = sliding_window_view(padded, 2 * NEAR + 1).copy()
+    windows = sliding_window_view(padded, 2 * NEAR + 1)[frames].copy()
     windows[:, NEAR] = np.nan
     return _median(windows)
 
@@ -71,34 +73,38 @@ def _median(windows: Array) -> Array:
     return np.where(count > 0, 0.5 * (low + high), 0.0)
 
 
-def scale(departures: Array, height: Array, fps: float) -> Array:
-    """How far a limb departs from its own median by nature around every frame, (frames,).
+def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
+    """Return how far a limb departs from its own median by nature around each of the frames.
 
     height: of its middle joint off the line, of its length: the nearer that is, the further the
     same unrest turns it.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
-    own = 1.4826 * np.median(sliding_window_view(padded, 2 * half + 1), axis=1)
-    least = np.maximum(_LEAST_SCALE, _UNREST / np.maximum(height, _STRAIGHT))
+    own = 1.4826 * medians(sliding_window_view(padded, 2 * half + 1)[frames])
+    least = np.maximum(_LEAST_SCALE, _UNREST / np.maximum(height[frames], _STRAIGHT))
     scales: Array = np.maximum(own, least)
     return scales
 
 
-def sharp_jumps(departures: Array, scales: Array, steps: Array, tau: float) -> list[Jump]:
-    """Frames that depart by τ radians and more, or by less but far more than the limb does."""
+def sharp_jumps(
+    departures: Array,
+    scale_at: Callable[[Index], Array],
+    steps_at: Callable[[Index], Array],
+    tau: float,
+) -> list[Jump]:
+    """Return the frames that depart by τ radians, or by less but far more than the limb does.
+
+    scale_at, steps_at: the limb's scale and how far its end jumps, at some frames.
+    """
     size = np.abs(departures)
-    at = np.flatnonzero((size >= tau) | (size >= np.maximum(_WEAK, _WEAK_SCALES * scales)))
+    at = np.flatnonzero(size >= min(tau, _WEAK))
+    scales = scale_at(at)
+    kept = (size[at] >= tau) | (size[at] >= np.maximum(_WEAK, _WEAK_SCALES * scales))
+    at, scales = at[kept], scales[kept]
     return [
-        Jump(
-            t,
-            t + 1,
-            (float(departures[t]),),
-            float(scales[t]),
-            float(steps[t]),
-            leads=bool(size[t] >= tau),
-        )
-        for t in at.tolist()
+        Jump(t, t + 1, (float(departures[t]),), own, step, leads=bool(size[t] >= tau))
+        for t, own, step in zip(at.tolist(), scales.tolist(), steps_at(at).tolist(), strict=True)
     ]
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from twistcore.detection.prediction import Mask
 from twistcore.limb import Limb, path, places
+from twistcore.medians import medians
 from twistcore.motion import Motion
 from twistcore.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
 
@@ -93,24 +95,31 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
     rotations and the other the place.
     """
     out = np.zeros(len(line))
-    out[1:], alike = _agreed(upper, lower, line, aside, height, 1)
-    over_two, alike_two = _agreed(upper, lower, line, aside, height, 2)
-    # over_two[k] leads from frame k to k + 2, by out[k + 1] and out[k + 2].
-    for k in np.flatnonzero(alike_two & (np.abs(over_two) > _LARGE) & ~(alike[:-1] & alike[1:])):
-        pair = out[k + 1 : k + 3]
+    limb = upper, lower, line, aside, height
+    out[1:], alike = _agreed([part[:-1] for part in limb], [part[1:] for part in limb])
+    # From frame k to k + 2, by out[k + 1] and out[k + 2].
+    unlike = np.flatnonzero(~(alike[:-1] & alike[1:]))
+    over_two, alike_two = _agreed([p[unlike] for p in limb], [p[unlike + 2] for p in limb])
+    for i in np.flatnonzero(alike_two & (np.abs(over_two) > _LARGE)):
+        pair = out[unlike[i] + 1 : unlike[i] + 3]
         if np.abs(pair).max() < _LARGE:
-            pair[1] = wrap(over_two[k] - pair[0])
+            pair[1] = wrap(over_two[i] - pair[0])
     return out
 
 
-def _agreed(
-    upper: Array, lower: Array, line: Array, aside: Array, height: Array, step: int
-) -> tuple[Array, Mask]:
-    """How far the limb turns in so many frames, and where witnesses agree, (frames − step,)."""
-    way = _least_turn(line[:-step], line[step:])
-    of_upper, of_lower = (_roll(q, way, line, step) for q in (upper, lower))
-    seen = np.minimum(height[step:], height[:-step]) > BENT
-    place = angle_about(line[step:], rotate(way, aside[:-step]), aside[step:])
+def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
+    """Return how far a limb turns from some frames to others, (n,), and where witnesses agree.
+
+    before, after: P's rotation and that of the bone before E, (n, 4), line and C off it, (n, 3),
+    and the height of C, (n,).
+    """
+    upper, lower, line, aside, height = after
+    way = _least_turn(before[2], line)
+    of_upper, of_lower = (
+        _roll(*q, way, line) for q in zip(before[:2], (upper, lower), strict=True)
+    )
+    seen = np.minimum(height, before[4]) > BENT
+    place = angle_about(line, rotate(way, before[3]), aside)
     judge = np.where(seen, place, of_lower)
     off_upper, off_lower = wrap(of_upper - judge), wrap(of_lower - judge)
     nearer = np.where(seen & (np.abs(off_lower) < np.abs(off_upper)), off_lower, off_upper)
@@ -127,17 +136,17 @@ def _least_turn(a: Array, b: Array) -> Array:
     return turn
 
 
-def _roll(q: Array, way: Array, line: Array, step: int) -> Array:
-    """Turn of q about the line in so many frames, its own way left out, (frames − step,)."""
-    turn = multiply(q[step:], conjugate(q[:-step]))
-    return twist_angle(multiply(turn, conjugate(way)), line[step:])
+def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
+    """Return the turn of a rotation about the line without the line's own way, (n,)."""
+    turn = multiply(after, conjugate(before))
+    return twist_angle(multiply(turn, conjugate(way)), line)
 
 
 def _usual_side(line: Array, aside: Array, height: Array) -> Array:
     """The direction from the line in which the limb has C in most of the clip, (3,)."""
     size = np.linalg.norm(aside, axis=1, keepdims=True)
     weighed = aside / np.maximum(size, 1e-12) * (height / max(height.max(), 1e-12))[:, None]
-    side: Array = np.median(weighed, axis=0)
+    side: Array = medians(weighed, 0)
     for _ in range(_REFINED):
         agree = np.einsum("ti,ti->t", weighed, side - (line @ side)[:, None] * line) > 0.0
         if not agree.any():

@@ -14,6 +14,7 @@ import numpy as np
 
 from twistcore.detection.prediction import FLOOR, Mask
 from twistcore.detection.soft_errors.departures import Span
+from twistcore.medians import quantiles
 from twistcore.rotation import Array
 
 NU = 4.0  # degrees of freedom of Student's t, as in robust_cost
@@ -158,7 +159,7 @@ def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Ma
     total = x + y
     u = x - fitted_share(x, total, everywhere)[:, None] * total
     size, half = np.abs(u), round(LOCAL_SECONDS * fps)
-    quiet = QUIET * np.quantile(size, QUIET_SHARE, axis=1)[:, None]
+    quiet = QUIET * quantiles(size, QUIET_SHARE)[:, None]
     sigma = np.maximum(quiet, least)
     root = np.sqrt(size)
     for _ in range(3):

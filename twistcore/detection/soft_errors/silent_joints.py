@@ -13,6 +13,7 @@ import numpy as np
 from twistcore.detection.prediction import FLOOR, Mask
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.surprise import Surprise
+from twistcore.medians import median
 from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 
 STILL = float(np.radians(2e-4))  # a frame, as six decimals of text leave it
@@ -59,7 +60,7 @@ def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
         order = np.sort(part)
         within = np.searchsorted(order, order + STANDS, side="right") - np.arange(len(order))
         densest = int(within.argmax())
-        part -= np.median(order[densest : densest + int(within[densest])])
+        part -= median(order[densest : densest + int(within[densest])])
         standing += int(within[densest])
     return level if standing >= LEAST_STANDING * len(level) else None
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.medians import median
 from twistcore.rotation import Array
 
 SEEN = float(np.radians(0.05))  # an offset below is none
@@ -96,8 +97,8 @@ def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bo
     turned = []
     for own in (x, y):
         natural = own - steps if own is x else own + steps
-        by_nature = float(np.median(natural[low:high]))
-        unrest = float(np.median(np.abs(natural[low:high] - by_nature)))
+        by_nature = median(natural[low:high])
+        unrest = median(np.abs(natural[low:high] - by_nature))
         if abs(steps[edge].sum()) < CLEAR * max(unrest, SEEN):
             return if_unclear
         turned.append(abs(float(own[edge].sum()) - by_nature * len(own[edge])))

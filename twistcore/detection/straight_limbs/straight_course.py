@@ -13,6 +13,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.medians import median
 from twistcore.rotation import Array
 
 Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, what they give
@@ -60,7 +61,7 @@ def scale_of(increments: Array, step: float = 0.0) -> float:
     """
     bends = np.abs(np.diff(increments[2:]))
     least = max(LEAST_SCALE, ROUNDED * step)
-    return max(least, 1.4826 * float(np.median(bends))) if len(bends) else least
+    return max(least, 1.4826 * median(bends)) if len(bends) else least
 
 
 def _smooth(

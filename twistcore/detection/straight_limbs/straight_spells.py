@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.runs import runs
+from twistcore.medians import median, quantile
 from twistcore.rotation import Array, rotate, wrap
 
 Mask = NDArray[np.bool_]
@@ -120,8 +121,8 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
     x, y = (np.einsum("fi,fi->f", across, e) for e in (first, np.cross(axis, first)))
     azimuth = np.arctan2(y, x)
     mean = np.angle(np.exp(1j * azimuth[bent]).sum())
-    azimuth = wrap(azimuth - mean - np.median(wrap(azimuth[bent] - mean)))
-    spread = float(np.quantile(np.abs(azimuth[bent]), MOSTLY))
+    azimuth = wrap(azimuth - mean - median(wrap(azimuth[bent] - mean)))
+    spread = quantile(np.abs(azimuth[bent]), MOSTLY)
     return Bend(angle, azimuth if spread < HINGE else None, spread)
 
 

@@ -1,0 +1,31 @@
+"""Our medians and quantiles are numpy's, to the last bit."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+from twistcore.medians import median, medians, quantile, quantiles
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 4, 9, 10, 101, 1000])
+def test_medians_and_quantiles_are_those_of_numpy(count):
+    rng = np.random.default_rng(count)
+    values = rng.normal(size=(3, count)).round(1)  # equal ones too
+    assert median(values[0]) == np.median(values[0])
+    assert median(values) == np.median(values)
+    np.testing.assert_array_equal(medians(values), np.median(values, axis=1))
+    np.testing.assert_array_equal(medians(values.T, 0), np.median(values, axis=1))
+    for share in (0.0, 0.01, 0.15, 0.5, 0.75, 0.99, 1.0, *rng.random(20)):
+        assert quantile(values[1], share) == np.quantile(values[1], share)
+        np.testing.assert_array_equal(quantiles(values, share), np.quantile(values, share, axis=1))
+
+
+def test_they_change_nothing_and_load_no_masked_arrays():
+    values = np.array([3.0, 1.0, 2.0])
+    assert (median(values), quantile(values, 0.25)) == (2.0, 1.5)
+    assert values.tolist() == [3.0, 1.0, 2.0]
+    code = "import sys; from twistcore.medians import *; median([1.0, 2.0]); quantile([1.0], 0.5)"
+    program = [sys.executable, "-c", f"{code}; sys.exit('numpy.ma' in sys.modules)"]
+    assert subprocess.run(program, check=False).returncode == 0
