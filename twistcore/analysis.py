@@ -6,13 +6,14 @@ import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from importlib import import_module
 from threading import Lock
 from types import MappingProxyType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, overload
 from weakref import WeakKeyDictionary
 
 from twistcore.body import Body, Unexamined
-from twistcore.chain import Chain, by_person
+from twistcore.chain import Chain, by_person, chain_named
 from twistcore.clip import Clip
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
 from twistcore.detection.capture_faults import fault_intervals, outside_chains
@@ -31,7 +32,7 @@ from twistcore.examination import frames_note, unexamined_limbs, why_not_examine
 from twistcore.helper import Helper
 from twistcore.limb import Limb
 from twistcore.medians import median
-from twistcore.motion import Motion, forward_kinematics
+from twistcore.motion import HasMotion, Motion, forward_kinematics, motion_of
 from twistcore.notation import Kept, notation_notes
 from twistcore.notes import (
     FROZEN,
@@ -126,8 +127,8 @@ class ClipAnalysis:
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
-        """The chain or limb of a name; TwistError says which there are."""
-        return _named(self.chains_and_limbs, name, self.name)
+        """Return the chain or limb of a name or label; TwistError names those that are near."""
+        return chain_named(self.chains_and_limbs, name, self.name)
 
     @cached_property
     def signals(self) -> Mapping[str, TwistSignals]:
@@ -426,21 +427,23 @@ class ClipAnalysis:
         self,
         method: str = DEFAULT_METHOD,
         *,
-        kinds: Collection[Kind] = ALL_KINDS,
+        kinds: Collection[Kind | str] | str = ALL_KINDS,
         tau_radians: Tau | None = None,
         tau_degrees: Tau | None = None,
+        tell: Tell | None = None,
     ) -> Detection:
         """The intervals of these kinds: those of chains, then flips of limbs.
 
         τ: for all chains, or by the name of a chain or limb; else the automatic one. A limb's is
         another quantity, as is that of a twist bone: one τ for all is for other chains only; kinds
         that cannot be repaired have none.
-        TwistError for a kind, a method or a name that there is not.
+        tell: how far the detector of chains is. TwistError for a kind, a method or a name that
+        there is not.
         """
-        wanted = {kinds} if isinstance(kinds, str) else set(kinds)
-        if unknown := sorted(wanted - ALL_KINDS):
-            raise TwistError(f"no kind {unknown[0]!r}; expected one of {', '.join(Kind)}")
-        detector = self.detector(method, ALL_KINDS & wanted)
+        wanted = _kinds(kinds)
+        detector = self.detector(method, wanted)
+        if tell is not None:
+            self.by(method, tell)
         given = self._given(tau_radians, tau_degrees)
         names = self._looked_at(wanted)
         tau = {n: given[n] if n in given else detector.automatic_tau(n) for n in names}
@@ -631,29 +634,149 @@ class Detection:
     def __iter__(self) -> Iterator[Interval]:
         return iter(self.intervals)
 
-    def __getitem__(self, at: int) -> Interval:
-        return self.intervals[at]
+    @overload
+    def __getitem__(self, at: int) -> Interval: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> tuple[Interval, ...]: ...
+
+    @overload
+    def __getitem__(self, at: str) -> Detection: ...
+
+    def __getitem__(self, at: int | slice | str) -> Interval | tuple[Interval, ...] | Detection:
+        if not isinstance(at, str):
+            return self.intervals[at]
+        name = chain_named(self.chains_and_limbs, at, self.analysis.name).name
+        own = tuple(i for i in self.intervals if i.chain == name)
+        return replace(self, tau=MappingProxyType({name: self.tau[name]}), intervals=own)
+
+    def to_correct(
+        self,
+        motion: Motion | None = None,
+        at_least: float | None = None,
+        *,
+        include_open: bool = False,
+    ) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
+        """The chains and limbs, and the intervals that may be corrected automatically."""
+        del motion  # the intervals know their chains
+        sure = applied_unasked(self, at_least, include_open=include_open)
+        return self.chains_and_limbs, sure
+
+    def refined(self, at_least: float | None = None, *, include_open: bool = False) -> Motion:
+        """Return the motion without the intervals that may be corrected automatically.
+
+        Parameters
+        ----------
+        at_least : float, optional
+            Confidence from which an interval is corrected, 0…1; 0.5 if not given.
+        include_open : bool
+            True to correct open intervals as well.
+
+        Returns
+        -------
+        Motion
+            The corrected motion.
+
+        Examples
+        --------
+        >>> import twistcore as tc
+        >>> found = tc.detect(tc.read_clip("assets/walk_injected.bvh"))
+        >>> len(tc.detect(found.refined()))
+        0
+        """
+        return refine(
+            self.analysis.motion,
+            *self.to_correct(None, at_least, include_open=include_open),
+        )
+
+    def to_rows(self, *, explain: bool = False) -> list[dict[str, Any]]:
+        """Return one dict an interval, with the fields of `twistcore detect --json`.
+
+        Parameters
+        ----------
+        explain : bool
+            True to add `residual_deg` and `evidence`, as `--explain` does.
+
+        Returns
+        -------
+        list of dict
+            Numbers, texts, lists and None only; frames from 0, `stop` is exclusive, angles in
+            degrees.
+
+        Examples
+        --------
+        >>> import twistcore as tc
+        >>> found = tc.detect(tc.read_clip("assets/walk_injected.bvh"))
+        >>> row = found.to_rows()[0]
+        >>> row["chain"], row["start"], row["stop"], round(row["delta_deg"])
+        ('LeftForeArm', 122, 138, -21)
+        """
+        chains = {chain.name: chain for chain in self.chains_and_limbs}
+        names = self.analysis.motion.skeleton.names
+        return [_row(i, chains[i.chain], names, explain=explain) for i in self]
+
+    def to_dataframe(self, *, explain: bool = False) -> Any:
+        """Return :meth:`to_rows` as a pandas DataFrame; TwistError if pandas is not installed."""
+        try:
+            pandas = import_module("pandas")  # optional, and a second to load
+        except ImportError:
+            raise TwistError("to_dataframe needs pandas: expected pip install pandas") from None
+        rows = self.to_rows(explain=explain)
+        return pandas.DataFrame(rows, columns=None if rows else _COLUMNS)
 
 
 def analyse(
-    clip: Clip | Motion,
-    chains: Sequence[Chain | str] | None = None,
+    clip: Clip | Motion | HasMotion,
+    chains: Sequence[Chain | str] | Chain | str | None = None,
     rig: Rig = AS_FOUND,
-    people: Sequence[str] | None = None,
+    people: Sequence[str] | str | None = None,
 ) -> ClipAnalysis:
-    """A clip or a motion ready to be asked.
+    """Prepare a clip for questions: chains, signals, detectors, each computed once when needed.
 
-    chains: all chains and limbs; or those given, limbs among them; or those named, in the clip's
-    order: a chain's name brings the limb along that begins with it, a limb's own that limb alone.
-    rig: which there are; people: only the chains of these, by name. TwistError for a name that
-    there is not.
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to look at.
+    chains : str, Chain or sequence of these, optional
+        Only these chains and limbs, by name or label (`twistcore info` lists them) or as they are;
+        all if not given. Case matters only where two names differ in nothing else. A chain's name
+        brings along the limb that begins with it; a limb's name means that limb alone.
+    rig : Rig, optional
+        Which chains and limbs there are; those found in the clip if not given.
+    people : str or sequence of str, optional
+        Only the chains of these people, by name; everybody's if not given.
+
+    Returns
+    -------
+    ClipAnalysis
+        The analysis, which keeps what it has computed.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+    TwistError
+        If there is no chain, limb or person of a name.
+
+    See Also
+    --------
+    detect : Find the intervals in one step.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> analysis = tc.analyse(tc.read_clip("assets/walk_injected.bvh"))
+    >>> analysis
+    <ClipAnalysis walk_injected.bvh: 10 chains, no detector asked yet>
+    >>> len(analysis.detect()), len(analysis.detect("paper", tau_degrees=20.0))
+    (8, 5)
     """
+    motion = motion_of(clip)
+    name = where = "motion"
     if isinstance(clip, Clip):
-        motion, name, where = clip.motion, clip.name, str(clip.path)
-    elif isinstance(clip, Motion):
-        motion, name, where = clip, "motion", "motion"
-    else:
-        raise TypeError(f"expected a clip or a motion, found {type(clip).__name__} {clip!r:.80}")
+        name, where = clip.name, str(clip.path)
+    chains = (chains,) if isinstance(chains, Chain | str) else chains
+    people = (people,) if isinstance(people, str) else people
     given = [c for c in chains or () if isinstance(c, Chain)]
     if chains is not None and len(given) == len(chains):
         return ClipAnalysis(motion, given, name, rig, chosen=True)
@@ -664,7 +787,7 @@ def analyse(
     if chains is None:
         return ClipAnalysis(motion, every, name, rig, people=people)
     names = (c.name if isinstance(c, Chain) else c for c in chains)
-    wanted = {_named(every, name, where).name for name in names}
+    wanted = {chain_named(every, name, where).name for name in names}
     first = {c.name: {c.name, motion.skeleton.names[c.parent]} for c in every}
     some = [c for c in every if not wanted.isdisjoint(first[c.name])]
     whole = ClipAnalysis(motion, every, name, rig, people=people)
@@ -672,21 +795,104 @@ def analyse(
 
 
 def detect(
-    clip: Clip | Motion,
-    chains: Sequence[Chain | str] | None = None,
+    clip: Clip | Motion | HasMotion,
+    chains: Sequence[Chain | str] | Chain | str | None = None,
     method: str = DEFAULT_METHOD,
     *,
-    kinds: Collection[Kind] = ALL_KINDS,
+    kinds: Collection[Kind | str] | str = ALL_KINDS,
     tau_degrees: Tau | None = None,
     tau_radians: Tau | None = None,
+    tell: Tell | None = None,
 ) -> Detection:
-    """Intervals in which a parent and its child twist against each other, or a limb is flipped.
+    """Find the intervals in which a joint's rotation is wrong.
 
-    chains: all, or those named; kinds: what to look for; tau_degrees, tau_radians: the threshold
-    for all chains or by the name of a chain or limb, the detector's own where none is given.
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to look at.
+    chains : str, Chain or sequence of these, optional
+        Only these chains and limbs, as :func:`analyse` takes them; all if not given.
+    method : {'consistency', 'paper'}
+        The detector of chains.
+    kinds : Kind, str or collection of these
+        What to look for; everything if not given. ``"counter_twist"`` and ``"Counter-Twist"`` are
+        the same.
+    tau_degrees, tau_radians : float or mapping of str to float, optional
+        Threshold τ, in degrees or in radians, for all chains or by the name of a chain or limb;
+        automatic where not given.
+    tell : callable, optional
+        Called now and then with the share of the work that is done, 0…1.
+
+    Returns
+    -------
+    Detection
+        The intervals, by chain and start, limbs last.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+    TwistError
+        If there is no chain, kind or method of a name, or τ is given twice.
+
+    See Also
+    --------
+    analyse : The same in two steps, for several questions about a clip.
+    refine : Remove what was found.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> found = tc.detect(clip)
+    >>> found
+    <Detection walk_injected.bvh: 8 intervals by consistency>
+    >>> found[1]
+    <Interval LeftForeArm 206–213: -109.1°, confidence 0.99>
+    >>> len(tc.detect(clip, "left forearm", kinds="counter_twist"))
+    3
     """
     found = analyse(clip, chains)
-    return found.detect(method, kinds=kinds, tau_degrees=tau_degrees, tau_radians=tau_radians)
+    return found.detect(
+        method, kinds=kinds, tau_degrees=tau_degrees, tau_radians=tau_radians, tell=tell
+    )
+
+
+# What `detect --json` has of every interval, in this order.
+_COLUMNS = ("chain", "parent", "child", "start", "stop", "delta_deg", "confidence", "open", "kind")
+
+
+def _row(
+    interval: Interval, chain: Chain, names: Sequence[str], *, explain: bool
+) -> dict[str, Any]:
+    """An interval as `detect --json` has it; names: of the joints."""
+    parent = names[chain.parent]
+    values = (
+        *(parent, parent, names[chain.child], interval.start, interval.stop),
+        *(math.degrees(interval.delta), interval.confidence, interval.open, interval.kind.value),
+    )
+    row: dict[str, Any] = dict(zip(_COLUMNS, values, strict=True))
+    if chain.person:
+        row["person"] = chain.person
+    if isinstance(chain, Limb):
+        row |= {"limb": chain.name, "end": names[chain.end], "carried": interval.carried}
+    if not interval.repairable:
+        row |= interval.evidence or {}
+    if explain:
+        row["residual_deg"] = math.degrees(interval.residual)
+        row["evidence"] = interval.evidence
+    return row
+
+
+def _kinds(kinds: Collection[Kind | str] | str) -> frozenset[Kind]:
+    """Kinds from their words; TwistError for a word that is none."""
+    wanted = []
+    for word in (kinds,) if isinstance(kinds, str) else kinds:
+        try:
+            wanted.append(Kind(word))
+        except ValueError:
+            raise TwistError(f"no kind {word!r}; expected one of {', '.join(Kind)}") from None
+    return frozenset(wanted)
 
 
 def _people_of(motion: Motion) -> tuple[str, ...]:
@@ -703,11 +909,3 @@ def _check_people(motion: Motion, people: Sequence[str], where: str) -> None:
 def _check_method(method: str) -> None:
     if method not in DETECTORS:
         raise TwistError(f"no detector {method!r}; expected one of {', '.join(DETECTORS)}")
-
-
-def _named(chains: Sequence[Chain], name: str, where: str) -> Chain:
-    for chain in chains:
-        if chain.name == name:
-            return chain
-    known = ", ".join(sorted(c.name for c in chains)) or "–"
-    raise TwistError(f"{where}: no chain {name!r}; expected one of {known}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
 from typing import TypeVar
 
 import numpy as np
@@ -22,11 +23,13 @@ from twistcore.body import (
     has_length,
     shortest,
 )
-from twistcore.motion import Motion, Skeleton, check_motion
+from twistcore.errors import TwistError
+from twistcore.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.rotation import Array, normalise
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 
+_NEAR = 0.75  # of difflib's ratio: from there on a name may be a slip
 _COLLINEAR = np.cos(np.radians(20.0))
 VARYING = np.cos(np.radians(1.0))  # bones that do so have an axis a frame
 
@@ -103,12 +106,38 @@ class Chain:
 SomeChain = TypeVar("SomeChain", bound="Chain")
 
 
-def find_chains(motion: Motion, body: Body | None = None) -> tuple[Chain, ...]:
-    """All chains of a clip: of every bone of its limbs, and of every piece of these.
+def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Chain, ...]:
+    """Find the chains of a clip: one for every bone of its limbs, and for every piece of a bone.
 
-    body: the limbs, found in the motion if not given. Empty where there is no limb.
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to look at.
+    body : Body, optional
+        The limbs; found in the clip if not given.
+
+    Returns
+    -------
+    tuple of Chain
+        By limb, the joint next to the trunk first; empty if the skeleton has no limb.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+
+    See Also
+    --------
+    find_limbs : Arms and legs as a whole.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> [chain.name for chain in tc.find_chains(clip)][:3]
+    ['LeftShoulder', 'LeftArm', 'LeftForeArm']
     """
-    check_motion(motion)
+    motion = motion_of(clip)
     lines = (find_body(motion) if body is None else body).lines
     return tuple(chain for line in lines for chain in _chains_of(motion, line))
 
@@ -185,6 +214,41 @@ def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False)
     if rotatable is None:
         return ()
     return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])
+
+
+def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain:
+    """Return the chain or limb of a name: its own, or its label as `twistcore info` lists it.
+
+    Case and spaces matter only where two differ in nothing else. TwistError for a name that is
+    unknown, with the names that are near, or that may be two of them; where: what has the chains.
+    """
+    for chain in chains:
+        if chain.name == name:
+            return chain
+    chains = tuple(chains)
+    for key in (str, _without_spaces, _folded):
+        alike = [c for c in chains if key(name) in {key(c.name), key(c.label), key(c.list_label)}]
+        if len({c.parent for c in alike}) == 1:
+            return alike[0]  # a chain comes before the limb that it begins
+        if alike:
+            listed = " or ".join(c.name for c in alike)
+            raise TwistError(f"{where}: chain {name!r} may be {listed}; expected one of them")
+    # A chain that a limb begins with may have the limb's label, and goes before it.
+    known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
+    near = get_close_matches(_folded(name), known, cutoff=_NEAR)
+    if near:
+        listed = " or ".join(dict.fromkeys(known[word] for word in near))
+        raise TwistError(f"{where}: no chain {name!r}; did you mean {listed}?")
+    listed = ", ".join(sorted(c.name for c in chains)) or "–"
+    raise TwistError(f"{where}: no chain {name!r}; expected one of {listed}")
+
+
+def _without_spaces(name: str) -> str:
+    return "".join(name.split())
+
+
+def _folded(name: str) -> str:
+    return _without_spaces(name).casefold()
 
 
 def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:

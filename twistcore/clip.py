@@ -100,7 +100,7 @@ class Clip(ABC):
     declared_frames: int | None = None
 
     def __repr__(self) -> str:
-        size = f"{self.frames} frames at {1.0 / self.frame_time:g} fps"
+        size = f"{self.frames} frames at {self.fps:g} fps"
         return f"<Clip {self.name}: {size}, {len(self.skeleton)} joints>"
 
     @property
@@ -117,6 +117,16 @@ class Clip(ABC):
     @abstractmethod
     def frames(self) -> int:
         """Number of frames."""
+
+    @property
+    def fps(self) -> float:
+        """Frames a second."""
+        return 1.0 / self.frame_time
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds: the number of frames times the frame time."""
+        return self.frames * self.frame_time
 
     @property
     def missing_frames(self) -> int:

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twistcore.body import lower_pair
-from twistcore.chain import Chain, limbs
-from twistcore.motion import Motion, Skeleton
+from twistcore.chain import Chain, find_chains, limbs
+from twistcore.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.rotation import Array, rotate
 
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
@@ -63,12 +63,39 @@ class Limb(Chain):
         return _ENDS.get(self.segment, "end")
 
 
-def find_limbs(motion: Motion, chains: Sequence[Chain]) -> tuple[Limb, ...]:
-    """The limbs among the chains of a motion: arms and legs, or by the shape of the skeleton.
+def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) -> tuple[Limb, ...]:
+    """Find the limbs of a clip: arms and legs, by names or by the shape of the skeleton.
 
-    Where names say nothing, of each line of chains the two bones that are longest together. A limb
-    ends in a joint, and neither bone is much shorter than the other. A bone in pieces is one bone.
+    Where names say nothing, a limb is the two neighbouring bones of a line that are longest
+    together. A limb ends in a joint, neither of its bones is much shorter than the other, and a
+    bone in pieces is one bone.
+
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to look at.
+    chains : sequence of Chain, optional
+        The chains that limbs are made of; :func:`find_chains` of the clip if not given.
+
+    Returns
+    -------
+    tuple of Limb
+        In the order of the chains; empty if there is none.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> [limb.label for limb in tc.find_limbs(clip)]
+    ['Left arm', 'Left leg', 'Right arm', 'Right leg']
     """
+    motion = motion_of(clip)
+    chains = find_chains(motion) if chains is None else chains
     found = []
     for line in limbs(motion.skeleton, chains):
         own = [c for c in _of_two_bones(line) if _has_two_bones(motion, c)]

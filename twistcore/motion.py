@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, wraps
-from typing import TypeVar
+from typing import Protocol, TypeVar
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -113,6 +113,11 @@ class Motion:
         return 1.0 / self.frame_time
 
     @property
+    def duration(self) -> float:
+        """Length in seconds: the number of frames times the frame time."""
+        return self.frames * self.frame_time
+
+    @property
     def times(self) -> Array:
         """When the frames are, seconds from the first, (frames,)."""
         return np.arange(self.frames, dtype=np.float64) * self.frame_time
@@ -141,6 +146,23 @@ class Motion:
         return replace(
             self, rotations=self.rotations[start:stop], positions=self.positions[start:stop]
         )
+
+
+class HasMotion(Protocol):
+    """A clip, or anything else with a motion."""
+
+    @property
+    def motion(self) -> Motion:
+        """Its motion."""
+        ...
+
+
+def motion_of(clip: Motion | HasMotion) -> Motion:
+    """Return the motion of a clip, or the motion itself; TypeError for anything else."""
+    motion = clip if isinstance(clip, Motion) else getattr(clip, "motion", None)
+    if isinstance(motion, Motion):
+        return motion
+    raise TypeError(f"expected a clip or a motion, found {type(clip).__name__} {clip!r:.80}")
 
 
 def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.chain import Chain
-from twistcore.motion import Motion, check_motion
+from twistcore.chain import Chain, chain_named, find_chains
+from twistcore.motion import HasMotion, Motion, motion_of
 from twistcore.progress import Tell, nobody
 from twistcore.rotation import Array, rotate, twist_angle, twist_reliability, wrap
 
@@ -36,9 +36,42 @@ class TwistSignals:
         return f"<TwistSignals: {len(self.strength)} frames, m up to {peak:.1f}°>"
 
 
-def twist_signals(motion: Motion, chain: Chain) -> TwistSignals:
-    """Signals of a chain over the whole clip [Choi26 Eq. 8-13]."""
-    check_motion(motion)
+def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
+    """Measure the twist signals of a chain in every frame [Choi26 Eq. 8-13].
+
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to measure.
+    chain : Chain or str
+        A chain of the clip, or the name or label of one that :func:`find_chains` finds.
+
+    Returns
+    -------
+    TwistSignals
+        θp, θc, their increments and m(t), radians, each of shape (frames,).
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+    TwistError
+        If the clip has no chain of this name.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> signals = tc.twist_signals(clip, "LeftForeArm")
+    >>> signals.theta_p.shape
+    (344,)
+    >>> int(signals.strength.argmax())  # the frame of the strongest counter-rotation
+    305
+    """
+    motion = motion_of(clip)
+    if isinstance(chain, str):
+        chain = chain_named(find_chains(motion), chain, str(getattr(clip, "path", "motion")))
     axis = chain.axis
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     theta_p = twist_angle(q_p, axis)

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from operator import attrgetter
 from types import MappingProxyType
+from typing import Any, Protocol, cast, overload, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection.interval import Interval
+from twistcore.errors import TwistError
 from twistcore.helper import Helper
 from twistcore.limb import Limb, path, places
-from twistcore.motion import Motion, check_motion
+from twistcore.motion import HasMotion, Motion, motion_of
+from twistcore.rig import AS_FOUND
 from twistcore.rotation import (
     Array,
     conjugate,
@@ -72,13 +75,87 @@ def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Arr
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
 
-def refine(motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]) -> Motion:
-    """The motion without the errors in `intervals`; chains: limbs too, where there are flips.
+@runtime_checkable
+class Correctable(Protocol):
+    """What knows which intervals to correct: a detection or a review."""
 
-    Intervals that cannot be corrected (:func:`stuck_joints`) are left out.
+    def to_correct(self, motion: Motion) -> tuple[Sequence[Chain], Sequence[Interval]]:
+        """Chains and limbs, and the intervals of these to correct."""
+        ...
+
+
+@overload
+def refine(clip: Motion | HasMotion, found: Correctable | Iterable[Interval], /) -> Motion: ...
+
+
+@overload
+def refine(
+    clip: Motion | HasMotion, chains: Sequence[Chain], intervals: Iterable[Interval]
+) -> Motion: ...
+
+
+def refine(
+    clip: Motion | HasMotion,
+    chains: Correctable | Iterable[Interval] | Sequence[Chain],
+    intervals: Iterable[Interval] | None = None,
+) -> Motion:
+    """Remove errors from a motion; frames and joints without one keep their rotations bit by bit.
+
+    Call it as ``refine(clip, found)`` or as ``refine(clip, chains, intervals)``.
+
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to correct. It is not changed.
+    found : Detection, Review or iterable of Interval
+        What to remove: of a detection the intervals that are sure enough to be corrected
+        automatically, of a review the accepted ones, of an iterable all. Their chains are found in
+        the clip.
+    chains : sequence of Chain
+        The chains and limbs that the intervals name.
+    intervals : iterable of Interval
+        What to remove. Intervals of other chains, and those that cannot be corrected because a
+        joint lacks rotation channels, are left out.
+
+    Returns
+    -------
+    Motion
+        The corrected motion, with the same skeleton, positions and number of frames.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion, or `found` is none of the above.
+    TwistError
+        If an interval ends behind the last frame.
+
+    See Also
+    --------
+    Detection.refined : The same as a method.
+    write_clip : Write the result.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> found = tc.detect(clip)
+    >>> len(found), len(tc.detect(tc.refine(clip, found)))
+    (8, 0)
+
+    With a choice of intervals:
+
+    >>> some = [i for i in found if i.chain == "LeftForeArm"]
+    >>> len(tc.detect(tc.refine(clip, some)))
+    5
     """
-    check_motion(motion)
-    return refiner(motion, chains, intervals)(0, motion.frames)
+    motion = motion_of(clip)
+    if intervals is None:
+        every, intervals = _to_correct(motion, chains)
+    else:
+        every, intervals = cast("Sequence[Chain]", chains), list(intervals)
+    if beyond := next((i for i in intervals if i.stop > motion.frames), None):
+        raise TwistError(f"expected intervals within {motion.frames} frames, found {beyond!r}")
+    return refiner(motion, every, intervals)(0, motion.frames)
 
 
 def refiner(
@@ -103,6 +180,17 @@ def refiner(
         )
 
     return refined
+
+
+def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[Interval]]:
+    """The chains of a motion and the intervals to remove, where no chains are given."""
+    if isinstance(found, Correctable):
+        return found.to_correct(motion)
+    intervals = [*found] if isinstance(found, Iterable) else [found]
+    for thing in intervals:
+        if not isinstance(thing, Interval):
+            raise TypeError(f"expected a detection, a review or intervals, found {thing!r:.80}")
+    return AS_FOUND.chains(motion), intervals
 
 
 def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:

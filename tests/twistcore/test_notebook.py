@@ -92,14 +92,8 @@ def test_errors_say_what_came_and_what_was_expected(clip, found):
         found.analysis.chain("LeftWing")
     with pytest.raises(TypeError, match=r"a clip or a motion, found str 'walk\.bvh'"):
         tc.detect("walk.bvh")
-    for wrong in (
-        lambda: tc.find_chains(clip),
-        lambda: tc.refine(clip, found.chains, found),
-        lambda: tc.twist_signals(clip, found.chains[0]),
-        lambda: tc.write_clip(clip, clip, "out.bvh"),
-    ):
-        with pytest.raises(TypeError, match=r"expected a Motion, found <Clip .*: its \.motion"):
-            wrong()
+    with pytest.raises(TypeError, match=r"expected a Motion, found <Clip .*: its \.motion"):
+        tc.write_clip(clip, clip, "out.bvh")
 
 
 def test_chains_are_chosen_by_name_and_in_the_clips_order(clip):
@@ -131,8 +125,8 @@ def test_kinds_of_errors_are_looked_for_as_asked(clip, monkeypatch):
     assert fresh.kept("consistency") is None
     assert fresh.detect(kinds=[tc.Kind.LONE_JUMP]).limbs == fresh.detect(kinds=()).chains == ()
     assert len(fresh.detect(kinds="limb flip")) == len(fresh.detect(kinds=["limb flip"])) == 2
-    with pytest.raises(tc.TwistError, match="no kind 'limb-flip'; expected one of counter-twist"):
-        fresh.detect(kinds=["limb-flip"])
+    with pytest.raises(tc.TwistError, match="no kind 'twist'; expected one of counter-twist"):
+        fresh.detect(kinds=["twist"])
     assert len(fresh.detect()) == 10
     assert len(made) == 2
     only_chains = tc.ClipAnalysis(clip.motion, analysis.chains)

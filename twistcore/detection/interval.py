@@ -25,6 +25,12 @@ class Kind(StrEnum):
     NOISE_BURST = "noise burst"  # joints jitter for a while as no body moves
     FROZEN = "frozen frames"  # a limb does not move at all for a while
 
+    @classmethod
+    def _missing_(cls, value: object) -> Kind | None:
+        """Return the kind of a word in capitals or not, with '-', '_' or ' ' inside."""
+        word = _word(value)
+        return next((kind for kind in cls if _word(kind.value) == word), None)
+
     @property
     def repairable(self) -> bool:
         """Whether there is anything to take out; kinds without it are shown only."""
@@ -34,6 +40,10 @@ class Kind(StrEnum):
     def of_capture(self) -> bool:
         """Whether the fault is the capture's, not a twist: gates count it only where asked to."""
         return self in (Kind.NOISE_BURST, Kind.FROZEN)
+
+
+def _word(value: object) -> str:
+    return " ".join(str(value).casefold().replace("-", " ").replace("_", " ").split())
 
 
 @dataclass(frozen=True, eq=False)

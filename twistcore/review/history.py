@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from twistcore.analysis import Detection
+from twistcore.analysis import ClipAnalysis, Detection
+from twistcore.chain import Chain
 from twistcore.detection import Interval
+from twistcore.motion import Motion
 from twistcore.review.commands import Command, Decide, Sign
 from twistcore.review.model import Decision, ReviewState, start_review
 from twistcore.review.reasons import with_reasons
@@ -22,7 +24,8 @@ class _Step:
 class Review:
     """The present state and how it came about. A command is kept only once it has succeeded."""
 
-    def __init__(self, state: ReviewState) -> None:
+    def __init__(self, found: Detection | ClipAnalysis | ReviewState) -> None:
+        state = _state_of(found)
         self.state = state
         self._done: list[_Step] = []
         self._undone: list[_Step] = []
@@ -34,13 +37,16 @@ class Review:
     @classmethod
     def of(cls, found: Detection) -> Review:
         """A review of what was detected, in which nothing is decided yet."""
-        names = [c.name for c in found.chains_and_limbs]
-        return cls(start_review(found.method, found.tau, found, names, found.analysis.rig))
+        return cls(found)
 
     @property
     def accepted(self) -> tuple[Interval, ...]:
         """The intervals that were accepted: those to refine by, and so no lone jumps."""
         return self.state.chosen()
+
+    def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
+        """The chains and limbs of the review's rig in a motion, and the accepted intervals."""
+        return self.state.rig.chains(motion), self.accepted
 
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
         """Accept what may be without a look at it, in one step; how many that are.
@@ -138,3 +144,18 @@ class Review:
     def mark_unsaved(self) -> None:
         """No state of this review is in a session file: it was recovered from a journal."""
         self._saved = None
+
+
+def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:
+    """The state that a review begins with: as given, or with nothing decided yet."""
+    if isinstance(found, ReviewState):
+        return found
+    if isinstance(found, ClipAnalysis):
+        found = found.detect()
+    if not isinstance(found, Detection):
+        raise TypeError(
+            "expected what detect or analyse returned, or the state of a review, found "
+            f"{type(found).__name__} {found!r:.80}"
+        )
+    names = [c.name for c in found.chains_and_limbs]
+    return start_review(found.method, found.tau, found, names, found.analysis.rig)

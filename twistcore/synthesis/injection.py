@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.chain import Chain
+from twistcore.chain import Chain, chain_named
 from twistcore.detection import Kind
 from twistcore.encoding import encoded
+from twistcore.errors import TwistError
 from twistcore.limb import Limb
-from twistcore.motion import Motion, Skeleton
+from twistcore.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.refinement import remove_twist
+from twistcore.rig import AS_FOUND
 from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 from twistcore.synthesis.offset_shape import Place, filled, filter_reach, shaped, spells
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
@@ -193,12 +196,68 @@ def _drawn(
     return InjectedError(chain.name, start, stop, offset, leak, kind, carried)
 
 
-def inject(motion: Motion, chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Motion:
-    """q_P ← q_P ⊗ R_a(δ), and R_a(−δ + leak) ⊗ q_X on every child X [Choi26 §4.1.3].
+@overload
+def inject(clip: Motion | HasMotion, errors: Sequence[InjectedError], /) -> Motion: ...
 
-    chains: limbs too, where errors are flips; there a is the limb's line and X its end, unless it
-    is carried.
+
+@overload
+def inject(
+    clip: Motion | HasMotion, chains: Sequence[Chain], errors: Sequence[InjectedError]
+) -> Motion: ...
+
+
+def inject(
+    clip: Motion | HasMotion,
+    chains: Sequence[Chain] | Sequence[InjectedError],
+    errors: Sequence[InjectedError] | None = None,
+) -> Motion:
+    """Put known errors into a motion, to measure how well they are found [Choi26 §4.1.3].
+
+    q_P ← q_P ⊗ R_a(δ), and R_a(−δ + leak) ⊗ q_X on every child X of P; in a limb flip a is the
+    limb's line and X its end, unless that is carried. Call it as ``inject(clip, errors)`` or as
+    ``inject(clip, chains, errors)``.
+
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to put the errors into. It is not changed.
+    chains : sequence of Chain, optional
+        The chains and limbs that the errors name; those found in the clip if not given.
+    errors : sequence of InjectedError
+        What to put in.
+
+    Returns
+    -------
+    Motion
+        The motion with the errors.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+    TwistError
+        If an error ends behind the last frame or, where no chains are given, names none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> error = tc.InjectedError("LeftForeArm", 120, 140, np.radians(np.full(20, 90.0)))
+    >>> tc.detect(tc.inject(clip, [error]), "LeftForeArm")[:]
+    (<Interval LeftForeArm 120–140: +90.0°, confidence 0.99>,)
     """
+    motion = motion_of(clip)
+    if errors is None:
+        errors = [e for e in chains if isinstance(e, InjectedError)]
+        every, where = AS_FOUND.chains(motion), str(getattr(clip, "path", "motion"))
+        chains = [chain_named(every, e.chain, where) for e in errors]
+        errors = [replace(e, chain=c.name) for e, c in zip(errors, chains, strict=True)]
+        chains = [c for c in every if c in chains]
+    chains = [c for c in chains if isinstance(c, Chain)]
+    if beyond := next((e for e in errors if e.stop > motion.frames), None):
+        named = f"{beyond.chain} {beyond.start}–{beyond.stop}"
+        raise TwistError(f"expected errors within {motion.frames} frames, found {named}")
     offsets: dict[str, Array] = {}
     along: dict[str, Array] = {}
     by_name = {chain.name: chain for chain in chains}
