@@ -161,7 +161,7 @@ def write_a_session(place: Path) -> tc.Review:
     clip = tc.read_clip(place / "walk_injected.bvh")
     review = tc.Review.of(tc.detect(clip))
     review.accept()
-    tc.write_session(place / "SESSION.twist.json", clip, review.state)
+    tc.write_session(clip, review.state, place / "SESSION.twist.json")
     return review
 
 

@@ -186,7 +186,7 @@ def write(export: Export, tell: Tell = nobody) -> str:
     jumps = write_clip(clip, refined, choice.path)
     _take_note(export, choice.path)
     if choice.session:
-        write_session(replay_path(choice.path), clip, state)
+        write_session(clip, state, replay_path(choice.path))
         _take_note(export, replay_path(choice.path))
     if choice.report:
         own = (choice.path, replay_path(choice.path))

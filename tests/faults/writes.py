@@ -70,7 +70,7 @@ WRITES: Mapping[str, Write] = {
     "clip.bvh": lambda f: write_clip(CLIP, CLIP.motion, f / "clip.bvh"),
     "motion.bvh": lambda f: write_motion(CLIP.motion, f / "motion.bvh"),
     "exercise.bvh": lambda f: write_exercise_clip(CLIP, CLIP.motion, f / "exercise.bvh"),
-    "walk.twist.json": lambda f: write_session(f / "walk.twist.json", CLIP, fresh().state),
+    "walk.twist.json": lambda f: write_session(CLIP, fresh().state, f / "walk.twist.json"),
     "known.twist.json": lambda f: write_known(
         f / "known.twist.json", session_bytes(CLIP, fresh().state), {}
     ),

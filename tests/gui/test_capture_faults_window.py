@@ -95,7 +95,7 @@ def test_the_button_is_for_faults_of_the_capture_alone(qtbot, opened):
 def test_a_session_from_before_gets_them_undecided_and_brings_them_back(qtbot, show_window, path):
     clip = read_bvh(path)
     review = Review.of(analyse(clip).detect(kinds=frozenset(Kind) - FAULTS))
-    write_session(session_path(path), clip, review.state)
+    write_session(clip, review.state, session_path(path))
     window = show_window(size=(1280, 800))
     open_clip(qtbot, window, path)
     assert window.document.data.added == 3

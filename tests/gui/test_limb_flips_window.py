@@ -272,7 +272,7 @@ def reviewed_before(kick):
 
 
 def test_a_session_from_before_gets_the_flips_and_loses_nothing(qtbot, window, kick):
-    write_session(session_path(kick), *reviewed_before(kick))
+    write_session(*reviewed_before(kick), session_path(kick))
     assert json.loads(session_path(kick).read_bytes())["schema"] == "twistcore.session/1"
     document = window.document
     open_clip(qtbot, window, kick)

@@ -45,7 +45,7 @@ def test_a_session_is_saved_and_opened_again(qtbot, window, path, tmp_path):
 @pytest.mark.parametrize("named", ["", "/", ".", "..", "gone.bvh"])
 def test_a_session_of_no_clip_says_so(path, tmp_path, named):
     session = tmp_path / "a.twist.json"
-    write_session(session, CLIP, fresh().state)
+    write_session(CLIP, fresh().state, session)
     document = json.loads(session.read_text()) | {"clip": named}
     session.write_text(json.dumps(document))
     with pytest.raises(ClipMissingError):
@@ -197,7 +197,7 @@ def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, path, tmp
 def test_a_session_with_flips_opens_as_it_is(qtbot, window, path, tmp_path):
     """One that has flips at no τ of their limbs gets that; nothing in it is replaced."""
     session = tmp_path / "walk.twist.json"
-    write_session(session, CLIP, Insert(flip()).apply(fresh().state))
+    write_session(CLIP, Insert(flip()).apply(fresh().state), session)
     open_clip(qtbot, window, path)
     assert "looked for as well: none found" in window.bar.label.text()
     assert len(window.document.intervals) == 9

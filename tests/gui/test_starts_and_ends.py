@@ -35,7 +35,7 @@ def run(folder, *words):
 def write_session_of(path):
     data = analyse(path)
     session = path.with_name(f"{path.stem}.twist.json")
-    write_session(session, data.clip, data.review.state)
+    write_session(data.clip, data.review.state, session)
     return session
 
 

@@ -39,7 +39,7 @@ def folder(tmp_path):
                 replace(j, decision=d, decided_at=TIME)
                 for j, d in zip(state.intervals, said, strict=True)
             ]
-            write_session(tmp_path / f"05_0{k}.twist.json", clip, state.with_intervals(judged))
+            write_session(clip, state.with_intervals(judged), tmp_path / f"05_0{k}.twist.json")
     return tmp_path
 
 

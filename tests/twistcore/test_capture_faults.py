@@ -182,7 +182,7 @@ def test_accepted_is_seen_and_is_no_correction(found):
 def test_a_session_brings_the_rows_back(found, clip, tmp_path):
     review = Review.of(found)
     path = tmp_path / "walk.twist.json"
-    write_session(path, clip, review.state)
+    write_session(clip, review.state, path)
     back = read_session(path).state.intervals
     assert [(j.interval.kind, j.interval.joint, j.interval.start) for j in back] == [
         (i.kind, i.joint, i.start) for i in (j.interval for j in review.state.intervals)

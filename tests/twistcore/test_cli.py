@@ -228,7 +228,7 @@ def test_flips_are_refined_and_replayed_and_told_to_move_a_knee(capsys, monkeypa
     clip = read_bvh(bad)
     review = Review.of(analysed(clip).detect(kinds=[Kind.LIMB_FLIP]))
     review.accept()
-    write_session(session, clip, review.state)
+    write_session(clip, review.state, session)
     code, told, _ = run(capsys, "apply", session, bad, "-o", again)
     assert told == f"{again}: 2 of 2 intervals applied (2 limb flips)\n"
     assert again.read_bytes() == out.read_bytes()

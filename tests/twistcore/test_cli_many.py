@@ -163,7 +163,7 @@ def test_what_apply_and_inject_did_is_a_document(capsys, tmp_path):
     review = Review.of(analyse(clip).detect("paper"))
     first = review.state.intervals[0].id
     review.do(Decide((first,), Decision.ACCEPTED, "Kim", "2026-01-01T00:00:00+00:00"))
-    write_session(session, clip, review.state)
+    write_session(clip, review.state, session)
     _, document = run_json(capsys, "apply", session, DIRTY, "-o", tmp_path / "o.bvh")
     taken = [i for i in document["intervals"] if i["applied"]]
     assert [(i["id"], i["decision"]) for i in taken] == [(first, "accepted")]

@@ -60,7 +60,7 @@ def test_session_and_journal_carry_it(latin):
     found = [constant(NAME, 10, 20, 0.5)]
     state = start_review("consistency", {c.name: 0.1 for c in chains}, found, [NAME])
     session = latin.with_suffix(".twist.json")
-    write_session(session, clip, state)
+    write_session(clip, state, session)
     back = read_session(session)
     assert back.clip == str(latin)
     assert back.state.intervals[0].interval.chain == NAME

@@ -164,7 +164,7 @@ def delivery(tmp_path):
         if name != "alone.bvh":
             session = sessions / name
             session.parent.mkdir(parents=True)
-            write_session(session.with_suffix(".twist.json"), read_bvh(clips / name), judged())
+            write_session(read_bvh(clips / name), judged(), session.with_suffix(".twist.json"))
     (sessions / "broken.twist.json").write_text("{")
     (sessions / "truth.json").write_text("{}")
     return clips, sessions, tmp_path / "out"
@@ -220,7 +220,7 @@ def test_what_is_there_is_replaced_only_where_the_command_wrote_it(capsys, deliv
     assert (code, said.count("was there already")) == (0, 2)
     assert times == {name: (out / name).stat().st_mtime_ns for name in files_of(out)}
     ours, session = out / "one" / "walk.bvh", sessions / "one" / "walk.twist.json"
-    write_session(session, read_bvh(clips / "one" / "walk.bvh"), judged(decide=False))
+    write_session(read_bvh(clips / "one" / "walk.bvh"), judged(decide=False), session)
     assert apply(capsys, clips, sessions, out)[0] == 0  # decided otherwise since
     assert ours.read_bytes() == (clips / "one" / "walk.bvh").read_bytes()
     ours.write_bytes(b"changed by hand")
@@ -234,7 +234,7 @@ def test_a_session_finds_its_clip_by_name_and_bytes(capsys, delivery):
     session = sessions / "two" / "WALK.twist.json"
     later = session.with_name("later.json")
     shutil.move(session, later)
-    write_session(session, read_bvh(clips / "two" / "WALK.BVH"), judged(decide=False))
+    write_session(read_bvh(clips / "two" / "WALK.BVH"), judged(decide=False), session)
     os.utime(session, (1e9, 1e9))
     (clips / "two" / "WALK.BVH").rename(clips / "renamed.bvh")
     code, _, err = apply(capsys, clips, sessions, out)

@@ -115,7 +115,7 @@ def documents_of_sessions(folder, printed):
         state = Review.of(detect(clip)).state
         said = {"decision": Decision.ACCEPTED, "decided_at": "2026-01-01T00:00:00+00:00"}
         judged = [replace(one, **said) for one in state.intervals]
-        write_session(captures / f"{name}.twist.json", clip, state.with_intervals(judged))
+        write_session(clip, state.with_intervals(judged), captures / f"{name}.twist.json")
     shutil.copy(ASSETS / "walk.bvh", captures / "alone.bvh")
     first = captures / "05_01.twist.json", captures / "05_01.bvh"
     every = ("apply", captures, captures, "-o", folder / "applied", "--workers", "1", "--json")

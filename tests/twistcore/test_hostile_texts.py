@@ -121,7 +121,7 @@ def test_no_command_lets_a_terminal_be_steered(capsys, monkeypatch, tmp_path, ju
     monkeypatch.chdir(elsewhere)
     monkeypatch.setenv("HOME", str(elsewhere))
     session = path.with_suffix(".json")
-    write_session(session, clip, state)
+    write_session(clip, state, session)
     said = 0
     for words in verbs(path, session, out):
         _, told, wrong = run(capsys, *words)

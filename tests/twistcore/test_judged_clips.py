@@ -197,8 +197,8 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     path = shutil.copy(INJECTED, tmp_path / "05_01.bvh")
     clip = read_bvh(path)
     state = judged_state(analysis, lambda _: Decision.ACCEPTED)
-    write_session(tmp_path / "05_01.twist.json", clip, state)
-    write_session(tmp_path / "05_01_refined.replay.json", clip, state)
+    write_session(clip, state, tmp_path / "05_01.twist.json")
+    write_session(clip, state, tmp_path / "05_01_refined.replay.json")
     (tmp_path / "other.json").write_text("{}")
     ((found, session),) = sessions_in(tmp_path).of.items()
     told = judged_in(found, session)
@@ -216,7 +216,7 @@ def test_sessions_of_a_folder(tmp_path, analysis):
     assert sessions_in(tmp_path).of == {found: session}
     session.unlink()
     assert sessions_in(tmp_path).of == {found: stale}
-    write_session(session, clip, state)
+    write_session(clip, state, session)
     shutil.copy(ASSETS / "walk.bvh", path)
     with pytest.raises(Exception, match="another version"):
         judged_in(found, session)
@@ -261,7 +261,7 @@ def judged_folder(tmp_path, analysis):
     for k in (1, 2):
         path = shutil.copy(INJECTED, tmp_path / f"05_0{k}.bvh")
         state = judged_state(analysis, lambda n: Decision(("rejected", "accepted")[n > 0]))
-        write_session(tmp_path / f"05_0{k}.twist.json", read_bvh(path), state)
+        write_session(read_bvh(path), state, tmp_path / f"05_0{k}.twist.json")
     return tmp_path
 
 

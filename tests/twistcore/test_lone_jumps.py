@@ -124,7 +124,7 @@ def test_a_session_keeps_who_jumped_and_by_how_much(tmp_path):
     write_motion(spun("LeftFoot", 100, 110, 140.0), path)
     clip = read_bvh(path)
     review = Review.of(analyse(clip).detect())
-    write_session(tmp_path / "s.json", clip, review.state)
+    write_session(clip, review.state, tmp_path / "s.json")
     document = json.loads((tmp_path / "s.json").read_text())
     assert document["schema"] == "twistcore.session/3"
     back = read_session(tmp_path / "s.json").state.intervals
@@ -159,13 +159,13 @@ def test_seen_ones_are_in_no_count_of_what_was_corrected(tmp_path, capsys):
     review.do(Insert(constant("LeftForeArm", 10, 20, 0.5)))
     review.do(Insert(constant("LeftForeArm", 30, 40, 0.5)))
     review.do(Decide((3,), Decision.ACCEPTED))
-    write_session(session, clip, review.state)
+    write_session(clip, review.state, session)
     assert [(i.chain, i.start) for i in review.accepted] == [("LeftForeArm", 10)]
     assert main(["apply", str(session), str(path), "-o", str(out)]) == 0
     told = capsys.readouterr().out
     assert told == f"{out}: 1 of 2 intervals applied (1 counter-twist), 1 lone jump seen\n"
     review.do(Decide((1,), Decision.UNDECIDED))
-    write_session(session, clip, review.state)
+    write_session(clip, review.state, session)
     assert main(["apply", str(session), str(path), "-o", str(out)]) == 0
     assert capsys.readouterr().out == f"{out}: 1 of 2 intervals applied (1 counter-twist)\n"
     assert main(["refine", str(path), "-o", str(out), "--report", str(tmp_path)]) == 0

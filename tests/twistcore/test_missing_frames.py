@@ -66,7 +66,7 @@ def test_every_command_says_so_once(tmp_path, capsys):
     path, out = cut(tmp_path), tmp_path / "out.bvh"
     session = tmp_path / "cut.twist.json"
     clip = read_bvh(path)
-    write_session(session, clip, Review.of(analyse(clip).detect()).state)
+    write_session(clip, Review.of(analyse(clip).detect()).state, session)
     for words in (
         ("info", path),
         ("detect", path),

@@ -371,7 +371,7 @@ def test_a_session_is_applied_to_the_bytes_of_refine(walk, capsys, tmp_path):
     found = analyse(clip).detect()
     review = Review.of(found)
     review.accept()
-    write_session(tmp_path / "a.json", clip, review.state)
+    write_session(clip, review.state, tmp_path / "a.json")
     code, _, _ = run(capsys, "apply", tmp_path / "a.json", walk, "-o", tmp_path / "b.npz")
     assert code == 0
     refined = accepted_motion(clip, found.chains_and_limbs, review.state)

@@ -21,7 +21,7 @@ def session(tmp_path):
     state = Review.of(analyse(clip).detect()).state
     first = state.intervals[0].id
     state = Decide((first,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
-    write_session(tmp_path / "take.twist.json", clip, state)
+    write_session(clip, state, tmp_path / "take.twist.json")
     return tmp_path / "take.twist.json"
 
 
@@ -85,7 +85,7 @@ def test_a_new_version_of_a_clip_and_a_renamed_one_replace_their_page(session, t
     assert report(session, "-o", tmp_path / "out") == 0
     (tmp_path / "take.bvh").write_bytes(CLIP.data + b"\n")
     clip = read_clip(tmp_path / "take.bvh")
-    write_session(tmp_path / "take.twist.json", clip, Review.of(analyse(clip).detect()).state)
+    write_session(clip, Review.of(analyse(clip).detect()).state, tmp_path / "take.twist.json")
     assert report(session, "-o", tmp_path / "out") == 0
     listing = tmp_path / "out" / "take.report.json"
     assert json.loads(listing.read_bytes())["sha256"] == clip.sha256

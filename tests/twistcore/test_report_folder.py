@@ -78,7 +78,7 @@ def test_decisions_of_a_session_stand_in_the_page(tmp_path, kick):
     state = Review.of(analyse(clip).detect()).state
     first = next(j.id for j in state.intervals if j.interval.repairable)
     state = Decide((first,), Decision.ACCEPTED, "Kim", "2026-01-02T10:00:00+00:00").apply(state)
-    write_session(tmp_path / "kick.session.json", clip, state)
+    write_session(clip, state, tmp_path / "kick.session.json")
     decisions = {"accepted": 1, "rejected": 0, "undecided": len(state.intervals) - 1,
                  "reviewers": ["Kim"], "session": str(tmp_path / "kick.session.json")}  # fmt: skip
     assert written(tmp_path, [replace(kick, decisions=decisions)]).problems == ()

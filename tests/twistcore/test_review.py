@@ -213,7 +213,7 @@ def test_a_session_comes_back_and_replays_to_the_same_bytes(tmp_path):
     review.do(Edit(ids[0], levelled(review.state.find(ids[0]).interval, 1.234567891234)))
     review.do(Insert(constant("LeftLeg", 100, 110, -0.7)))
     path = tmp_path / "walk.twist.json"
-    write_session(path, CLIP, review.state)
+    write_session(CLIP, review.state, path)
     session = read_session(path)
     check_belongs(session, CLIP, CHAINS)
     assert session_bytes(CLIP, session.state) == path.read_bytes()
@@ -238,7 +238,7 @@ def test_next_to_nothing_is_saved_alike_before_and_after_a_recovery(tmp_path, of
             journal.do(command)
     recovered = recover(tmp_path / "j").review.state
     assert session_bytes(CLIP, recovered) == session_bytes(CLIP, review.state)
-    write_session(tmp_path / "s", CLIP, recovered)
+    write_session(CLIP, recovered, tmp_path / "s")
     saved = (tmp_path / "s").read_bytes()
     assert session_bytes(CLIP, read_session(tmp_path / "s").state) == saved
     assert b"-0.0," not in saved
@@ -276,7 +276,7 @@ def test_a_damaged_session_is_one_sentence(tmp_path, damage):
 
 def test_a_session_of_another_clip_is_refused(tmp_path):
     path = tmp_path / "s.json"
-    write_session(path, CLIP, fresh().state)
+    write_session(CLIP, fresh().state, path)
     other = read_bvh(ASSETS / "walk.bvh")
     with pytest.raises(ClipMismatchError, match="another version"):
         check_belongs(read_session(path), other, CHAINS)

@@ -53,7 +53,7 @@ def test_a_session_with_flips_comes_back_with_kind_and_end(tmp_path):
     path = tmp_path / "s.json"
     for tracking in (None, Tracking(("LeftArm",))):
         review.do(Track(tracking))
-        write_session(path, CLIP, review.state)
+        write_session(CLIP, review.state, path)
         document, session = json.loads(path.read_bytes()), read_session(path)
         assert document["schema"] == "twistcore.session/3"
         assert ("tracking" in document) == (tracking is not None)
@@ -113,7 +113,7 @@ def test_a_flip_of_a_chain_and_a_twist_of_a_limb_belong_to_no_clip(tmp_path):
         *others, last = state.intervals
         other = replace(last, interval=replace(last.interval, **change))
         path = tmp_path / "s.json"
-        write_session(path, CLIP, replace(state, intervals=(*others, other)))
+        write_session(CLIP, replace(state, intervals=(*others, other)), path)
         with pytest.raises(ClipMismatchError, match="the session names a"):
             check_belongs(read_session(path), CLIP, every)
 
@@ -148,7 +148,7 @@ def test_a_session_read_again_is_told_why_without_a_change(tmp_path):
     analysis = analyse(clip)
     found = analysis.detect()
     review = Review.of(found)
-    write_session(tmp_path / "s.json", clip, review.state)
+    write_session(clip, review.state, tmp_path / "s.json")
     written = (tmp_path / "s.json").read_bytes()
     back = Review(read_session(tmp_path / "s.json").state)
     begin = back.state

@@ -124,7 +124,7 @@ def test_apply_writes_the_very_bytes_of_an_export(tmp_path, tracking):
     review = reviewed()
     review.do(Track(tracking))
     session, exported = tmp_path / "a.twist.json", tmp_path / "a.bvh"
-    write_session(session, CLIP, review.state)
+    write_session(CLIP, review.state, session)
     write_clip(CLIP, accepted_motion(CLIP, CHAINS, review.state), exported)
     again = tmp_path / "again.bvh"
     assert main(["apply", str(session), str(CLIP.path), "-o", str(again)]) == 0
@@ -192,7 +192,7 @@ def test_a_session_comes_back_as_it_was(tmp_path):
     review = reviewed()
     review.do(Track(HAND))
     path = tmp_path / "a.twist.json"
-    write_session(path, CLIP, review.state)
+    write_session(CLIP, review.state, path)
     session = read_session(path)
     assert session.state.tracking == HAND
     assert session_bytes(CLIP, session.state) == path.read_bytes()
@@ -236,7 +236,7 @@ def test_a_session_that_cannot_be_replayed_here_says_why(tmp_path, tracking, why
     review = reviewed()
     review.do(Track(tracking))
     path = tmp_path / "a.twist.json"
-    write_session(path, CLIP, review.state)
+    write_session(CLIP, review.state, path)
     with pytest.raises(ClipMismatchError, match=why):
         check_belongs(read_session(path), CLIP, CHAINS)
 

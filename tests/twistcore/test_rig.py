@@ -224,7 +224,7 @@ def test_a_session_has_its_chains_and_replays_without_the_program(
     review.do(Insert(constant("Spine", 50, 70, 0.4)))
     review.do(Decide((review.state.next_id - 1,), Decision.ACCEPTED))
     session, out = tmp_path / "walk.twist.json", tmp_path / "out.bvh"
-    write_session(session, dirty_walk, review.state)
+    write_session(dirty_walk, review.state, session)
     document = json.loads(session.read_bytes())
     assert document["schema"] == "twistcore.session/3"
     assert rig_from_json(document["rig"]) == OWN == read_session(session).state.rig

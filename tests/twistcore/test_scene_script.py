@@ -289,7 +289,7 @@ def test_the_command(capsys, tmp_path, program):
     first = review.state.intervals[0]
     review.do(Decide((first.id,), Decision.ACCEPTED, "Ada"))
     session, out = tmp_path / 'a"""b.session.json', tmp_path / "keys.py"
-    write_session(session, CLIP, review.state)
+    write_session(CLIP, review.state, session)
     code, told, err = run(capsys, "export", session, CLIP.path, "--script", program, "-o", out)
     assert (code, err) == (0, "")
     assert told == f"{out}: 1 interval on 2 joints, for {program}\n"
@@ -303,7 +303,7 @@ def test_the_command(capsys, tmp_path, program):
 
 def test_nothing_accepted_is_one_sentence(capsys, tmp_path):
     session = tmp_path / "s.json"
-    write_session(session, CLIP, fresh().state)
+    write_session(CLIP, fresh().state, session)
     words = ("export", session, CLIP.path, "--script", "blender", "-o", tmp_path / "x.py")
     assert run(capsys, *words) == (
         2,

@@ -256,7 +256,7 @@ def test_ids_are_each_its_own_and_may_have_gaps():
 
 def test_a_file_is_written_whole_and_read_with_the_mark_of_its_bytes(tmp_path):
     path = tmp_path / "a.twist.json"
-    write_session(path, CLIP, TWISTS)
+    write_session(CLIP, TWISTS, path)
     data = path.read_bytes()
     assert data == session_bytes(CLIP, TWISTS)
     assert json.loads(data) == document()

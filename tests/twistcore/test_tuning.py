@@ -200,7 +200,7 @@ def reviewed(tmp_path):
     one = next(j for j in state.intervals if j.interval.stop <= 150)
     for command in (Decide((one.id,), Decision.REJECTED), LeaveOut(((150, 344),))):
         review.do(command)
-    write_session(tmp_path / "w.twist.json", clip, review.state)
+    write_session(clip, review.state, tmp_path / "w.twist.json")
     return path, one.interval
 
 

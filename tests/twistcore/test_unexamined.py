@@ -79,7 +79,7 @@ def said(capsys, *words):
 def commands(clip, folder):
     session = folder / "clip.twist.json"
     read = read_bvh(clip)
-    write_session(session, read, Review.of(analyse(read).detect()).state)
+    write_session(read, Review.of(analyse(read).detect()).state, session)
     return [
         ("info", clip),
         ("detect", clip),

@@ -364,12 +364,12 @@ def test_a_review_is_read_as_it_was_written(tmp_path, data):
     review = fresh()
     for _ in range(data.draw(st.integers(1, 6))):
         review.do(data.draw(commands(review.state)))
-    write_session(tmp_path / "a.json", CLIP, review.state)
+    write_session(CLIP, review.state, tmp_path / "a.json")
     session = read_session(tmp_path / "a.json")
     assert (session.sha256, session.fps) == (CLIP.sha256, CLIP.motion.fps)
     assert [(j.id, j.decision) for j in session.state.intervals] == [
         (j.id, j.decision) for j in review.state.intervals
     ]
-    write_session(tmp_path / "b.json", CLIP, session.state)
+    write_session(CLIP, session.state, tmp_path / "b.json")
     first, second = ((tmp_path / n).read_bytes() for n in ("a.json", "b.json"))
     assert first == second

@@ -46,7 +46,7 @@ class Review:
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
         """The chains and limbs of the review's rig in a motion, and the accepted intervals."""
-        return self.state.rig.chains(motion), self.accepted
+        return self.state.to_correct(motion)
 
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
         """Accept what may be without a look at it, in one step; how many that are.

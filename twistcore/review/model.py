@@ -10,7 +10,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from twistcore.chain import Chain
 from twistcore.detection import Interval
+from twistcore.motion import Motion
 from twistcore.refinement import applied_unasked
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array, wrap
@@ -127,6 +129,10 @@ class ReviewState:
             if judged.id == interval_id:
                 return judged
         raise KeyError(interval_id)
+
+    def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
+        """The chains and limbs of the review's rig in a motion, and the accepted intervals."""
+        return self.rig.chains(motion), self.chosen()
 
     def of_chain(self, chain: str) -> tuple[Judged, ...]:
         """Intervals of one chain by start."""

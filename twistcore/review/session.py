@@ -9,11 +9,12 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
 from twistcore.atomic import write_atomically
+from twistcore.chain import Chain
 from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.document_values import (
@@ -36,7 +37,9 @@ from twistcore.document_values import (
 from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.file_kinds import JSON, SESSION, found_instead
+from twistcore.motion import Motion
 from twistcore.ordinary_files import is_there
+from twistcore.review.history import Review
 from twistcore.review.left_out import spans_from_json
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
 from twistcore.rig import AS_FOUND, rig_from_json, rig_to_json
@@ -67,6 +70,10 @@ class Session:
     sha256: str
     fps: float
     state: ReviewState
+
+    def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
+        """The chains and limbs of the review's rig in a motion, and the accepted intervals."""
+        return self.state.to_correct(motion)
 
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
@@ -112,14 +119,99 @@ def session_bytes(clip: Clip, state: ReviewState) -> bytes:
     return json_bytes(session_document(clip, state))
 
 
-def write_session(path: Path, clip: Clip, state: ReviewState) -> None:
-    """Write the session, atomically."""
-    write_atomically(path, session_bytes(clip, state))
+@overload
+def write_session(clip: Clip, review: Review | ReviewState, path: str | Path) -> None: ...
 
 
-def read_session(path: Path) -> Session:
-    """Read a session; raises TwistError or FormatError in one sentence."""
-    return read_session_file(path)[0]
+@overload  # as it was up to version 0.2
+def write_session(clip: str | Path, review: Clip, path: Review | ReviewState) -> None: ...
+
+
+def write_session(
+    clip: Clip | str | Path,
+    review: Review | ReviewState | Clip,
+    path: str | Path | Review | ReviewState,
+) -> None:
+    """Write a session file: a review with its clip, to open or replay later. Atomically.
+
+    Arguments in the order of earlier versions, ``(path, clip, state)``, are taken as well.
+
+    Parameters
+    ----------
+    clip : Clip
+        The clip that was reviewed.
+    review : Review or ReviewState
+        What was decided.
+    path : str or Path
+        Where to write, as a rule ``NAME.twist.json`` next to the clip. A file there is replaced.
+
+    Raises
+    ------
+    TypeError
+        If an argument is none of the above.
+    OSError
+        If the file cannot be written.
+
+    See Also
+    --------
+    read_session : Read it back.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> review = tc.Review(tc.detect(clip))
+    >>> review.accept()
+    8
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     tc.write_session(clip, review, Path(folder) / "walk.twist.json")
+    ...     session = tc.read_session(Path(folder) / "walk.twist.json")
+    >>> session.state
+    <ReviewState by consistency: 8 of 8 decided>
+    """
+    if isinstance(clip, str | Path):
+        clip, review, path = review, path, clip  # type: ignore[assignment]
+    state = getattr(review, "state", review)
+    if not (isinstance(clip, Clip) and isinstance(state, ReviewState)):
+        wrong = state if isinstance(clip, Clip) else clip
+        raise TypeError(f"expected a clip, a review and a path, found {wrong!r:.80}")
+    write_atomically(Path(str(path)), session_bytes(clip, state))
+
+
+def read_session(path: str | Path) -> Session:
+    """Read a session file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+
+    Returns
+    -------
+    Session
+        The review's state, and the clip's path and SHA-256 as saved.
+
+    Raises
+    ------
+    TwistError
+        If there is no such file.
+    FormatError
+        If the file is damaged or no session; a kind of TwistError.
+
+    See Also
+    --------
+    write_session : Write one; the example is there.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> tc.read_session("none.twist.json")
+    Traceback (most recent call last):
+    twistcore.errors.TwistError: none.twist.json: expected a session file, but there is no such file
+    """
+    return read_session_file(Path(path))[0]
 
 
 def read_session_file(path: Path) -> tuple[Session, str]:
