@@ -183,11 +183,12 @@ class ClipAnalysis:
         borders = (Note("border", text) for text in border_notes(self.motion))
         return (*notes, *notation_notes(self.motion), *borders)
 
-    def by(self, method: str = DEFAULT_METHOD, tell: Tell = nobody) -> Analysis:
+    def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
         """What a detector knows of the chains; made when it is first asked for.
 
         tell: how far it is. TwistError for a method that there is not.
         """
+        tell = tell or nobody
         _check_method(method)
         if self._whole is not None:
             return self._whole.by(method, tell)

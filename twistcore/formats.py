@@ -11,7 +11,7 @@ from twistcore.clip import Clip
 from twistcore.clip_suffixes import CLIP_SUFFIXES, clip_suffix
 from twistcore.errors import AmcError, ClipError
 from twistcore.ordinary_files import is_file, open_to_read
-from twistcore.progress import Tell, nobody
+from twistcore.progress import Tell
 
 
 # What reads the other formats is loaded when such a clip comes: most clips are BVH.
@@ -91,7 +91,7 @@ def is_other_data(path: str | Path) -> bool:
         return False
 
 
-def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> Clip:
+def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> Clip:
     """Read a clip in the format that its name ends in, a BVH where that says nothing.
 
     fps: instead of the rate in the file; tell: how far it is. Raises the format's own TwistError

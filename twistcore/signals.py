@@ -91,9 +91,10 @@ def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
 
 
 def signals_of_chains(
-    motion: Motion, chains: Sequence[Chain], tell: Tell = nobody
+    motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> dict[str, TwistSignals]:
     """Signals of chains by name; tell: before each."""
+    tell = tell or nobody
     found = {}
     for k, chain in enumerate(chains):
         tell(k / len(chains))

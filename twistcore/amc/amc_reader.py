@@ -31,7 +31,7 @@ _SOLID = re.compile(rb"[^\x00-\x20]+")  # the tokens of token_spans
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))
 
 
-def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> AmcClip:
+def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> AmcClip:
     """Read an AMC file with the skeleton beside it; `fps`: its rate; tell: how far it is.
 
     The skeleton is NAME.asf; or SUBJECT.asf, the name up to an underscore, for CMU's 05_02.amc and
@@ -76,7 +76,7 @@ def parse_amc(
     path: str | Path = "clip.amc",
     *,
     fps: float | None = None,
-    tell: Tell = nobody,
+    tell: Tell | None = None,
 ) -> AmcClip:
     """The same from bytes in memory and a skeleton."""
     path = Path(path)
@@ -85,7 +85,7 @@ def parse_amc(
     if instead := wide_instead(data):
         raise AmcError(str(path), instead)
     rows = _Rows(str(path), data, asf)
-    values, places = rows.read(tell)
+    values, places = rows.read(tell or nobody)
     if expected := too_few_numbers(len(asf.skeleton), *values.shape):
         raise AmcError(str(path), expected)
     radians = rows.radians if rows.radians is not None else asf.radians

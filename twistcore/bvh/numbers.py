@@ -49,11 +49,12 @@ def number(token: bytes) -> float:
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 
 
-def read_numbers(data: bytes, start: int, tell: Tell = nobody) -> Numbers:
+def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
     """The numbers of data[start:] between white space; raises BadNumberError for the first other.
 
     Read in blocks, so that little memory is needed beside the values; tell: after each.
     """
+    tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)
     # Memory of up to this size is kept by glibc once that much was freed: else every block would
     # need fresh pages, which cost a fifth of the time.

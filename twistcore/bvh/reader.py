@@ -18,7 +18,7 @@ from twistcore.clip_suffixes import clip_suffix
 from twistcore.errors import BvhError
 from twistcore.file_kinds import BVH, found_instead
 from twistcore.ordinary_files import read_file
-from twistcore.progress import Tell, nobody
+from twistcore.progress import Tell
 from twistcore.wide_text import WideText, wide_text
 
 _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
@@ -35,7 +35,7 @@ _LINE = re.compile(rb"\r\n|\r|\n")
 _ASSUMED_FPS = 30.0
 
 
-def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> BvhClip:
+def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> BvhClip:
     """Read a BVH file; `fps` overrides the rate in the file; tell: how far it is.
 
     Raises BvhError (file, line, column, what was expected) for anything that cannot be read
@@ -57,7 +57,11 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
 
 
 def parse_bvh(
-    data: bytes, path: str | Path = "clip.bvh", *, fps: float | None = None, tell: Tell = nobody
+    data: bytes,
+    path: str | Path = "clip.bvh",
+    *,
+    fps: float | None = None,
+    tell: Tell | None = None,
 ) -> BvhClip:
     """The same from bytes in memory."""
     path = Path(path)

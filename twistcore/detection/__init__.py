@@ -14,7 +14,7 @@ from twistcore.detection.consistency import ConsistencyDetector
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.paper import PaperDetector
 from twistcore.motion import Motion
-from twistcore.progress import Tell, nobody
+from twistcore.progress import Tell
 from twistcore.rotation import Array
 
 
@@ -39,7 +39,9 @@ class Detector(Protocol):
 
     name: str
 
-    def analyse(self, motion: Motion, chains: Sequence[Chain], tell: Tell = nobody) -> Analysis:
+    def analyse(
+        self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
+    ) -> Analysis:
         """Everything that does not depend on τ; tell: how far it is."""
         ...
 

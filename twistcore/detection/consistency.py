@@ -50,15 +50,15 @@ class ConsistencyDetector:
     name = "consistency"
 
     def analyse(
-        self, motion: Motion, chains: Sequence[Chain], tell: Tell = nobody
+        self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> ConsistencyAnalysis | NotatedAnalysis:
         """Everything that does not depend on τ; tell: how far it is."""
         if (held := without_held(motion)) is not None:
             own = [c.at(held.first) for c in chains]
-            return NotatedAnalysis(held, _analysed(held.motion, own, tell))
+            return NotatedAnalysis(held, _analysed(held.motion, own, tell or nobody))
         if (keys := linear_keys(motion)) is not None:
-            return _by_keys(motion, chains, keys, tell)
-        return _analysed(motion, chains, tell)
+            return _by_keys(motion, chains, keys, tell or nobody)
+        return _analysed(motion, chains, tell or nobody)
 
 
 def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) -> NotatedAnalysis:

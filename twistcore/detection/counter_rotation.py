@@ -62,11 +62,14 @@ class CounterRotation:
     lone: Mask
 
 
-def counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell = nobody) -> CounterRotation:
+def counter_rotation(
+    limbs: Limbs, fps: float, cut: Mask, tell: Tell | None = None
+) -> CounterRotation:
     """Residuals of all chains of limbs; cut (frames,): increments across a cut, never used.
 
     tell: before every round.
     """
+    tell = tell or nobody
     captured = limbs.increments()
     live = np.broadcast_to(~cut, captured.shape[1:])
     half = half_window(fps)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from twistcore.chain import Chain
 from twistcore.detection.interval import Interval
 from twistcore.motion import Motion
-from twistcore.progress import Tell, nobody
+from twistcore.progress import Tell
 from twistcore.rotation import Array, wrap
 from twistcore.signals import TwistSignals, signals_of_chains
 
@@ -44,7 +44,7 @@ class PaperDetector:
     name = "paper"
 
     def analyse(
-        self, motion: Motion, chains: Sequence[Chain], tell: Tell = nobody
+        self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> PaperAnalysis:
         """Everything that does not depend on τ; tell: how far it is."""
         return PaperAnalysis(signals_of_chains(motion, chains, tell))

@@ -15,13 +15,13 @@ from twistcore.export.tracking import check_tracking, tracked_motion
 from twistcore.formats import read_clip
 from twistcore.limb import Limb
 from twistcore.motion import Motion
-from twistcore.progress import Tell, nobody
+from twistcore.progress import Tell
 from twistcore.refinement import children_off_axis, refine, stuck_joints
 from twistcore.review import ReviewState, Session, read_session
 
 
 def accepted_motion(
-    clip: Clip, chains: Sequence[Chain], state: ReviewState, *, tell: Tell = nobody
+    clip: Clip, chains: Sequence[Chain], state: ReviewState, *, tell: Tell | None = None
 ) -> Motion:
     """The motion corrected by the accepted intervals, then tracked: what an export writes.
 

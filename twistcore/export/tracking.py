@@ -97,17 +97,19 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
         )
 
 
-def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell = nobody) -> Motion:
+def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
     """The motion with the joints tracked; frames of a T-pose at the start stay.
 
     tell: called with the share that is done. Raises TwistError as :func:`check_tracking`.
     """
-    return _tracked(motion, tracking, tell, keep_steps=False).motion
+    return _tracked(motion, tracking, tell or nobody, keep_steps=False).motion
 
 
-def traced_motion(motion: Motion, tracking: Tracking, tell: Tell = nobody) -> tuple[Motion, Traces]:
+def traced_motion(
+    motion: Motion, tracking: Tracking, tell: Tell | None = None
+) -> tuple[Motion, Traces]:
     """The same motion, and what the tracker did at every step of that run."""
-    found = _tracked(motion, tracking, tell, keep_steps=True)
+    found = _tracked(motion, tracking, tell or nobody, keep_steps=True)
     joints = _joints(motion, tracking)
     own = found.joints.tolist()
     columns = np.array([own.index(j) for j in joints.tolist()], dtype=np.intp)

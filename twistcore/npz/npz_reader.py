@@ -31,7 +31,7 @@ _ELSEWHERE = (
 )  # fmt: skip
 
 
-def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> NpzClip:
+def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> NpzClip:
     """Read an .npz of poses (docs/amass.md); fps: instead of the file's; tell: how far.
 
     Nothing in it is run. Raises NpzError, one sentence, for what is something else or damaged; what
@@ -41,14 +41,18 @@ def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell = nobody)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
 
 
-def read_pkl(path: str | Path, *, fps: float | None = None, tell: Tell = nobody) -> PklClip:
+def read_pkl(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> PklClip:
     """Read a pickle of poses, as AIST++ has them, in the same way: nothing in it is run."""
     path = Path(path)
     return parse_pkl(_bytes_of(path, "a pickle"), path, fps=fps, tell=tell)
 
 
 def parse_npz(
-    data: bytes, path: str | Path = "clip.npz", *, fps: float | None = None, tell: Tell = nobody
+    data: bytes,
+    path: str | Path = "clip.npz",
+    *,
+    fps: float | None = None,
+    tell: Tell | None = None,
 ) -> NpzClip:
     """:func:`read_npz` from bytes in memory."""
     archive = open_archive(Path(path), data)
@@ -56,16 +60,20 @@ def parse_npz(
     if names is None and (video := read_video_poses(archive)) is not None:
         place = PLACE if PLACE in video else ""
         names = PoseNames(24, (PosePart(THETAS, 0, 72),), place)
-        return NpzClip(**_read(data, video, names, fps, tell))
-    return NpzClip(**_read(data, archive, names, fps, tell))
+        return NpzClip(**_read(data, video, names, fps, tell or nobody))
+    return NpzClip(**_read(data, archive, names, fps, tell or nobody))
 
 
 def parse_pkl(
-    data: bytes, path: str | Path = "clip.pkl", *, fps: float | None = None, tell: Tell = nobody
+    data: bytes,
+    path: str | Path = "clip.pkl",
+    *,
+    fps: float | None = None,
+    tell: Tell | None = None,
 ) -> PklClip:
     """:func:`read_pkl` from bytes in memory."""
     pickled = open_pickle(Path(path), data)
-    return PklClip(**_read(data, pickled, find_pose_names(pickled), fps, tell))
+    return PklClip(**_read(data, pickled, find_pose_names(pickled), fps, tell or nobody))
 
 
 def _bytes_of(path: Path, what: str) -> bytes:

@@ -21,7 +21,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from twistcore.progress import Tell, nobody
+from twistcore.progress import Tell
 from twistcore.quamo.state_space import EXACT, Parts
 from twistcore.quamo.tracker import LOST_COSINE, Controller, State, Step, Track, track
 from twistcore.rotation import Array, normalise
@@ -37,7 +37,7 @@ def track_both_ways(
     *,
     integration: str = EXACT,
     keep_steps: bool = False,
-    tell: Tell = nobody,
+    tell: Tell | None = None,
 ) -> Track:
     """Half way between the tracker forwards and the tracker backwards, frame by frame.
 

@@ -144,7 +144,7 @@ def track_by_hand(
     place: bool = False,
     first: int = 0,
     keep_steps: bool = False,
-    tell: Tell = nobody,
+    tell: Tell | None = None,
 ) -> Tracked:
     """Hand gains at the clip's own rate, those that follow the rate if none are given.
 
@@ -168,7 +168,9 @@ def track_by_hand(
         )
         return _Piece(found, np.arange(start, stop, dtype=np.float64), found.q, found.r)
 
-    return _tracked(motion, _spans(motion, first, causal), run, joints, joints, placed, tell)
+    return _tracked(
+        motion, _spans(motion, first, causal), run, joints, joints, placed, tell or nobody
+    )
 
 
 def track_learned(
@@ -181,7 +183,7 @@ def track_learned(
     place: bool = False,
     first: int = 0,
     keep_steps: bool = False,
-    tell: Tell = nobody,
+    tell: Tell | None = None,
 ) -> Tracked:
     """Gains of a network: the clip at 25 Hz is tracked, the correction carried back.
 
@@ -219,7 +221,7 @@ def track_learned(
 
     placed = motion.positioned[0] if place else None
     spans = _spans(motion, first, causal)
-    return _tracked(motion, spans, run, able, topology.joints, placed, tell)
+    return _tracked(motion, spans, run, able, topology.joints, placed, tell or nobody)
 
 
 def smooth_clip(

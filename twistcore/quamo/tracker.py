@@ -177,12 +177,13 @@ def track(
     *,
     integration: str = EXACT,
     keep_steps: bool = False,
-    tell: Tell = nobody,
+    tell: Tell | None = None,
 ) -> Track:
     """Step through a whole clip; the same bits as calling :class:`Tracker` frame by frame.
 
     tell: called with the share that is done, now and then; what it raises ends the tracking.
     """
+    tell = tell or nobody
     tracker = Tracker(controller, integration=integration)
     q, r = np.empty(q_hat.shape), np.empty(r_hat.shape)
     snapped = np.zeros(q_hat.shape[:-1], dtype=np.bool_)

@@ -219,8 +219,11 @@ class LimbFlipAnalysis:
         return self.limbs[limb].intervals(tau)
 
 
-def analyse_limbs(motion: Motion, limbs: Sequence[Limb], tell: Tell = nobody) -> LimbFlipAnalysis:
+def analyse_limbs(
+    motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
+) -> LimbFlipAnalysis:
     """Everything that does not depend on τ; tell: how far it is."""
+    tell = tell or nobody
     border = find_cuts(motion)
     swivels = []
     for k, limb in enumerate(limbs):
