@@ -28,6 +28,7 @@ language = "en"
 extensions = [
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
     "myst_nb",
     "sphinx_copybutton",
     "command_reference",
@@ -56,6 +57,8 @@ nb_merge_streams = True
 
 default_role = "code"  # docstrings write `name`, as Markdown does
 autosummary_generate = False
+napoleon_google_docstring = False
+napoleon_use_param = napoleon_use_rtype = False  # a shape is no link
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # written_types.py has them
 autodoc_preserve_defaults = True

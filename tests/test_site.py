@@ -121,8 +121,7 @@ def test_nothing_is_fetched_from_the_net(site: Path, pages: dict[Path, Page]) ->
 def test_every_verb_and_every_command_has_its_place(pages: dict[Path, Page]) -> None:
     anchors = {anchor for page in pages.values() for anchor in page.anchors}
     last = {anchor.rpartition(".")[2] for anchor in anchors if anchor.startswith("twistcore.")}
-    others = {"__version__", "write_bvh"}  # the latter is an old name of write_clip
-    assert set(twistcore.__all__) - others <= last
+    assert set(twistcore.__all__) - {"__version__"} <= last
     below = make_parser()._subparsers
     assert below
     commands = {f"twistcore-{word}" for a in below._group_actions for word in a.choices or ()}

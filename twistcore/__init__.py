@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from twistcore.bvh import read_bvh, write_motion
     from twistcore.chain import Chain, find_chains
     from twistcore.clip import Clip, write_clip
-    from twistcore.clip import write_clip as write_bvh  # its name before there were other formats
+    from twistcore.clip import write_clip as write_bvh  # noqa: F401  # its earlier name
     from twistcore.detection import Interval, Kind
     from twistcore.errors import TwistError
     from twistcore.formats import read_clip
@@ -24,45 +24,50 @@ if TYPE_CHECKING:
     from twistcore.refinement import refine
     from twistcore.review import Decision, Review, read_session, write_session
     from twistcore.rig import OwnChain, Rig
+    from twistcore.rotation import swing_twist
     from twistcore.signals import TwistSignals, twist_signals
+    from twistcore.synthesis import InjectedError, inject
 
-__all__ = [
-    "Chain",
+# In the order of the data, as the documentation lists them.
+__all__ = [  # noqa: RUF022
+    "read_clip",
+    "read_bvh",
     "Clip",
+    "Motion",
+    "Skeleton",
+    "find_chains",
+    "Chain",
+    "find_limbs",
+    "Limb",
+    "Rig",
+    "OwnChain",
+    "twist_signals",
+    "TwistSignals",
+    "swing_twist",
+    "analyse",
     "ClipAnalysis",
-    "ClipSurvey",
-    "Decision",
+    "detect",
     "Detection",
     "Interval",
     "Kind",
-    "Limb",
-    "Motion",
-    "OwnChain",
     "Review",
-    "Rig",
-    "Skeleton",
-    "TwistError",
-    "TwistSignals",
-    "__version__",
-    "analyse",
-    "detect",
-    "find_chains",
-    "find_limbs",
-    "read_bvh",
-    "read_clip",
+    "Decision",
     "read_session",
+    "write_session",
     "refine",
-    "survey_folder",
-    "twist_signals",
-    "write_bvh",
     "write_clip",
     "write_motion",
-    "write_session",
+    "inject",
+    "InjectedError",
+    "survey_folder",
+    "ClipSurvey",
+    "TwistError",
+    "__version__",
 ]
 
 if not TYPE_CHECKING:
-    # Loaded when first asked for: numpy and scipy take half a second, and what only keeps count
-    # of clips, as the parent of many processes does, needs neither.
+    # Loaded when first used: numpy and scipy take half a second, and a program that only keeps
+    # count of clips, as the parent of many processes, needs neither.
     _HOMES = {
         "analysis": "ClipAnalysis Detection analyse detect",
         "batch": "ClipSurvey survey_folder",
@@ -77,7 +82,9 @@ if not TYPE_CHECKING:
         "refinement": "refine",
         "review": "Decision Review read_session write_session",
         "rig": "OwnChain Rig",
+        "rotation": "swing_twist",
         "signals": "TwistSignals twist_signals",
+        "synthesis": "InjectedError inject",
     }
 
     def __getattr__(name: str) -> object:

@@ -63,11 +63,35 @@ RESTLESS_DOUBT = "lone jumps all over the clip make every find unsure"
 
 
 class ClipAnalysis:
-    """What is known of a motion before any decision: it does not change, and is safe in threads.
+    """What is known of a motion before any decision; `analyse` makes one.
 
-    motion: what was analysed; chains, limbs: those looked at; name: of the clip, for people; rig:
-    what a person changed in what was found; chosen: these are not all chains, but those asked for;
-    whole: the analysis of all of them, which answers for those asked for as well.
+    It does not change, computes everything once when it is first needed, and is safe in threads.
+
+    Parameters
+    ----------
+    motion : Motion
+        What is analysed.
+    chains : sequence of Chain
+        The chains and limbs to look at.
+    name : str
+        Name of the clip, for messages.
+    rig : Rig
+        Which chains and limbs the skeleton has.
+    chosen : bool
+        True if these are not all chains, but those asked for.
+    people : sequence of str, optional
+        The people whose chains these are.
+    whole : ClipAnalysis, optional
+        The analysis of all chains, which answers for those asked for as well.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> analysis = tc.analyse(tc.read_clip("assets/walk_injected.bvh"))
+    >>> analysis.chain("left arm"), len(analysis.limbs)
+    (<Chain LeftArm: joints 18 → 19 → 20>, 4)
+    >>> analysis.detect(kinds="limb flip")
+    <Detection walk_injected.bvh: 0 intervals by consistency>
     """
 
     def __init__(
@@ -565,9 +589,32 @@ def _same_frames(a: Interval, b: Interval) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """The intervals of a clip, by chain and start, those of limbs last, and what they are found by.
+    """The intervals of a clip, by chain and start, limbs last; `detect` makes one.
 
-    method: the detector of chains; tau: radians by the name of each chain and limb looked at.
+    A sequence of :class:`Interval`. With a name for an index, ``found["LeftArm"]``, it is the
+    detection of that chain or limb alone.
+
+    Parameters
+    ----------
+    analysis : ClipAnalysis
+        What was searched.
+    method : str
+        The detector of chains.
+    tau : mapping of str to float
+        τ in radians by the name of each chain and limb that was searched.
+    intervals : tuple of Interval
+        What was found.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> found = tc.detect(tc.read_clip("assets/walk_injected.bvh"))
+    >>> len(found), len(found["LeftForeArm"]), found[-1].start
+    (8, 3, 241)
+    >>> found.to_rows()[0]["kind"]
+    'counter-twist'
+    >>> found.refined()
+    <Motion: 344 frames at 120 fps, 31 joints>
     """
 
     analysis: ClipAnalysis

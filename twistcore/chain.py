@@ -38,12 +38,38 @@ VARYING = np.cos(np.radians(1.0))  # bones that do so have an axis a frame
 class Chain:
     """Parent P, child C, grandchild G by joint index, and their bone directions.
 
-    name: the parent joint's name; axis: unit a, P→C in P's coordinates, (3,) or (frames, 3) where
-    position channels make it vary; arm: unit b, C→G in C's coordinates, likewise; grandchild: −1
-    where b is C's own axis or an End Site; side: 'Left', 'Right' or ''; segment: one of SEGMENTS
-    or ''; pieces: in how many pieces the bone is, each with a chain; ends: False where C is the
-    next piece of the same bone; person: whose it is, '' where there is one; warnings: what was
-    assumed.
+    Parameters
+    ----------
+    name : str
+        The parent joint's name.
+    parent, child, grandchild : int
+        Joint indices; `grandchild` is −1 where `arm` is C's own axis or an End Site.
+    axis : ndarray, shape (3,) or (frames, 3)
+        Unit vector a from P to C in P's coordinates, (x, y, z); one a frame if position channels
+        make it vary.
+    arm : ndarray, shape (3,) or (frames, 3)
+        Unit vector b from C to G in C's coordinates, (x, y, z).
+    side : {'Left', 'Right', ''}
+        The side of the body.
+    segment : str
+        'Shoulder', 'Arm', 'ForeArm', 'UpLeg', 'Leg', 'Foot' or the like, '' if unknown.
+    warnings : tuple of str
+        What was assumed.
+    pieces : int
+        In how many pieces the bone is; every piece has a chain.
+    ends : bool
+        False if C is the next piece of the same bone.
+    person : str
+        Whose chain it is; '' if there is one person.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> chain = tc.find_chains(tc.read_clip("assets/walk.bvh"))[1]
+    >>> chain, chain.label
+    (<Chain LeftArm: joints 18 → 19 → 20>, 'Left Arm')
+    >>> chain.axis.shape
+    (3,)
     """
 
     name: str

@@ -83,11 +83,33 @@ class Patch:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Clip(ABC):
-    """A file of motion, whatever its format; a class of its own knows how each is rewritten.
+    """A motion file as it was read; `read_clip` makes one.
 
-    path: as opened; data: the file's bytes, never changed; skeleton: its joints; frame_time:
-    seconds; warnings: everything that was read with an assumption; declared_frames: how many the
-    file's header says there are, None where its format has no such number.
+    Every format has a class of its own, which knows how its numbers are rewritten.
+
+    Parameters
+    ----------
+    path : Path
+        The file, as opened.
+    data : bytes
+        Its contents, never changed.
+    skeleton : Skeleton
+        Its joints.
+    frame_time : float
+        Seconds from one frame to the next.
+    warnings : tuple of ClipWarning
+        What was read with an assumption.
+    declared_frames : int, optional
+        How many frames the file's header declares; None if the format has no such number.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> clip
+    <Clip walk.bvh: 344 frames at 120 fps, 31 joints>
+    >>> clip.frames, round(clip.fps), round(clip.duration, 2), clip.format
+    (344, 120, 2.87, 'bvh')
     """
 
     format: ClassVar[str]  # in small letters, as files of it end
@@ -213,12 +235,53 @@ def check_ending(clip: Clip, path: Path) -> None:
 def write_clip(
     clip: Clip, motion: Motion, path: str | Path, *, replace_source: bool = False
 ) -> tuple[ChannelJump, ...]:
-    """Write `clip` with the rotations and positions of `motion`; only what differs is rewritten.
+    """Write a clip with other rotations and positions, in its own format.
 
-    In the clip's own format, atomically. Returns the jumps of angles that could not be avoided.
-    Files without which it cannot be read are put beside it. Raises TwistError where the file that
-    the clip was read from would be replaced, unless `replace_source`, where `path` ends as another
-    format does, or as `write_companions`; OSError.
+    Only numbers that differ are rewritten; every other byte stays. The file is written atomically,
+    and files without which it cannot be read are put next to it.
+
+    Parameters
+    ----------
+    clip : Clip
+        The file that was read.
+    motion : Motion
+        Its rotations and positions, as :func:`refine` returns them.
+    path : str or Path
+        Where to write. A file there is replaced.
+    replace_source : bool
+        True to allow that `path` is the file that the clip was read from.
+
+    Returns
+    -------
+    tuple of ChannelJump
+        Steps of more than 180° between written angles that could not be avoided.
+
+    Raises
+    ------
+    TypeError
+        If `motion` is no motion.
+    TwistError
+        If the clip's own source would be replaced, or `path` has the ending of another format.
+    ValueError
+        If a joint was turned that the file cannot turn about three axes.
+    OSError
+        If the file cannot be written.
+
+    See Also
+    --------
+    write_motion : Write a motion that was read from no file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "walk_refined.bvh"
+    ...     jumps = tc.write_clip(clip, tc.detect(clip).refined(), path)
+    ...     len(tc.detect(tc.read_clip(path)))
+    0
     """
     path = Path(path)
     check_ending(clip, path)

@@ -6,7 +6,22 @@ from typing import Any
 
 
 class TwistError(Exception):
-    """Base of every error that is meant to be read by a person: one sentence."""
+    """Base of every error that a person should read: one sentence.
+
+    Parameters
+    ----------
+    *args : str
+        The sentence: what was expected, what was found, and where.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> try:
+    ...     tc.read_clip("none.bvh")
+    ... except tc.TwistError as error:
+    ...     print(error)
+    none.bvh: expected a BVH file, but there is no such file
+    """
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Sentence and attributes, whatever __init__ asks for: it must come out of a process."""

@@ -25,8 +25,21 @@ _SHORTEST = 0.3  # of the other bone: beside a longer one a stump has no knee
 class Limb(Chain):
     """A chain looked at as a whole: hip P, knee C and ankle E, or shoulder, elbow and wrist.
 
-    Its errors turn about the line from P to E (`grandchild`), not about the bone from P to C. Its
-    name is P's and E's, so that the chain of the same joints has another.
+    Its errors turn about the line from P to E, not about the bone from P to C.
+
+    Parameters
+    ----------
+    name : str
+        Names of P and E, as 'LeftUpLeg-LeftFoot': the chain of the same joints has P's alone.
+    parent, child, grandchild : int
+        Joint indices of P, C and E. All other fields are those of :class:`Chain`.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> limb = tc.find_limbs(tc.read_clip("assets/walk.bvh"))[1]
+    >>> limb, limb.label, limb.middle_word
+    (<Limb LeftUpLeg-LeftFoot: joints 2 → 3 → 4>, 'Left leg', 'knee')
     """
 
     def __repr__(self) -> str:

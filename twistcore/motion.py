@@ -22,9 +22,28 @@ _ELEMENTS = 1 << 16  # numbers of one kind in a block
 class Skeleton:
     """Joints in file order: a parent always comes before its children.
 
-    names: unique; parents: index of the parent or −1, shape (joints,); offsets: from the parent in
-    the parent's coordinates, the file's length unit, shape (joints, 3); ends: End Sites as
-    (joint, offset); rotatable: True where the joint has rotation channels about three axes.
+    Parameters
+    ----------
+    names : tuple of str
+        Unique.
+    parents : ndarray of int, shape (joints,)
+        Index of the parent, −1 for a root.
+    offsets : ndarray, shape (joints, 3)
+        From the parent, in the parent's coordinates, (x, y, z) in the file's length unit.
+    ends : tuple of (int, (float, float, float))
+        End Sites: the joint that has one, and its offset.
+    rotatable : ndarray of bool, shape (joints,), optional
+        True for a joint with rotation channels about three axes; None if all have them.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> skeleton = tc.read_clip("assets/walk.bvh").skeleton
+    >>> skeleton
+    <Skeleton: 31 joints from Hips>
+    >>> joint = skeleton.index("LeftForeArm")
+    >>> skeleton.names[skeleton.parents[joint]]
+    'LeftArm'
     """
 
     names: tuple[str, ...]
@@ -86,10 +105,29 @@ class Skeleton:
 class Motion:
     """Local rotations and translations over time.
 
-    rotations: unit quaternions (w, x, y, z), child's into parent's coordinates, shape
-    (frames, joints, 4); positioned: the joints whose translation comes from position channels;
-    positions: those translations, shape (frames, len(positioned), 3); frame_time: seconds;
-    angle_step: between neighbouring angles as the clip has them, radians, 0 where that is fine.
+    Parameters
+    ----------
+    skeleton : Skeleton
+        The joints.
+    rotations : ndarray, shape (frames, joints, 4)
+        Unit quaternions (w, x, y, z) that turn a joint's coordinates into its parent's.
+    positioned : tuple of int
+        The joints whose translation comes from position channels.
+    positions : ndarray, shape (frames, len(positioned), 3)
+        These translations, (x, y, z) in the file's length unit.
+    frame_time : float
+        Seconds from one frame to the next.
+    angle_step : float
+        Smallest difference of two angles in the file, radians; 0 if it is too fine to matter.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> motion = tc.read_clip("assets/walk.bvh").motion
+    >>> motion
+    <Motion: 344 frames at 120 fps, 31 joints>
+    >>> motion.rotations.shape, round(motion.duration, 2)
+    ((344, 31, 4), 2.87)
     """
 
     skeleton: Skeleton

@@ -40,10 +40,21 @@ _EXPECTED = "expected [[chain]] tables with two or three joints, and remove with
 
 @dataclass(frozen=True)
 class OwnChain:
-    """A chain by its joints' names: parent, child and perhaps a joint below the child.
+    """A chain of one's own, by the names of its joints.
 
-    limb: the three joints are looked at as a whole, for flips about the line from the first to the
-    last, as :class:`twistcore.limb.Limb`.
+    Parameters
+    ----------
+    joints : tuple of str
+        Parent, child and perhaps a joint below the child.
+    limb : bool
+        True to look at the three joints as a whole, as a :class:`Limb`.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> tc.OwnChain(("Neck", "Neck1", "Head")).made(clip.motion)
+    <Chain Neck: joints 14 → 15 → 16>
     """
 
     joints: tuple[str, ...]
@@ -85,11 +96,26 @@ class OwnChain:
 
 @dataclass(frozen=True)
 class Rig:
-    """What a person changed in what was found, for one skeleton.
+    """Which chains a skeleton gets: those found, without some, and with one's own.
 
-    add: chains, in their order; remove: names of chains found; names: what joints were taken for,
-    by name, as :func:`twistcore.joint_names.joint_as_said` has it. A limb and the chain that
-    begins it are added and removed each by itself.
+    A limb and the chain that begins it are added and removed each by itself.
+
+    Parameters
+    ----------
+    add : tuple of OwnChain
+        Chains to add, in this order.
+    remove : tuple of str
+        Names of found chains to leave out.
+    names : mapping of str to str
+        What joints are, by joint name, such as ``{"Bone07": "left forearm"}``.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> rig = tc.Rig(add=(tc.OwnChain(("Neck", "Neck1")),), remove=("LeftShoulder",))
+    >>> tc.analyse(clip, rig=rig).chains[-1]
+    <Chain Neck: joints 14 → 15>
     """
 
     add: tuple[OwnChain, ...] = ()

@@ -216,10 +216,41 @@ def twist_reliability(q: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def swing_twist(q: ArrayLike, axis: ArrayLike) -> tuple[Array, Array]:
-    """Swing and twist, each (…, 4), with q = swing ⊗ twist [Choi26 Eq. 2-7].
+    """Split rotations into swing and twist: q = swing ⊗ twist [Choi26 Eq. 2-7].
 
-    twist = R_a(θ); swing = q ⊗ twist⁻¹ turns a into w = q a q⁻¹ by the smallest angle. (Eq. 7 as
-    printed, q ⊗ swing⁻¹, is the twist about w: the same angle, another quaternion.)
+    The twist turns about the axis; the swing, q ⊗ twist⁻¹, turns the axis to where q turns it, by
+    the smallest angle. (Eq. 7 as printed, q ⊗ swing⁻¹, is the twist about the turned axis: the
+    same angle, another quaternion.)
+
+    Parameters
+    ----------
+    q : array_like, shape (..., 4)
+        Unit quaternions (w, x, y, z).
+    axis : array_like, shape (..., 3)
+        Unit vectors (x, y, z).
+
+    Returns
+    -------
+    swing, twist : ndarray, shape (..., 4)
+        Unit quaternions (w, x, y, z). The twist is 1 where a swing of 180° leaves it undefined.
+
+    Raises
+    ------
+    ValueError
+        If the shapes do not go together.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> chain = tc.find_chains(clip)[2]
+    >>> q = clip.motion.rotations[:, chain.parent]
+    >>> swing, twist = tc.swing_twist(q, chain.axis)
+    >>> swing.shape, twist.shape
+    ((344, 4), (344, 4))
+    >>> bool(np.allclose(swing[:, 1:] @ chain.axis, 0.0))  # the swing has no twist
+    True
     """
     twist = quaternion_from_axis_angle(axis, twist_angle(q, axis))
     return multiply(q, conjugate(twist)), twist

@@ -15,17 +15,42 @@ from twistcore.export.exports_beside import without_exports
 from twistcore.formats import read_clip
 from twistcore.motion import Motion
 from twistcore.processes import each, reason
+from twistcore.progress import Tell
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.tuning import Profile
 
 
 @dataclass(frozen=True)
 class ClipSurvey:
-    """A clip at a glance: frames, frames a second, intervals found, and their severity.
+    """A clip at a glance; `survey_folder` makes one for each file.
 
-    problem: why it could not be looked at, else ''; unchecked: why nothing could be found in it,
-    where that says nothing about it, else ''; missing_frames: see :class:`Clip`; unexamined: how
-    many of its arms and legs no chain examines.
+    Parameters
+    ----------
+    path : Path
+        The file.
+    frames : int
+        Number of frames.
+    fps : float
+        Frames a second.
+    intervals : int
+        How many intervals were found.
+    severity : float
+        How bad these are: the root mean square over the frames of all errors that show, degrees.
+    problem : str
+        Why the clip could not be read, or ''.
+    unchecked : str
+        Why nothing could be examined in it, or ''.
+    missing_frames : int
+        How many frames the header declares that are not in the file.
+    unexamined : int
+        How many of its arms and legs no chain examines.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> import twistcore as tc
+    >>> tc.ClipSurvey(Path("walk.bvh"), frames=344, fps=120.0).intervals
+    0
     """
 
     path: Path
@@ -57,15 +82,49 @@ def survey(
 
 
 def survey_folder(
-    folder: Path | str, profile: Profile | None = None, workers: int = 1
+    folder: Path | str,
+    profile: Profile | None = None,
+    workers: int = 1,
+    *,
+    tell: Tell | None = None,
 ) -> list[ClipSurvey]:
-    """All clips of a folder, worst first; those that cannot be read, last, say why.
+    """Look at all clips of a folder, the worst first.
 
-    Less what this program wrote of one of them: `exports_beside.exports_among`.
+    Files that this program wrote from one of the clips are left out.
+
+    Parameters
+    ----------
+    folder : str or Path
+        Where the clips are; folders in it are not searched.
+    profile : Profile, optional
+        τ by chain, as `twistcore tune` finds it; automatic if not given.
+    workers : int
+        How many processes to use.
+    tell : callable, optional
+        Called after each clip with the share of the clips that is done, 0…1.
+
+    Returns
+    -------
+    list of ClipSurvey
+        By severity; clips that cannot be read come last, with the reason in `problem`. Empty if
+        there is no clip or no such folder.
+
+    Raises
+    ------
+    OSError
+        If the folder cannot be listed.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> worst, *others = tc.survey_folder("assets")
+    >>> worst.path.name, worst.intervals
+    ('kick.bvh', 10)
     """
     paths = without_exports(clips_in(Path(folder)))
-    found = [
-        ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r
-        for path, r in each(partial(survey, profile=profile), paths, workers)
-    ]
+    found = []
+    for path, r in each(partial(survey, profile=profile), paths, workers):
+        found.append(ClipSurvey(path, problem=reason(path, r)) if isinstance(r, Exception) else r)
+        if tell is not None:
+            tell(len(found) / len(paths))
     return sorted(found, key=lambda s: (bool(s.problem), -s.severity, s.path))

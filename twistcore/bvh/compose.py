@@ -20,15 +20,42 @@ _END = 0.05  # length of an End Site as a share of the skeleton's height
 
 
 def write_motion(motion: Motion, path: str | Path) -> None:
-    """Write a motion as a BVH of its own, whatever it was made from; what is there is replaced.
+    """Write a motion as a new BVH, atomically.
 
-    Read back, it is the same skeleton (joints depth first, as in every BVH) and motion, to six
-    decimals of degrees and of the length unit; see `bvh_text` for the channels. A corrected
-    clip is better written by :func:`write_clip <twistcore.bvh.write_clip>`, which keeps its bytes.
+    Read back, it has the same skeleton (joints depth first, as in every BVH) and motion, to six
+    decimals of degrees and of the length unit; see `bvh_text` for the channels.
 
-    Atomically. Raises TwistError where the motion is empty, has a number that is not finite or a
-    name that no BVH can hold, or a rate below 1 or above 10,000 frames a second, which
-    :func:`read_bvh <twistcore.bvh.read_bvh>` would not believe; OSError.
+    Parameters
+    ----------
+    motion : Motion
+        What to write.
+    path : str or Path
+        Where to write. A file there is replaced.
+
+    Raises
+    ------
+    TypeError
+        If `motion` is no motion.
+    TwistError
+        If the motion is empty, has a number that is not finite, a name that no BVH can hold, or a
+        rate below 1 or above 10,000 frames a second.
+    OSError
+        If the file cannot be written.
+
+    See Also
+    --------
+    write_clip : Write a corrected clip, byte for byte where nothing changed.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import twistcore as tc
+    >>> motion = tc.read_clip("assets/walk.bvh").motion
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     tc.write_motion(motion.sliced(0, 60), Path(folder) / "half_a_second.bvh")
+    ...     tc.read_clip(Path(folder) / "half_a_second.bvh")
+    <Clip half_a_second.bvh: 60 frames at 120 fps, 31 joints>
     """
     check_motion(motion)
     _check(motion, path)

@@ -36,11 +36,38 @@ _ASSUMED_FPS = 30.0
 
 
 def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> BvhClip:
-    """Read a BVH file; `fps` overrides the rate in the file; tell: how far it is.
+    """Read a BVH file.
 
-    Raises BvhError (file, line, column, what was expected) for anything that cannot be read
-    without a guess that would move a joint, and for a file named as one of another format; what was
-    assumed harmlessly is in Clip.warnings.
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    fps : float, optional
+        Frames a second in place of the rate in the file.
+    tell : callable, optional
+        Called now and then with the share of the work that is done, 0…1.
+
+    Returns
+    -------
+    BvhClip
+        The clip, with its channels. What was assumed without harm is in its `warnings`.
+
+    Raises
+    ------
+    BvhError
+        If the file cannot be read without a guess that would move a joint, or has the ending of
+        another format: file, line, column and what was expected. A kind of TwistError.
+
+    See Also
+    --------
+    read_clip : Read any format.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_bvh("assets/walk.bvh")
+    >>> clip.channels[1].order
+    'ZYX'
     """
     path = Path(path)
     if (suffix := clip_suffix(path)) not in ("", ".bvh"):

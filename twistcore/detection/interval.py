@@ -16,7 +16,21 @@ from twistcore.rotation import Array, wrap
 
 
 class Kind(StrEnum):
-    """What is wrong in an interval: the word that files, tables and `--kinds` have."""
+    """What is wrong in an interval: the word that files, tables and `--kinds` have.
+
+    Parameters
+    ----------
+    value : str
+        The word, in capitals or not, with ``-``, ``_`` or a space inside.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> tc.Kind("Counter_Twist")
+    <Kind.COUNTER_TWIST: 'counter-twist'>
+    >>> [kind.value for kind in tc.Kind if not kind.repairable]
+    ['lone jump', 'noise burst', 'frozen frames']
+    """
 
     COUNTER_TWIST = "counter-twist"  # P turns about its bone, C turns back [Choi26]
     LIMB_FLIP = "limb flip"  # P turns about the line to the limb's end E, which keeps its place
@@ -50,15 +64,43 @@ def _word(value: object) -> str:
 class Interval:
     """Frames [start, stop) of a chain or limb with the error of P in each.
 
-    chain: its name; offset: radians, shape (stop − start,), what is taken out of P's twist, or of
-    its turn about the limb's line; carried: of a limb flip, whether E turned along with P; joint:
-    the name of the joint that jumps alone, is the noisiest, or begins a frozen limb; confidence:
-    0…1, or None where the detector has none; open: it may be the other side of the clip that is
-    wrong, or one joint alone, so it is not applied unasked;
-    residual: what is left of the offset behind the closing edge, or the turn of a lone jump, or σ
-    of a noise burst, radians; explain: tells why it was found, asked only where a person looks;
-    followed: the share of the offset by which C turned back, 1 but where it clearly did so only
-    in part.
+    Parameters
+    ----------
+    chain : str
+        Name of the chain or limb.
+    start, stop : int
+        Frames from 0; `stop` is exclusive.
+    offset : ndarray, shape (stop − start,)
+        What to remove from P's twist, or from its turn about the limb's line, radians.
+    confidence : float, optional
+        0…1; None if the detector has none.
+    open : bool
+        True if the other side of the clip may be the wrong one, or one joint alone: such an
+        interval is not corrected automatically.
+    residual : float
+        What is left of the offset behind the closing edge, the turn of a lone jump, or σ of a
+        noise burst, radians.
+    explain : callable, optional
+        Returns why it was found; called only when a person looks.
+    kind : Kind
+        What is wrong.
+    carried : bool
+        Of a limb flip: True if E turned along with P.
+    joint : str
+        The joint that jumps alone, is the noisiest, or begins a frozen limb.
+    followed : float
+        The share of the offset by which C turned back, less than 1 only where it clearly did so in
+        part.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import twistcore as tc
+    >>> tc.Interval("LeftArm", 100, 120, np.radians(np.full(20, 90.0)))
+    <Interval LeftArm 100–120: +90.0°>
+    >>> interval = tc.detect(tc.read_clip("assets/walk_injected.bvh"))[0]
+    >>> interval.frames, round(float(np.degrees(interval.delta)), 1), interval.kind.value
+    (16, -20.8, 'counter-twist')
     """
 
     chain: str

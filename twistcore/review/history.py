@@ -22,7 +22,32 @@ class _Step:
 
 
 class Review:
-    """The present state and how it came about. A command is kept only once it has succeeded."""
+    """A person's judgement of the intervals, with undo and redo.
+
+    Parameters
+    ----------
+    found : Detection, ClipAnalysis or ReviewState
+        What to judge: nothing is decided yet. Or the state of an earlier review, from a session.
+
+    Raises
+    ------
+    TypeError
+        If `found` is none of these.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> review = tc.Review(tc.detect(clip))
+    >>> review.accept(at_least=0.9)
+    8
+    >>> review.undo()
+    >>> review
+    <Review, 0 steps: <ReviewState by consistency: 0 of 8 decided>>
+    >>> review.redo()
+    >>> len(tc.detect(tc.refine(clip, review)))
+    0
+    """
 
     def __init__(self, found: Detection | ClipAnalysis | ReviewState) -> None:
         state = _state_of(found)

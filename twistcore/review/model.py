@@ -23,7 +23,20 @@ APPLIED = "applied automatically"  # what is told to be accepted by nobody in pa
 
 
 class Decision(StrEnum):
-    """A person's verdict on an interval."""
+    """A person's verdict on an interval.
+
+    Parameters
+    ----------
+    value : {'undecided', 'accepted', 'rejected'}
+        The word that session files have.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> review = tc.Review(tc.detect(tc.read_clip("assets/walk_injected.bvh")))
+    >>> {judged.decision for judged in review.state.intervals} == {tc.Decision.UNDECIDED}
+    True
+    """
 
     UNDECIDED = "undecided"
     ACCEPTED = "accepted"
