@@ -8,11 +8,6 @@ from typing import Any
 class TwistError(Exception):
     """Base of every error that a person should read: one sentence.
 
-    Parameters
-    ----------
-    *args : str
-        The sentence: what was expected, what was found, and where.
-
     Examples
     --------
     >>> import twistcore as tc

@@ -32,7 +32,9 @@ class Limb(Chain):
     name : str
         Names of P and E, as 'LeftUpLeg-LeftFoot': the chain of the same joints has P's alone.
     parent, child, grandchild : int
-        Joint indices of P, C and E. All other fields are those of :class:`Chain`.
+        Joint indices of P, C and E.
+    axis, arm, side, segment, warnings, pieces, ends, person
+        As those of :class:`Chain`.
 
     Examples
     --------

@@ -342,7 +342,7 @@ def missing_sections(thing):
     """What the docstring lacks: sections, parameters; and what is out of order."""
     doc = inspect.getdoc(thing) or ""
     there = [name for name in UNDERLINED.findall(doc) if name in SECTIONS]
-    wanted = {"Parameters", "Examples"}
+    wanted = {"Examples"} if issubclass_of(thing, Exception) else {"Parameters", "Examples"}
     parameters = (
         () if issubclass_of(thing, Enum, Exception) else inspect.signature(thing).parameters
     )
@@ -354,11 +354,11 @@ def missing_sections(thing):
     if there != sorted(there, key=SECTIONS.index):
         wrong.append("order")
     named = {
-        n.strip(" *") for line in re.findall(r"^([\w, *]+) : ", doc, re.M) for n in line.split(",")
+        n.strip(" *")
+        for line in re.findall(r"^([\w, *]+?)(?: : .+)?\n    ", doc, re.M)
+        for n in line.split(",")
     }
-    if not issubclass_of(thing, tc.Limb):  # which refers to Chain
-        wrong += sorted(set(parameters) - named)
-    return wrong
+    return wrong + sorted(set(parameters) - named)
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -384,8 +384,10 @@ def test_numpydoc_finds_no_section_wrong():
     """Where numpydoc is installed; the check above needs nothing."""
     validate = pytest.importorskip("numpydoc.validate").validate
     # No docstring, unknown or misplaced sections, parameters that are missing or unknown, Returns.
-    wanted = {"GL06", "GL07", "GL08", "PR01", "PR02", "PR03", "PR04", "PR10", "RT01", "SS01"}
-    found = {name: validate(f"twistcore.{name}")["errors"] for name in NAMES}
+    wanted = {"GL06", "GL07", "GL08", "PR01", "PR02", "PR03", "PR10", "RT01", "SS01"}
+    # Whose parameters numpydoc cannot read: made by calls of their own, or called in two ways.
+    names = set(NAMES) - {"Kind", "Decision", "refine"}
+    found = {name: validate(f"twistcore.{name}")["errors"] for name in sorted(names)}
     assert {
         n: e for n, errors in found.items() if (e := [x for x in errors if x[0] in wanted])
     } == {}
