@@ -62,7 +62,7 @@ class Review:
     @classmethod
     def of(cls, found: Detection) -> Review:
         """A review of what was detected, in which nothing is decided yet."""
-        return cls(found)
+        return cls(_started(found))
 
     @property
     def accepted(self) -> tuple[Interval, ...]:
@@ -182,5 +182,9 @@ def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:
             "expected what detect or analyse returned, or the state of a review, found "
             f"{type(found).__name__} {found!r:.80}"
         )
+    return _started(found)
+
+
+def _started(found: Detection) -> ReviewState:
     names = [c.name for c in found.chains_and_limbs]
     return start_review(found.method, found.tau, found, names, found.analysis.rig)
