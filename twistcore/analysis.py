@@ -50,7 +50,7 @@ from twistcore.protected_measures import Hinges, Measure, protected_measures, sh
 from twistcore.rig import AS_FOUND, Rig
 from twistcore.rotation import Array
 from twistcore.signals import TwistSignals, signals_of_chains
-from twistcore.twist_removal import applied_unasked, refiner
+from twistcore.twist_removal import applied_unasked, refine, refiner
 
 SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
 Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb

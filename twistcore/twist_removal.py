@@ -155,7 +155,8 @@ def refine(
         every, intervals = cast("Sequence[Chain]", chains), list(intervals)
     if beyond := next((i for i in intervals if i.stop > motion.frames), None):
         raise TwistError(f"expected intervals within {motion.frames} frames, found {beyond!r}")
-    return refiner(motion, every, intervals)(0, motion.frames)
+    # The positions stay the same array, by which a writer sees that none has moved.
+    return motion.with_rotations(refiner(motion, every, intervals)(0, motion.frames).rotations)
 
 
 def refiner(
