@@ -30,8 +30,8 @@ from checkout.screens import screen
 from checkout.starting import SetupError, say, start, without_driver_noise
 from checkout.system_packages import ensure_system
 from inspector.system_libraries import has_screen
-from twistcore.clip_suffixes import clip_suffix
-from twistcore.encoding import legible
+from twistcore.files.encoding import legible
+from twistcore.formats.suffixes import clip_suffix
 
 
 def default_clip() -> Path:

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from twistcore.chain import find_chains
-from twistcore.motion import Motion, forward_kinematics
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import Motion, forward_kinematics
 
 Array = NDArray[np.float64]
 

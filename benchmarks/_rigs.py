@@ -11,8 +11,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from twistcore.motion import Motion, Skeleton
-from twistcore.rotation import (
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import (
     Array,
     exponential,
     logarithm,

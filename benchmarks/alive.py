@@ -20,9 +20,9 @@ from PySide6.QtWidgets import QApplication
 from shiboken6 import isValid
 
 from inspector.session.opening import Analysed
-from twistcore.analysis import ClipAnalysis
-from twistcore.clip import Clip
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import Interval
+from twistcore.formats.clip import Clip
 from twistcore.review import Review, ReviewState
 
 _PROCESS = Path("/proc/self")

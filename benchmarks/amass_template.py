@@ -15,15 +15,15 @@ from pathlib import Path
 import numpy as np
 
 from tests.twistcore.amass_files import amass_arrays
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.clip import Clip, rewritten
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
 from twistcore.export.replay import accepted_motion
-from twistcore.motion import Motion, forward_kinematics
-from twistcore.npz import parse_npz
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import Clip, rewritten
+from twistcore.formats.npz import parse_npz
 from twistcore.review import Review
-from twistcore.rotation import exponential, normalise
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import exponential, normalise
 from twistcore.synthesis import draw_errors, draw_targets, generator, inject
 
 _LIMBS = (1, 2, 4, 5, 7, 8, 16, 17, 18, 19)

@@ -21,9 +21,9 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.amc import read_amc
-from twistcore.bvh import read_bvh
-from twistcore.motion import Motion, forward_kinematics
+from twistcore.formats.amc import read_amc
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.motion import Motion, forward_kinematics
 
 # The root has 4 decimals in a BVH, up to 9e-5 off on three axes; so have the angles, up to 3e-5 off
 # over a limb of 17 units, and more of them lie above a hand.

@@ -16,12 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.amc import AmcClip, parse_amc, read_amc
-from twistcore.analysis import analyse
-from twistcore.clip import rewritten
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import applied_unasked, refine, remove_twist, stuck_joints
 from twistcore.detection import Interval
-from twistcore.refinement import applied_unasked, refine, remove_twist, stuck_joints
-from twistcore.rotation import geodesic_angle
+from twistcore.formats.amc import AmcClip, parse_amc, read_amc
+from twistcore.formats.clip import rewritten
+from twistcore.skeleton.rotation import geodesic_angle
 
 FLIPPED, DEGREES = 12, 170.0
 

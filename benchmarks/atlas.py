@@ -29,11 +29,11 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import applied_unasked
 from twistcore.detection import Interval, Kind
-from twistcore.formats import is_clip, read_clip
-from twistcore.processes import each, reason
-from twistcore.refinement import applied_unasked
+from twistcore.formats.reading import is_clip, read_clip
+from twistcore.work.processes import each, reason
 
 KINDS = tuple(kind for kind in Kind if not kind.of_capture)  # the atlas judges errors of twist
 VERDICTS = ("error", "doubtful", "alarm")

@@ -18,18 +18,18 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.patches import Polygon
 
-from twistcore.chain import Chain
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips.swivel import swivel_of
 from twistcore.detection.lone_jumps import limit, own_axis
 from twistcore.detection.straight_limbs.straight_spells import bend_of
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.formats import read_clip
-from twistcore.limb import Limb
-from twistcore.motion import Motion, forward_kinematics
-from twistcore.rig import AS_FOUND
-from twistcore.rotation import conjugate, multiply, rotate, twist_angle, wrap
-from twistcore.signals import counter_rotation
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rig import AS_FOUND
+from twistcore.skeleton.rotation import conjugate, multiply, rotate, twist_angle, wrap
+from twistcore.skeleton.signals import counter_rotation
 
 Array = NDArray[np.float64]
 

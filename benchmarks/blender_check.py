@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from twistcore.clip import Clip
+    from twistcore.formats.clip import Clip
 
 MOST = 1e-3
 FRAMES = 40
@@ -36,7 +36,7 @@ def export(source: Path, folder: Path) -> list[Path]:
     """Write the clip anew and corrected into `folder`, and beside each where its joints are."""
     from benchmarks._refined import EVERYTHING, refine_file
     from benchmarks.bvh_crosscheck import rewritten
-    from twistcore.bvh import read_bvh
+    from twistcore.formats.bvh import read_bvh
 
     clip = read_bvh(source)
     again, corrected = folder / "again.bvh", folder / "corrected.bvh"
@@ -51,7 +51,7 @@ def export(source: Path, folder: Path) -> list[Path]:
 
 def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) -> None:
     """Leave the places of joints beside a file: in frames evenly spread, and in some of `also`."""
-    from twistcore.motion import forward_kinematics
+    from twistcore.skeleton.motion import forward_kinematics
 
     positions = forward_kinematics(clip.motion)[1]
     spread = np.arange(0, len(positions), max(1, len(positions) // FRAMES))

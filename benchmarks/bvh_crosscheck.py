@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks._refined import EVERYTHING, refine_file
-from twistcore.bvh import read_bvh
-from twistcore.clip import Clip
-from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import TwistError
-from twistcore.motion import forward_kinematics
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import Clip
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.motion import forward_kinematics
 
 MOST = (1e-9, 1e-6, 1e-9)  # of the height: as read, rewritten, corrected
 

@@ -66,9 +66,9 @@ def steps(tool: str, path: str, out: str) -> Steps:
 
 
 def _ours(path: str, out: str) -> Steps:
-    from twistcore.bvh import read_bvh, write_clip
-    from twistcore.motion import forward_kinematics
-    from twistcore.rotation import multiply, quaternion_from_axis_angle
+    from twistcore.formats.bvh import read_bvh, write_clip
+    from twistcore.skeleton.motion import forward_kinematics
+    from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
     def write(clip: Any) -> Callable[[], Any]:
         at = clip.skeleton.index("LeftArm")

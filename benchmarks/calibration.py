@@ -3,10 +3,11 @@
 FOLDER holds clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols, plain and rich, are injected
 into each chain in turn; candidates are the intervals down to 0.3 τ. One is right if its IoU with a
 true interval is ≥ 0.5 and ≥ 80 % of that one's frames are corrected by ≥ 80 %. The logistic map is
-fitted anew on one subject (weights are printed, to compare with twistcore.detection.confidence);
-the tables judge the shipped map on all *other* subjects: as injected, and at a tenth of the errors,
-nine clean chains for each one with errors. Area under the ROC curve (AUC), expected calibration
-error over ten bins (ECE), reliability bin by bin.
+fitted anew on one subject (weights are printed, to compare with
+twistcore.detection.consistency.confidence); the tables judge the shipped map on all *other*
+subjects: as injected, and at a tenth of the errors, nine clean chains for each one with errors.
+Area under the ROC curve (AUC), expected calibration error over ten bins (ECE), reliability bin by
+bin.
 """
 
 from __future__ import annotations
@@ -18,14 +19,15 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import minimize
 
-from twistcore.bvh import read_bvh
-from twistcore.chain import Chain, find_chains
-from twistcore.clip_files import BVH, clips_in
-from twistcore.detection import Interval, confidence
-from twistcore.detection.chain_analysis import ConsistencyAnalysis
-from twistcore.detection.consistency import ConsistencyDetector
-from twistcore.motion import Motion
-from twistcore.rotation import wrap
+from twistcore.detection import Interval
+from twistcore.detection.consistency import confidence
+from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
+from twistcore.detection.consistency.detector import ConsistencyDetector
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.chain import Chain, find_chains
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import wrap
 from twistcore.synthesis import (
     InjectedError,
     draw_errors,
@@ -131,7 +133,7 @@ def _arm(chain: Chain) -> bool:
 
 
 def fitted(sample: Sample) -> np.ndarray:
-    """Weights of the logistic map, intercept first, as in twistcore.detection.confidence."""
+    """Weights of the logistic map, intercept first, as in detection.consistency.confidence."""
     gain, closing, margin, frames, beyond = np.array(sample.x, dtype=float).T
     columns = np.stack(
         [

@@ -34,12 +34,12 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.analysis import Detection, analyse
-from twistcore.bvh import write_motion
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import Detection, analyse
 from twistcore.errors import TwistError
 from twistcore.export.detection_json import intervals_to_json
-from twistcore.formats import read_clip
+from twistcore.formats.bvh import write_motion
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk.bvh"

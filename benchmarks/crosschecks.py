@@ -30,9 +30,9 @@ from pathlib import Path
 
 from benchmarks import blender_check, bvh_crosscheck
 from benchmarks.odd_files import comes_back
-from twistcore.bvh import read_bvh
-from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import TwistError
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
 
 
 @dataclass(frozen=True)

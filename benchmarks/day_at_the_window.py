@@ -24,10 +24,10 @@ from typing import IO
 
 from tests.gui.looks import LOOKS
 from tests.gui.real_screen import RealScreen, WatchedProgram, real_screen, watched
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import rewritten
-from twistcore.clip_files import BVH, clips_in
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import rewritten
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import draw_errors, generator, inject
 
 _CHAINS = 1  # with errors in a clip

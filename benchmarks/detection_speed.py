@@ -22,14 +22,14 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis import detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import Chain, find_chains
-from twistcore.detection import consistency
-from twistcore.detection.chain_analysis import ChainAnalysis
-from twistcore.detection.consistency import ConsistencyDetector
-from twistcore.motion import Motion, Skeleton
-from twistcore.rotation import quaternion_from_euler
+from twistcore.analysis.clip_analysis import detect
+from twistcore.detection.consistency import detector as consistency
+from twistcore.detection.consistency.chain_analysis import ChainAnalysis
+from twistcore.detection.consistency.detector import ConsistencyDetector
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import Chain, find_chains
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import quaternion_from_euler
 from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "basketball.bvh"

@@ -38,8 +38,8 @@ from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
-from twistcore.clip_files import BVH, clips_in
-from twistcore.decomposition import WhatIf
+from twistcore.analysis.decomposition import WhatIf
+from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.review.model import resized
 
 MOST = 1.05  # times the memory at minute ten

@@ -22,18 +22,18 @@ from scipy.optimize import minimize
 
 from benchmarks.atlas import wilson
 from benchmarks.real_corrections import clips_of
-from twistcore.analysis import analyse
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction.twist_removal import applied_unasked
 from twistcore.detection import Kind
 from twistcore.detection.evidence import Background, Find, Terms, Witnesses, terms_of
 from twistcore.detection.evidence.judgement import WEIGHTS, weighed
 from twistcore.detection.straight_limbs import STRAIGHT
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
-from twistcore.motion import Motion
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import Motion
 from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, prepare
 from twistcore.tuning.learned_confidence import Bin, expected_error
-from twistcore.twist_removal import applied_unasked
 
 # What the weights are drawn to where few finds tell: what physics suggests.
 PRIOR: Mapping[str, float] = {

@@ -18,14 +18,14 @@ import numpy as np
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
-from twistcore.analysis import analyse, detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip_files import BVH, clips_in
+from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.natural_events import FLIP, NaturalEvent, natural_events
-from twistcore.motion import Motion
-from twistcore.rotation import geodesic_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.synthesis.protocol import twist_increments
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"

@@ -23,11 +23,11 @@ from inspector.app import make_application
 from inspector.collector import keep_for_good
 from inspector.session.settings import Settings
 from twistcore.batch.how_bad import root_mean_square
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import rewritten
-from twistcore.clip_files import BVH, clips_in
 from twistcore.detection import Interval
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import rewritten
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import draw_errors, generator, inject
 
 _TICK_MS = 4

@@ -35,12 +35,12 @@ from inspector.app import keep_for_good, make_application
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
-from twistcore.bvh import write_motion
-from twistcore.chain import find_chains
-from twistcore.motion import Motion, Skeleton
+from twistcore.formats.bvh import write_motion
 from twistcore.review import Decision
 from twistcore.review.model import resized
-from twistcore.rotation import quaternion_from_axis_angle
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import quaternion_from_axis_angle
 from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"

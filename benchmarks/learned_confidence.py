@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_folder, sampled
-from twistcore.clip_files import BVH, clips_in
+from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.tuning.learned_confidence import Seen, learned, reliability, seen
 
 VERDICTS = 200

@@ -23,13 +23,13 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.simulated_reviewer import DECOY, NATURAL, Reviewed, reviewed_folder, sampled
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.clip_files import BVH, clips_in
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.prediction import Mask
-from twistcore.motion import Motion
-from twistcore.rotation import Array
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.passes import clean_run, run_item
 from twistcore.study.benchmark.tally import Tally

@@ -19,16 +19,16 @@ from unittest.mock import patch
 
 import numpy as np
 
-from twistcore.bvh import read_bvh
-from twistcore.chain import Chain
-from twistcore.clip_files import BVH, clips_in
-from twistcore.detection import counter_rotation
-from twistcore.detection.consistency import ConsistencyDetector
+from twistcore.detection.consistency.detector import ConsistencyDetector
+from twistcore.detection.counter_twist import counter_rotation
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.motion import Motion
-from twistcore.rotation import (
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
     multiply,

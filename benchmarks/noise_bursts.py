@@ -18,13 +18,13 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.analysis import REPAIRED, ClipAnalysis, analyse
+from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis, analyse
+from twistcore.analysis.correction.twist_removal import applied_unasked
 from twistcore.detection.noise_bursts import noise_bursts
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
-from twistcore.motion import Motion
-from twistcore.rotation import normalise
-from twistcore.twist_removal import applied_unasked
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import normalise
 
 RATES = 20.0, 30.0, 120.0
 

@@ -22,17 +22,17 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.analysis import analyse
-from twistcore.bvh import parse_bvh, read_bvh
-from twistcore.bvh.bvh_clip import BvhClip
-from twistcore.bvh.reader import timing_fields
-from twistcore.chain import find_chains
-from twistcore.clip import rewritten
-from twistcore.clip_files import BVH, clips_in
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import applied_unasked, offsets_by_chain, refine
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import leading_frames
-from twistcore.refinement import applied_unasked, offsets_by_chain, refine
-from twistcore.rotation import Array, wrap
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.formats.bvh.clip import BvhClip
+from twistcore.formats.bvh.reader import timing_fields
+from twistcore.formats.clip import rewritten
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import Array, wrap
 from twistcore.synthesis import (
     InjectedError,
     draw_errors,

@@ -15,11 +15,11 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import Clip, write_clip
-from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import BvhError
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import Clip, write_clip
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.chain import find_chains
 
 BEGIN, END = "<!-- odd files: begin -->", "<!-- odd files: end -->"
 

@@ -24,7 +24,7 @@ from inspector.session.opening import analysed
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
-from twistcore.bvh import read_bvh
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Redetect
 from twistcore.review.model import constant
 

@@ -19,16 +19,16 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.analysis import detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import Chain, find_chains, uncorrectable_joints
-from twistcore.clip_files import BVH, clips_in
+from twistcore.analysis.clip_analysis import detect
+from twistcore.analysis.correction import refine
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
-from twistcore.motion import Motion
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.quamo.track_clip import track_by_hand
-from twistcore.refinement import refine
-from twistcore.rotation import geodesic_angle
+from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.synthesis import (
     SUCCESS,
     InjectedError,

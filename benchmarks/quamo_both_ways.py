@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.quamo_rates import motions
-from twistcore.quality.figure_quality import quality
+from twistcore.analysis.quality.figure import quality
 from twistcore.quamo import HandGains, track, track_both_ways
 from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.resample import resampled, sample_times
@@ -26,12 +26,12 @@ from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import places_24
 from twistcore.quamo.tracker import Controller
 from twistcore.quamo.weights import WEIGHTS, weights_name
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
+from twistcore.study.quamo.methods import SPLINE, baseline_methods
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.pose_errors import METRICS, errors
-from twistcore.study.quamo.quamo_methods import SPLINE, baseline_methods
-from twistcore.study.quamo.quamo_tables import CONDITIONS, Method, score
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
+from twistcore.study.quamo.tables import CONDITIONS, Method, score
 from twistcore.synthesis import generator
 
 SEEDS = (11, 12, 13)

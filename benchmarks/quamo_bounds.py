@@ -26,18 +26,18 @@ from benchmarks.quamo_fits import (
 )
 from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations
 from twistcore.quamo.state_space import NETWORK_DT, Gains
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
+from twistcore.study.quamo.methods import hand_method
 from twistcore.study.quamo.noise import Noise
 from twistcore.study.quamo.pose_errors import METRICS, errors
-from twistcore.study.quamo.quamo_methods import hand_method
-from twistcore.study.quamo.quamo_tables import (
+from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
+from twistcore.study.quamo.tables import (
     CONDITIONS,
     Condition,
     Method,
     noisy_clip,
     score,
 )
-from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 
 GAINS = ((400.0, 16.0), (550.0, 16.0), (600.0, 15.0), (900.0, 20.0), (1200.0, 24.0))
 CUTOFFS = (3.0, 4.0, 5.0, 6.0)  # Hz

@@ -18,13 +18,13 @@ from matplotlib.collections import LineCollection
 
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import ANKLES, PARENTS
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
+from twistcore.study.quamo.methods import SPLINE, hand_method
 from twistcore.study.quamo.noise import LEVELS, Noise
 from twistcore.study.quamo.pose_errors import errors, root_aligned, second_difference
-from twistcore.study.quamo.quamo_methods import SPLINE, hand_method
-from twistcore.study.quamo.quamo_tables import noisy_clip
 from twistcore.study.quamo.rivals import RIVALS
 from twistcore.study.quamo.sequences import Sequence24, read_sequence
+from twistcore.study.quamo.tables import noisy_clip
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 SEED = 0

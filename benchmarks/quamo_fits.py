@@ -7,14 +7,14 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from twistcore.quality.figure_quality import in_contact, root_aligned
+from twistcore.analysis.quality.figure import in_contact, root_aligned
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.topology import ANKLES, TOES
-from twistcore.rotation import Array, conjugate, exponential, logarithm, multiply
+from twistcore.skeleton.rotation import Array, conjugate, exponential, logarithm, multiply
 from twistcore.study.quamo.noise import SMOOTH_SECONDS, Noise
 from twistcore.study.quamo.pose_errors import second_difference
-from twistcore.study.quamo.quamo_tables import Method, noisy_clip
 from twistcore.study.quamo.sequences import Sequence24
+from twistcore.study.quamo.tables import Method, noisy_clip
 
 FIT_SEEDS = (100, 101)  # of the noise that is fitted on
 PATH_TAPS, ROOT_TAPS = 20, 50  # frames of the past: 0.8 s and 2 s

@@ -14,15 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.bvh import read_bvh
-from twistcore.clip_files import BVH, clips_in
 from twistcore.detection.cuts import leading_frames
-from twistcore.motion import Motion, forward_kinematics
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.spline import usual_cutoff
 from twistcore.quamo.state_space import NETWORK_DT
 from twistcore.quamo.track_clip import chosen_joints, placed_joint, smooth_clip, track_by_hand
-from twistcore.rotation import Array
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.synthesis import generator
 

@@ -14,15 +14,15 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.bvh import read_bvh
-from twistcore.clip_files import BVH, clips_in
-from twistcore.quality.figure_quality import quality
+from twistcore.analysis.quality.figure import quality
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
 from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
 from twistcore.quamo.tracker import Track
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.pose_errors import METRICS, errors
 from twistcore.synthesis import generator

@@ -16,11 +16,11 @@ from statistics import median
 import numpy as np
 
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, forward_kinematics
 from twistcore.quamo import HandGains, Tracker
 from twistcore.quamo.network import Network, read_network, untrained
 from twistcore.quamo.topology import skeleton_24
 from twistcore.quamo.weights import FINAL, WEIGHTS, weights_name
+from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.sequences import read_sequence
 from twistcore.study.quamo.torch_model import import_torch, make_step, unroll

@@ -19,12 +19,12 @@ import numpy as np
 
 from twistcore.quamo import HandGains, track, track_both_ways
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.noise import LEVELS
 from twistcore.study.quamo.pose_errors import second_difference
-from twistcore.study.quamo.quamo_tables import CONDITIONS, markdown_table, noisy_clip
 from twistcore.study.quamo.rivals import RIVALS, Rival, Setting
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
+from twistcore.study.quamo.tables import CONDITIONS, markdown_table, noisy_clip
 
 FIRST_SEED = 300  # none that a table or a training is of
 EQUAL = 1.01

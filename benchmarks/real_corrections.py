@@ -3,10 +3,10 @@
     python -m benchmarks.real_corrections FOLDER [--json FILE]
 
 FOLDER holds a folder of clips for every set. Of every automatic correction the protected measures
-are taken (:mod:`twistcore.protected_measures`), each a column: how many corrections make it worse,
-of how many it was measured on (goal: none). Of every automatic counter-twist also whether the
-twists of P and C, the azimuth and the turn of both run smoother after it than before (goal: 98 %).
-And how many finds are left for a person.
+are taken (:mod:`twistcore.analysis.correction.protected_measures`), each a column: how many
+corrections make it worse, of how many it was measured on (goal: none). Of every automatic
+counter-twist also whether the twists of P and C, the azimuth and the turn of both run smoother
+after it than before (goal: 98 %). And how many finds are left for a person.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.analysis import REPAIRED, ClipAnalysis, analyse
-from twistcore.chain import Chain
-from twistcore.clip_suffixes import clip_suffix
+from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis, analyse
+from twistcore.analysis.correction.protected_measures import NAMES, Hinges, protected_measures
+from twistcore.analysis.correction.twist_removal import applied_unasked, refine
 from twistcore.detection import Interval, Kind
 from twistcore.detection.evidence import Witnesses
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
-from twistcore.motion import Motion
-from twistcore.protected_measures import NAMES, Hinges, protected_measures
-from twistcore.twist_removal import applied_unasked, refine
+from twistcore.formats.reading import read_clip
+from twistcore.formats.suffixes import clip_suffix
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
 
 BESIDE = 3  # frames around an edge
 COUNTS = "clips", "twists", "smoother", "flips", "left"

@@ -49,10 +49,10 @@ from benchmarks._limb_poses import (
 )
 from benchmarks._refined import refine_file
 from benchmarks.mirrored_turns import Straightness, bends, mirrored, straightness
-from twistcore.bvh import read_bvh
-from twistcore.clip import Clip
 from twistcore.errors import TwistError
-from twistcore.motion import Motion
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import Clip
+from twistcore.skeleton.motion import Motion
 
 
 @dataclass(frozen=True)

@@ -18,11 +18,11 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-from twistcore.analysis import Detection, analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import Detection, analyse
+from twistcore.analysis.why_not import Reason, Why, peaks_without_interval
 from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
-from twistcore.why_not import Reason, Why, peaks_without_interval
+from twistcore.formats.bvh import read_bvh
 
 BESIDE = 1  # frames from an interval's edge
 LONE = 0.25  # of the larger turn: the other joint does not answer it

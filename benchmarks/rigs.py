@@ -42,15 +42,15 @@ import numpy as np
 
 from benchmarks._rig_families import RIGS
 from benchmarks._rigs import Rig, bone_pairs, piece_pairs, rigged
-from twistcore.analysis import REPAIRED, Detection, analyse
-from twistcore.bvh import read_bvh
-from twistcore.chain import make_chain
-from twistcore.clip_files import BVH, clips_in
+from twistcore.analysis.clip_analysis import REPAIRED, Detection, analyse
+from twistcore.analysis.correction import applied_unasked, refine
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
-from twistcore.motion import Motion
-from twistcore.refinement import applied_unasked, refine
-from twistcore.rotation import Array, geodesic_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.chain import make_chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, geodesic_angle
 from twistcore.synthesis import SUCCESS, InjectedError, generator, inject
 
 ERRORS = 58

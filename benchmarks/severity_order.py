@@ -17,12 +17,12 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from benchmarks.real_corrections import clips_of
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.batch import severity
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
-from twistcore.motion import Motion, forward_kinematics
-from twistcore.rotation import geodesic_angle
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle
 
 TURN, WAY, TIMES = 45.0, 0.04, 4.0
 

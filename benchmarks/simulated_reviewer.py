@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.calibration import LOWEST, right
-from twistcore.analysis import ClipAnalysis, analyse
-from twistcore.bvh import read_bvh
-from twistcore.chain import uncorrectable_joints
+from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, Judged, start_review
+from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.synthesis import (
     InjectedError,
     draw_errors,

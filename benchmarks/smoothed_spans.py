@@ -23,9 +23,9 @@ from scipy.ndimage import gaussian_filter1d
 from benchmarks.noise_bursts import RATES, at_rate
 from twistcore.detection.smoothed_spans import smoothed_spans
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
-from twistcore.motion import Motion
-from twistcore.rotation import continuous, normalise
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import continuous, normalise
 
 SIGMAS = 0.05, 0.1, 0.2, 0.4  # seconds
 _SHORTEST, _SLOWEST = 24, 15.0  # frames of a clip, and frames a second

@@ -18,11 +18,11 @@ mpl.use("Agg")
 from matplotlib import pyplot as plt
 
 from benchmarks.straight_figure import with_titles
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import applied_unasked
 from twistcore.detection.soft_errors.departures import spans
 from twistcore.detection.soft_errors.natural_scale import natural_scales, unlikely_increments
-from twistcore.refinement import applied_unasked
+from twistcore.formats.bvh import read_bvh
 from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, prepare
 from twistcore.synthesis.protocol import twist_increments
 

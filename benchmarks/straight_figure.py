@@ -18,11 +18,11 @@ import numpy as np
 mpl.use("Agg")
 from matplotlib import pyplot as plt
 
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import applied_unasked, refine, remove_twist
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.refinement import applied_unasked, refine, remove_twist
+from twistcore.formats.bvh import read_bvh
 from twistcore.synthesis.offset_shape import spells
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"

@@ -19,12 +19,12 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.clip_files import BVH, clips_in
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import applied_unasked
 from twistcore.detection import DEFAULT_METHOD, DETECTORS
-from twistcore.refinement import applied_unasked
-from twistcore.rotation import Array
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
+from twistcore.skeleton.rotation import Array
 from twistcore.tuning import GRID, TauCurve, clip_tuning, tau_curve
 from twistcore.tuning.injected_curve import PROTOCOLS
 

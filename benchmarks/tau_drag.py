@@ -32,9 +32,9 @@ from inspector.session.opening import analysed
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
-from twistcore.bvh import parse_bvh, read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import Clip, rewritten
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.formats.clip import Clip, rewritten
+from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk.bvh"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 DOCS = Path(__file__).resolve().parent
 sys.path[:0] = [str(DOCS.parent), str(DOCS / "_extensions")]
 
-from twistcore.version import __version__  # noqa: E402  # once the checkout is on the path
+from twistcore.files.version import __version__  # noqa: E402  # once the checkout is on the path
 
 project = "Twist Inspector"
 author = "Twist Inspector developers"

@@ -13,9 +13,9 @@ from typing import NoReturn
 from inspector.language import codes
 from inspector.system_libraries import has_screen, how_to_install, missing_libraries
 from inspector.unread_sources import leave_sources_unread
-from twistcore.encoding import legible
-from twistcore.ordinary_files import is_file, is_there
-from twistcore.version import __version__
+from twistcore.files.encoding import legible
+from twistcore.files.ordinary import is_file, is_there
+from twistcore.files.version import __version__
 
 _PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # what Qt writes
 _WINDOW = (

@@ -27,7 +27,7 @@ from inspector.widgets.background import wait_for_tasks
 from inspector.widgets.fonts import shipped_families
 from inspector.widgets.icons import program_icon
 from inspector.widgets.theme import apply_theme, system_theme
-from twistcore.encoding import legible
+from twistcore.files.encoding import legible
 
 if TYPE_CHECKING:
     import argparse

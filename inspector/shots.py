@@ -24,7 +24,7 @@ from inspector.recording.choice import Contents, RecordChoice
 from inspector.session.settings import Settings
 from inspector.viewport import opengl
 from inspector.widgets.fonts import use_shipped_fonts
-from twistcore.decomposition import WhatIf
+from twistcore.analysis.decomposition import WhatIf
 from twistcore.detection import Kind
 from twistcore.review import Decision
 

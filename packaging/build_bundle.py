@@ -119,9 +119,9 @@ def copy_licence_files(known: Distribution, target: Path) -> None:
 
 def version() -> str:
     """The version as the package has it."""
-    text = (ROOT / "twistcore" / "version.py").read_text("utf-8")
+    text = (ROOT / "twistcore" / "files" / "version.py").read_text("utf-8")
     found = re.search(r'__version__ = "([^"]+)"', text)
-    assert found, "twistcore/version.py has no version"
+    assert found, "twistcore/files/version.py has no version"
     return found[1]
 
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
-from twistcore.bvh import read_bvh
-from twistcore.clip import Clip
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import Clip
 
 # A machine that is busy with something else is no reason to fail. The examples of properties are
 # the same in every run; TWIST_INSPECTOR_EXAMPLES=random takes others, and a failure prints its own.

@@ -29,6 +29,14 @@ def test_no_circle_of_imports(graph: grimp.ImportGraph) -> None:
     TopologicalSorter(below).prepare()  # raises CycleError with the circle
 
 
+def test_the_core_has_at_most_16_rooms() -> None:
+    """Folders and modules of twistcore's root: a newcomer sees where to go."""
+    root = ROOT / "twistcore"
+    entries = {f.name for f in root.iterdir() if f.is_file() or (f / "__init__.py").is_file()}
+    entries -= {"__init__.py", "__main__.py", "py.typed"}
+    assert len(entries) <= 16, sorted(entries)
+
+
 def test_the_picture_is_drawn_from_these_imports(graph: grimp.ImportGraph) -> None:
     drawing = runpy.run_path(str(ROOT / "docs" / "draw_architecture.py"))
     shown = drawing["PICTURE"].read_text("utf-8")

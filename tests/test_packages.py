@@ -118,7 +118,11 @@ def test_the_source_holds_what_its_tests_need_and_nothing_that_work_leaves(packa
 def test_the_wheel_holds_what_the_program_shows(packages):
     with zipfile.ZipFile(packages[1]) as files:
         names = {*files.namelist()}
-    assert {"inspector/py.typed", "twistcore/py.typed", "twistcore/joint_names.toml"} <= names
+    assert {
+        "inspector/py.typed",
+        "twistcore/py.typed",
+        "twistcore/skeleton/joint_names.toml",
+    } <= names
     shown = {*ROOT.glob("docs/*.md"), *ROOT.glob("docs/images/*"), *ROOT.glob("assets/*.bvh")}
     shown |= {*ROOT.glob("assets/icons/*"), *ROOT.glob("assets/lessons/**/*.md")}
     shown |= {*ROOT.glob("assets/languages/*")}

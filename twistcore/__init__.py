@@ -7,25 +7,25 @@ read_clip → find_chains, find_limbs → analyse, detect → Review → refine 
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from twistcore.version import __version__
+from twistcore.files.version import __version__
 
 if TYPE_CHECKING:
-    from twistcore.analysis import ClipAnalysis, Detection, analyse, detect
+    from twistcore.analysis.clip_analysis import ClipAnalysis, Detection, analyse, detect
+    from twistcore.analysis.correction.twist_removal import refine
     from twistcore.batch import ClipSurvey, survey_folder
-    from twistcore.bvh import read_bvh, write_motion
-    from twistcore.chain import Chain, find_chains
-    from twistcore.clip import Clip, write_clip
-    from twistcore.clip import write_clip as write_bvh  # noqa: F401  # its earlier name
     from twistcore.detection import Interval, Kind
     from twistcore.errors import TwistError
-    from twistcore.formats import read_clip
-    from twistcore.limb import Limb, find_limbs
-    from twistcore.motion import Motion, Skeleton
-    from twistcore.refinement import refine
+    from twistcore.formats.bvh import read_bvh, write_motion
+    from twistcore.formats.clip import Clip, write_clip
+    from twistcore.formats.clip import write_clip as write_bvh  # noqa: F401  # its earlier name
+    from twistcore.formats.reading import read_clip
     from twistcore.review import Decision, Review, read_session, write_session
-    from twistcore.rig import OwnChain, Rig
-    from twistcore.rotation import swing_twist
-    from twistcore.signals import TwistSignals, twist_signals
+    from twistcore.skeleton.chain import Chain, find_chains
+    from twistcore.skeleton.limb import Limb, find_limbs
+    from twistcore.skeleton.motion import Motion, Skeleton
+    from twistcore.skeleton.rig import OwnChain, Rig
+    from twistcore.skeleton.rotation import swing_twist
+    from twistcore.skeleton.signals import TwistSignals, twist_signals
     from twistcore.synthesis import InjectedError, inject
 
 # In the order of the data, as the documentation lists them.
@@ -69,23 +69,24 @@ if not TYPE_CHECKING:
     # Loaded when first used: numpy and scipy take half a second, and a program that only keeps
     # count of clips, as the parent of many processes, needs neither.
     _HOMES = {
-        "analysis": "ClipAnalysis Detection analyse detect",
+        "analysis.clip_analysis": "ClipAnalysis Detection analyse detect",
+        "analysis.correction.twist_removal": "refine",
         "batch": "ClipSurvey survey_folder",
-        "bvh": "read_bvh write_motion",
-        "chain": "Chain find_chains",
-        "clip": "Clip write_clip",
         "detection": "Interval Kind",
         "errors": "TwistError",
-        "formats": "read_clip",
-        "limb": "Limb find_limbs",
-        "motion": "Motion Skeleton",
-        "refinement": "refine",
+        "formats.bvh": "read_bvh write_motion",
+        "formats.clip": "Clip write_clip",
+        "formats.reading": "read_clip",
         "review": "Decision Review read_session write_session",
-        "rig": "OwnChain Rig",
-        "rotation": "swing_twist",
-        "signals": "TwistSignals twist_signals",
+        "skeleton.chain": "Chain find_chains",
+        "skeleton.limb": "Limb find_limbs",
+        "skeleton.motion": "Motion Skeleton",
+        "skeleton.rig": "OwnChain Rig",
+        "skeleton.rotation": "swing_twist",
+        "skeleton.signals": "TwistSignals twist_signals",
         "synthesis": "InjectedError inject",
     }
+    _ROOMS = {home.partition(".")[0] for home in _HOMES}
 
     def __getattr__(name: str) -> object:
         if name == "write_bvh":  # its name before there were other formats
@@ -93,7 +94,7 @@ if not TYPE_CHECKING:
         for module, names in _HOMES.items():
             if name in names.split():
                 return getattr(import_module(f"{__name__}.{module}"), name)
-        if name in _HOMES:
+        if name in _ROOMS:
             return import_module(f"{__name__}.{name}")
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 

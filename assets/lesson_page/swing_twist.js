@@ -1,4 +1,4 @@
-// The mathematics of a lesson's page: what twistcore/rotation.py, decomposition.py and motion.py
+// The mathematics of a lesson's page: what twistcore's rotation.py, decomposition/ and motion.py
 // compute, for one frame. Quaternions are Hamilton, scalar first [w, x, y, z]; angles are radians.
 // A plain script, so that a test can evaluate it without a browser and compare the numbers.
 var SwingTwist = (function () {

@@ -15,14 +15,14 @@ from inspector.folder.queued_clip import FAR_AWAY, ClipState, QueuedClip
 from inspector.language import of_core, tr
 from inspector.session.session_files import decided_in, kept_sessions
 from inspector.widgets.background import Task
-from twistcore.batch.batch_run import LOCK
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.decisions import decisions_of
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
 from twistcore.batch.parameters import DEFAULT_METHOD
+from twistcore.batch.run import LOCK
 from twistcore.errors import TwistError
-from twistcore.file_lock import is_held
-from twistcore.file_marks import file_mark
+from twistcore.files.lock import is_held
+from twistcore.files.marks import file_mark
 from twistcore.tuning import Profile
 
 # Options that the window does not take over, by the parameter.

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from inspector.folder.queued_clip import ClipState, QueuedClip
-from twistcore.encoding import csv_text
+from twistcore.files.encoding import csv_text
 
 # Columns: severity is how bad it is, degrees; empty where nothing is known.
 _COLUMNS: Mapping[str, Callable[[QueuedClip], Any]] = {

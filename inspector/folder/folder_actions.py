@@ -15,10 +15,10 @@ from inspector.folder.queued_clip import QueuedClip
 from inspector.language import of_core, plural, tr
 from inspector.widgets.file_dialog import ask_where
 from inspector.widgets.message_bar import MessageBar
-from twistcore.atomic import write_atomically
-from twistcore.encoding import encoded
-from twistcore.ordinary_files import is_there
-from twistcore.with_parent import python_bound
+from twistcore.files.atomic import write_atomically
+from twistcore.files.encoding import encoded
+from twistcore.files.ordinary import is_there
+from twistcore.work.with_parent import python_bound
 
 _PATTERN = tr("Tables (*.csv);;All files (*)")
 

@@ -28,13 +28,13 @@ from inspector.folder.survey_worker import work
 from inspector.language import tr
 from inspector.session.leftovers import waiting_among
 from inspector.session.session_files import decided_in, written
-from twistcore.atomic import same_file
 from twistcore.batch import ClipSurvey, is_batch_folder
 from twistcore.batch.manifest import FILE as MANIFEST
-from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import exports_among
-from twistcore.ordinary_files import is_there
+from twistcore.files.atomic import same_file
+from twistcore.files.ordinary import is_there
+from twistcore.formats.clip_files import clips_in
 from twistcore.tuning import Profile
 
 _POLL_MS = 40

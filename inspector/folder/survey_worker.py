@@ -12,8 +12,8 @@ from inspector.folder.queued_clip import TOO_LARGE
 from inspector.session.rig_profiles import kept_rig
 from twistcore.batch import survey
 from twistcore.errors import TwistError
-from twistcore.with_parent import end_with_parent
-from twistcore.worker_memory import limited_memory
+from twistcore.work.memory import limited_memory
+from twistcore.work.with_parent import end_with_parent
 
 if TYPE_CHECKING:
     from twistcore.batch import ClipSurvey

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from inspector.bundled import LANGUAGES, LESSONS
-from twistcore.encoding import legible
+from twistcore.files.encoding import legible
 
 if TYPE_CHECKING:
     import polib

@@ -11,7 +11,7 @@ import re
 from functools import lru_cache
 
 from inspector.language.catalogue import SOURCE, chosen_language, entries_of_core
-from twistcore.encoding import legible
+from twistcore.files.encoding import legible
 
 # Why the system could not read or write, which it says in English.
 OF_SYSTEM = (

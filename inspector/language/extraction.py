@@ -24,14 +24,16 @@ _ROOT = Path(__file__).resolve().parents[2]
 _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "text")}
 # Rooms of twistcore whose sentences the window shows; what is said only by commands is not here.
 _ROOMS_OF_CORE = (
-    *("detection", "why_not", "review", "tuning", "quality", "refinement", "twist_removal"),
-    "protected_measures",
-    *("quamo/response", "quamo/track_clip", "errors", "formats", "clip_files", "clip", "chain"),
-    *("body", "examination", "limb", "rig", "motion", "analysis", "notation", "bvh", "amc", "npz"),
-    *("atomic", "file_lock", "file_kinds", "wide_text", "clip_suffixes"),
-    *("encoding", "document_values", "ordinary_files", "processes", "synthesis/truth"),
-    *("report/clip_report", "batch/inputs"),
-    *("batch/batch_run", "batch/clip_task", "batch/clip_survey"),
+    *("detection", "review", "tuning", "errors", "quamo/response", "quamo/track_clip"),
+    *("analysis/clip_analysis", "analysis/examination", "analysis/why_not", "analysis/quality"),
+    *("analysis/correction/corrected", "analysis/correction/protected_measures"),
+    "analysis/correction/twist_removal",
+    *("skeleton/body", "skeleton/chain", "skeleton/limb", "skeleton/motion", "skeleton/notation"),
+    *("skeleton/rig", "formats/reading", "formats/clip", "formats/clip_files", "formats/suffixes"),
+    *("formats/bvh", "formats/amc", "formats/npz"),
+    *("files/atomic", "files/lock", "files/kinds", "files/wide_text", "files/encoding"),
+    *("files/document_values", "files/ordinary", "work/processes", "synthesis/truth"),
+    *("report/clip_report", "batch/inputs", "batch/run", "batch/clip_task", "batch/clip_survey"),
     *("export/tracking", "export/compare", "export/replay", "export/scene_keys"),
     *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
 )

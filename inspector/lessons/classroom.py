@@ -10,15 +10,15 @@ from pathlib import Path
 
 from inspector.language import tr
 from inspector.session.opening import Analysed, analysed
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import Clip
 from twistcore.detection import Interval
-from twistcore.document_values import shown_words
 from twistcore.errors import ClipMismatchError, FormatError
-from twistcore.motion import Motion
-from twistcore.ordinary_files import is_file
+from twistcore.files.document_values import shown_words
+from twistcore.files.ordinary import is_file
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import Clip
 from twistcore.review import Review
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import Motion
 from twistcore.study.class_exercise import (
     SCORE,
     ClassExercise,

@@ -24,9 +24,9 @@ from inspector.widgets.background import OneTask
 from inspector.widgets.building import tool_button
 from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.signed_numbers import signed
-from twistcore.bvh import read_bvh
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
 from twistcore.study.class_exercise import ClassExercise, HandedIn, write_handed_in
 from twistcore.study.exercise import Score, score

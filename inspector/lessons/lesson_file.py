@@ -12,9 +12,9 @@ from inspector.language import of_core, tr
 from inspector.lessons.lesson_conditions import Condition, hold_at_once, read_conditions
 from inspector.lessons.lesson_place import FIELDS
 from inspector.lessons.lesson_place import Place as Place
-from twistcore.document_values import bytes_of, shown
 from twistcore.errors import FormatError, TwistError
-from twistcore.ordinary_files import is_file
+from twistcore.files.document_values import bytes_of, shown
+from twistcore.files.ordinary import is_file
 
 FENCE = "```lesson"
 KEYS = ("clip", *FIELDS, "done")  # of the settings of a page

@@ -13,7 +13,7 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.teaching.symbols import SYMBOLS
-from twistcore.decomposition import WhatIf
+from twistcore.analysis.decomposition import WhatIf
 
 TABS = ("teaching", "intervals")
 _DIGITS = 9  # of a frame's number: no clip has as many

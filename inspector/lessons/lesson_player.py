@@ -19,7 +19,7 @@ from inspector.lessons.page_in_clip import chain_of
 from inspector.lessons.scene_of_page import Looked, set_scene
 from inspector.session.opening import Analysed, analysed
 from inspector.widgets.background import OneTask
-from twistcore.bvh import read_bvh
+from twistcore.formats.bvh import read_bvh
 
 Clips = dict[Path, Analysed]  # by where the lesson says they are
 

@@ -18,11 +18,11 @@ from inspector.viewport.bodies import Bone, build_soup, find_bones
 from inspector.viewport.ground import ground_lines, lowest
 from inspector.viewport.limb_circle import limb_bones
 from inspector.viewport.striped_skin import STATIONS, build_skin
-from twistcore.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.analysis.correction import carried_by_limb, offsets_by_chain, remove_twist
 from twistcore.detection.paper import running_offset
-from twistcore.figure import figure_size, guess_up, heading
-from twistcore.limb import Limb
-from twistcore.refinement import carried_by_limb, offsets_by_chain, remove_twist
+from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
+from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.limb import Limb
 
 _MORE = 10  # frames beyond those that a task asks a person to move over
 _KINDS = {"f4": "<f4", "u2": "<u2", "i2": "<i2", "u1": "u1", "u4": "<u4"}

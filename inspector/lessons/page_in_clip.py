@@ -6,10 +6,10 @@ from inspector.language import tr
 from inspector.lessons.lesson_conditions import word_of
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.session.opening import Analysed
-from twistcore.chain import Chain
 from twistcore.detection import Kind
-from twistcore.document_values import shown_words
 from twistcore.errors import FormatError
+from twistcore.files.document_values import shown_words
+from twistcore.skeleton.chain import Chain
 
 _OF_CHAINS = ("swing", "counter")  # what a chain alone is measured for
 

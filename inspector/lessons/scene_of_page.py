@@ -12,8 +12,8 @@ from inspector.lessons.lesson_place import TABS, Camera, Place
 from inspector.session.open_clip import Show
 from inspector.session.opening import Analysed
 from inspector.viewport.camera import OrbitCamera
-from twistcore.decomposition import WhatIf
-from twistcore.rotation import Array
+from twistcore.analysis.decomposition import WhatIf
+from twistcore.skeleton.rotation import Array
 
 _NOTHING_KEPT = tr("A lesson keeps nothing: when it ends, your own clip is there as it was.")
 

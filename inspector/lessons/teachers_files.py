@@ -14,9 +14,9 @@ from inspector.lessons.classroom import scored, write_for_class
 from inspector.lessons.interrupted_review import Aside
 from inspector.widgets.background import OneTask
 from inspector.widgets.file_dialog import ask_files, ask_where
-from twistcore.atomic import write_atomically
-from twistcore.encoding import encoded
 from twistcore.errors import TwistError
+from twistcore.files.atomic import write_atomically
+from twistcore.files.encoding import encoded
 
 _SEEDS = 2**31
 

@@ -28,10 +28,10 @@ from inspector.teaching.gizmo_drawing import lit_parts
 from inspector.teaching.symbols import MARKS, SYMBOLS, colour
 from inspector.viewport.bone_colours import GHOST_ALPHA, palette
 from inspector.widgets.theme import DARK, LIGHT, Theme
-from twistcore.atomic import write_atomically
-from twistcore.bvh import read_bvh
-from twistcore.encoding import encoded
 from twistcore.errors import TwistError
+from twistcore.files.atomic import write_atomically
+from twistcore.files.encoding import encoded
+from twistcore.formats.bvh import read_bvh
 
 LARGEST = 5_000_000  # bytes of a page
 _SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds on either side of a page's frame: the first that fits

@@ -22,14 +22,14 @@ from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import BesideDelegate, Index, Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
-from twistcore.chain import Chain, uncorrectable_joints
+from twistcore.analysis.correction import children_off_axis
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import BENT
-from twistcore.encoding import legible
-from twistcore.helper import Helper
-from twistcore.limb import Limb
-from twistcore.refinement import children_off_axis
+from twistcore.files.encoding import legible
 from twistcore.review import Decision
+from twistcore.skeleton.chain import Chain, uncorrectable_joints
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
 
 _PEAK, _AZIMUTH = 2, 4  # columns
 _HEADS = (

@@ -33,16 +33,16 @@ from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption, Headline, as_tip, bold
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
-from twistcore.analysis import RESTLESS_DOUBT
-from twistcore.chain import Chain
+from twistcore.analysis.clip_analysis import RESTLESS_DOUBT
+from twistcore.analysis.correction.protected_measures import Hinges, Measure, protected_measures
+from twistcore.analysis.why_not import Why
 from twistcore.detection import Interval, Kind
-from twistcore.helper import Helper
-from twistcore.limb import Limb
-from twistcore.protected_measures import Hinges, Measure, protected_measures
 from twistcore.review import Annotate, Decision, Judged
 from twistcore.review.model import levelled, resized
 from twistcore.review.soft_onset import soft_onset
-from twistcore.why_not import Why
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
 
 _RARE, _RARER = 0.7, 3.0  # logarithms of odds: a side where a limb is half as often, hardly ever
 _UNBOUND = 16_777_215  # pixels: Qt's own largest

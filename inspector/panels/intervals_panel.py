@@ -23,9 +23,9 @@ from inspector.widgets.signed_numbers import angle_of, plain, signed
 from inspector.widgets.tables import Row, RowDelegate, RowModel, RowTable
 from inspector.widgets.theme import Theme
 from twistcore.detection import Kind
-from twistcore.helper import Helper
 from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, overlapping
+from twistcore.skeleton.helper import Helper
 
 _ROOM, _ROOM_LOW = 8, 3  # pixels of a row beside its line
 _NOTED = 500  # letters of a note that its cell has

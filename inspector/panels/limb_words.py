@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from inspector.language import tr_as
-from twistcore.limb import Limb
+from twistcore.skeleton.limb import Limb
 
 # In a language whose words have genders with what stands before them: 'das Knie'.
 _MIDDLES = {

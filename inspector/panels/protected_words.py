@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from inspector.language import of_core, tr
 from inspector.widgets.signed_numbers import plain
-from twistcore.protected_measures import ENDS, HINGE, PATH, ROLL, TURNS, Measure
+from twistcore.analysis.correction.protected_measures import ENDS, HINGE, PATH, ROLL, TURNS, Measure
 
 _NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
     HINGE: (tr("off its hinge"), "°"),

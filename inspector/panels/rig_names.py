@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-from twistcore.chain import Chain
-from twistcore.encoding import legible
-from twistcore.limb import Limb
-from twistcore.motion import Skeleton
+from twistcore.files.encoding import legible
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Skeleton
 
 
 def joints_of(chain: Chain, skeleton: Skeleton) -> str:

@@ -11,13 +11,13 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
-from twistcore.chain import find_chains
+from twistcore.analysis.quality.figure import Quality, quality_before_and_after
+from twistcore.analysis.quality.joint import SLIDE_SPEED, JointQuality, joint_quality
 from twistcore.detection.cuts import leading_frames
-from twistcore.figure import guess_up
-from twistcore.quality.figure_quality import Quality, quality_before_and_after
-from twistcore.quality.joint_quality import SLIDE_SPEED, JointQuality, joint_quality
 from twistcore.quamo.track_clip import placed_joint
-from twistcore.rotation import Array
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.figure import guess_up
+from twistcore.skeleton.rotation import Array
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,15 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
+from twistcore.analysis.correction import refine
+from twistcore.analysis.quality.figure import Quality, quality_before_and_after
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.export.tracking import Traces, traced_motion
-from twistcore.motion import forward_kinematics
-from twistcore.progress import Tell
-from twistcore.quality.figure_quality import Quality, quality_before_and_after
-from twistcore.refinement import refine
 from twistcore.review import Track, Tracking
-from twistcore.rotation import Array
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import Array
+from twistcore.work.progress import Tell
 
 _SETTLE_MS = 250  # decisions come one after the other: track again when the hand rests
 

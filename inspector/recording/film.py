@@ -11,7 +11,7 @@ import threading
 from pathlib import Path
 
 from inspector.language import tr
-from twistcore.atomic import destination, is_stream, move_into_place, part_name, take_part
+from twistcore.files.atomic import destination, is_stream, move_into_place, part_name, take_part
 
 _WAITING = 4  # frames that may wait for ffmpeg
 

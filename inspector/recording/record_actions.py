@@ -20,7 +20,7 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.typeset import Typesetter
-from twistcore.ordinary_files import is_there
+from twistcore.files.ordinary import is_there
 
 
 @dataclass(eq=False)

@@ -16,8 +16,8 @@ from inspector.session.document import Document
 from inspector.viewport.frame_drawing import selected_chain
 from inspector.widgets.building import hbox, soft
 from inspector.widgets.write_dialog import WriteDialog
-from twistcore.limb import Limb
-from twistcore.ordinary_files import is_there
+from twistcore.files.ordinary import is_there
+from twistcore.skeleton.limb import Limb
 
 _FORMATS = {
     ".mp4": tr("Film, MP4"),

@@ -13,7 +13,7 @@ from inspector.recording.figure_file import figure_file
 from inspector.recording.film import FilmWriter
 from inspector.recording.stage import Stage
 from inspector.widgets.building import hbox
-from twistcore.atomic import write_atomically
+from twistcore.files.atomic import write_atomically
 
 _POLL_MS = 5  # between looks at whether ffmpeg has caught up
 

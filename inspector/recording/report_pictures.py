@@ -24,12 +24,12 @@ from inspector.viewport.limb_side import limb_side
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Pose, Shapes, Solid, Style
 from inspector.widgets.theme import LIGHT
-from twistcore.chain import Chain
-from twistcore.figure import figure_size, guess_up, heading
-from twistcore.limb import Limb
-from twistcore.motion import forward_kinematics
-from twistcore.people import find_people
 from twistcore.report.picture_job import Figure, Pair, picture_path, read_job
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.people import find_people
 
 _SAMPLES = 8  # a pixel
 _QUALITY = 84  # of JPEG: some 10 kB a picture

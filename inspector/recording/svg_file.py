@@ -15,7 +15,7 @@ from PySide6.QtGui import QColor, QImage, QPainterPath, QPen
 
 from inspector.language import tr
 from inspector.recording.sheet import Item, Shape, Sheet, Words
-from twistcore.encoding import encoded
+from twistcore.files.encoding import encoded
 
 _CAPS = {
     Qt.PenCapStyle.FlatCap: "butt",

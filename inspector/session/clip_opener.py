@@ -12,9 +12,9 @@ from PySide6.QtCore import QObject, Signal, SignalInstance
 from inspector.language import tr
 from inspector.session.opening import ClipMissingError, analyse, analyse_session
 from inspector.widgets.background import OneTask
-from twistcore.analysis import ClipAnalysis
-from twistcore.progress import Tell
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.tuning import Profile
+from twistcore.work.progress import Tell
 
 _Made = TypeVar("_Made")
 _WONDER_S = 1.0  # seconds until a person begins to wonder how far it is

@@ -17,10 +17,10 @@ from inspector.session.open_clip import Borrowed, OpenClip
 from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
+from twistcore.analysis.correction import Corrected
 from twistcore.detection import Interval
-from twistcore.formats import own_name
-from twistcore.ordinary_files import is_there
-from twistcore.refinement import Corrected
+from twistcore.files.ordinary import is_there
+from twistcore.formats.reading import own_name
 from twistcore.review import (
     ChangeChains,
     Command,
@@ -35,7 +35,7 @@ from twistcore.review import (
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized, same_offsets
 from twistcore.review.reasons import found_again
-from twistcore.rig import Rig
+from twistcore.skeleton.rig import Rig
 from twistcore.tuning import Profile
 
 BLIND = tr("In an exercise the detector says nothing, and its τ stays: you are the detector.")

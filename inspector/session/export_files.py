@@ -10,22 +10,22 @@ from pathlib import Path
 from inspector.language import of_core, plural, tr
 from inspector.session.document import Document
 from inspector.session.session_files import replay_path
-from twistcore.analysis import ClipAnalysis
-from twistcore.atomic import same_file
-from twistcore.chain import Chain
-from twistcore.clip import ChannelJump, Clip, check_ending, write_clip
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.correction import stuck_joints
 from twistcore.errors import TwistError
 from twistcore.export.compare import Difference, compare
 from twistcore.export.replay import accepted_motion
-from twistcore.file_marks import file_mark, forget_marks, takes_long
-from twistcore.formats import own_name
-from twistcore.motion import Motion
-from twistcore.ordinary_files import is_file, is_there, real_path
-from twistcore.progress import Tell, nobody
-from twistcore.refinement import stuck_joints
+from twistcore.files.atomic import same_file
+from twistcore.files.marks import file_mark, forget_marks, takes_long
+from twistcore.files.ordinary import is_file, is_there, real_path
+from twistcore.formats.clip import ChannelJump, Clip, check_ending, write_clip
+from twistcore.formats.reading import own_name
 from twistcore.report.clip_report import check_report, report_files, report_marks, write_clip_report
-from twistcore.report.report_document import Report
+from twistcore.report.document import Report
 from twistcore.review import ReviewState, read_session, write_session
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.work.progress import Tell, nobody
 
 _STILL = 1e-9  # of the height: what a joint moves less is rounding
 

@@ -23,10 +23,10 @@ from inspector.session.session_files import (
     write_known,
     written,
 )
-from twistcore.atomic import free_name
 from twistcore.errors import TwistError
-from twistcore.file_lock import is_held
-from twistcore.ordinary_files import is_there
+from twistcore.files.atomic import free_name
+from twistcore.files.lock import is_held
+from twistcore.files.ordinary import is_there
 from twistcore.review import Review
 from twistcore.review.session import session_bytes
 

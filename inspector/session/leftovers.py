@@ -21,15 +21,15 @@ from inspector.session.session_files import (
     set_aside,
     written,
 )
-from twistcore.analysis import ClipAnalysis
-from twistcore.clip import Clip
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.errors import FormatError, TwistError
-from twistcore.file_lock import is_held
-from twistcore.limb import Limb
-from twistcore.ordinary_files import is_there
+from twistcore.files.lock import is_held
+from twistcore.files.ordinary import is_there
+from twistcore.formats.clip import Clip
 from twistcore.review import Judged, Recovered, Review, ReviewState, recover
 from twistcore.review.left_out import joined, missing_from
 from twistcore.review.session import session_document
+from twistcore.skeleton.limb import Limb
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,12 +11,12 @@ import numpy as np
 from PySide6.QtCore import QObject, Signal
 
 from inspector.session.opening import Analysed
-from twistcore.chain import Chain
+from twistcore.analysis.correction import Corrected
 from twistcore.detection import Analysis, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
-from twistcore.refinement import Corrected
 from twistcore.review import Decision, Judged, Review
-from twistcore.rotation import Array
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.rotation import Array
 from twistcore.tuning.learned_confidence import LearnedConfidence
 
 

@@ -10,30 +10,30 @@ from pathlib import Path
 from inspector.language import of_core, tr
 from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import kept_sessions, set_aside
-from twistcore import analysis as core
-from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain, chain_notes, uncorrectable_joints
-from twistcore.clip import Clip
+from twistcore.analysis import clip_analysis as core
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
 from twistcore.detection.limb_flips import LimbFlips
-from twistcore.document_values import shown_words
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX
 from twistcore.export.replay import chains_of
-from twistcore.file_marks import file_mark
-from twistcore.formats import read_clip
-from twistcore.motion import Motion
-from twistcore.ordinary_files import is_file
-from twistcore.progress import Tell, nobody, part
+from twistcore.files.document_values import shown_words
+from twistcore.files.marks import file_mark
+from twistcore.files.ordinary import is_file
+from twistcore.formats.clip import Clip
+from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.model import as_written
 from twistcore.review.proposal import flip_over, interval_over, proposed_flip, proposed_interval
 from twistcore.review.reasons import found_again
 from twistcore.review.session import read_session_file
-from twistcore.rig import AS_FOUND, Rig
-from twistcore.rotation import Array
-from twistcore.signals import TwistSignals
+from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rig import AS_FOUND, Rig
+from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.signals import TwistSignals
 from twistcore.tuning import Profile
+from twistcore.work.progress import Tell, nobody, part
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from inspector.session.leftovers import Leftover, missing
 from inspector.session.opening import Analysed, Stamp, stamp_of, what_changed
 from inspector.session.session_files import session_path, written
 from inspector.widgets.background import OneTask
-from twistcore.file_marks import file_mark, takes_long
-from twistcore.ordinary_files import is_there
+from twistcore.files.marks import file_mark, takes_long
+from twistcore.files.ordinary import is_there
 from twistcore.review import CarryOver, Command, Judged, LeaveOut, Review, ReviewState
 from twistcore.review.left_out import joined
 

@@ -13,9 +13,9 @@ from PySide6.QtCore import QObject, QTimer, Signal, SignalInstance
 from inspector.language import of_core, plural, tr
 from inspector.session.leftovers import same_review
 from inspector.session.session_files import JOURNAL_SUFFIX, at_first, refuge_path, session_path
-from twistcore.atomic import free_name
-from twistcore.clip import Clip
 from twistcore.errors import TwistError
+from twistcore.files.atomic import free_name
+from twistcore.formats.clip import Clip
 from twistcore.review import Command, Journal, Recovered, Review, ReviewState, Sign, recover
 from twistcore.review.journal import command_to_json, state_entry
 

@@ -17,8 +17,8 @@ from datetime import datetime
 from pathlib import Path
 
 from inspector.language import tr
-from twistcore.file_lock import lock
-from twistcore.ordinary_files import check_ordinary
+from twistcore.files.lock import lock
+from twistcore.files.ordinary import check_ordinary
 
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link there leads to a file that is not ours
 

@@ -8,9 +8,9 @@ from inspector.language import of_core, tr
 from inspector.session.session_files import set_aside
 from inspector.session.settings import settings_path
 from twistcore.errors import FormatError, TwistError
-from twistcore.motion import Motion, Skeleton
-from twistcore.ordinary_files import is_there
-from twistcore.rig import AS_FOUND, Rig, read_rig, skeleton_mark, write_rig
+from twistcore.files.ordinary import is_there
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig, skeleton_mark, write_rig
 
 
 def rig_path(skeleton: Skeleton) -> Path:

@@ -7,11 +7,11 @@ from collections.abc import Callable
 from inspector.language import tr
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.opening import Analysed
-from twistcore.analysis import ClipAnalysis
-from twistcore.progress import Tell
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.review import ChangeChains, ReviewState
 from twistcore.review.other_chains import changed_chains
-from twistcore.rig import Rig
+from twistcore.skeleton.rig import Rig
+from twistcore.work.progress import Tell
 
 _KEPT = 4  # a long clip's have hundreds of megabytes
 

@@ -17,13 +17,13 @@ from typing import TypeVar
 import platformdirs
 
 from inspector.language import of_core, tr
-from twistcore.atomic import free_name, write_atomically
-from twistcore.document_values import bytes_of, has, items, parsed_json, path_text
-from twistcore.encoding import json_bytes
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX, clip_of_session
-from twistcore.formats import own_name, same_format
-from twistcore.ordinary_files import is_there, own_folder, read_file, real_path
+from twistcore.files.atomic import free_name, write_atomically
+from twistcore.files.document_values import bytes_of, has, items, parsed_json, path_text
+from twistcore.files.encoding import json_bytes
+from twistcore.files.ordinary import is_there, own_folder, read_file, real_path
+from twistcore.formats.reading import own_name, same_format
 
 _Made = TypeVar("_Made")
 

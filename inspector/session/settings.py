@@ -18,8 +18,8 @@ import platformdirs
 from inspector.language import tr
 from inspector.session import settings_checks as checks
 from inspector.session.settings_checks import Check
-from twistcore.atomic import free_name, write_atomically
-from twistcore.ordinary_files import own_folder, read_file, real_path
+from twistcore.files.atomic import free_name, write_atomically
+from twistcore.files.ordinary import own_folder, read_file, real_path
 
 RECENT = 10
 VIDEOS = 500

@@ -6,8 +6,14 @@ from collections.abc import Iterator
 
 from inspector.language import of_core
 from inspector.session.document import Document
-from twistcore.analysis import Detection
-from twistcore.why_not import Reason, Why, peaks_without_interval, unexplained_peaks, why_not
+from twistcore.analysis.clip_analysis import Detection
+from twistcore.analysis.why_not import (
+    Reason,
+    Why,
+    peaks_without_interval,
+    unexplained_peaks,
+    why_not,
+)
 
 NEAR = 3  # frames from the playhead: it means the peak there
 

@@ -12,7 +12,7 @@ from inspector.language import tr, tr_as
 from inspector.teaching.symbols import MARKS
 from inspector.teaching.taught_frame import Numbers, degrees, numbers, reliable
 from inspector.widgets.signed_numbers import plain
-from twistcore.decomposition import UNDEFINED, Decomposition, FrameCorrection
+from twistcore.analysis.decomposition import UNDEFINED, Decomposition, FrameCorrection
 
 NEAR_SWING = 0.10  # reliability of θp below which it is told: a swing beyond 168°
 NEAR_STRAIGHT = 0.17  # of the azimuth: a limb straighter than 10°

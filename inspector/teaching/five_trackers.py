@@ -6,7 +6,7 @@ import numpy as np
 
 from twistcore.quamo import Gains, HandGains, track
 from twistcore.quamo.state_space import EXACT, FIRST_ORDER
-from twistcore.rotation import Array, geodesic_angle, quaternion_from_axis_angle
+from twistcore.skeleton.rotation import Array, geodesic_angle, quaternion_from_axis_angle
 from twistcore.study.quamo.representations import (
     REPRESENTATIONS,
     Representation,

@@ -14,7 +14,7 @@ from inspector.widgets.labels import Caption, SteadyLabel, inked
 from inspector.widgets.signed_numbers import signed
 from inspector.widgets.theme import Theme
 from inspector.widgets.traces import Trace, TracePlot
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 _WORDS = {
     "Quaternion": tr(

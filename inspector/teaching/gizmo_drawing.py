@@ -28,7 +28,7 @@ from inspector.viewport.solid_and_ghost import Pose
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.labels import bold, inked
 from inspector.widgets.typeset import Typesetter
-from twistcore.rotation import Array, conjugate, multiply, rotate
+from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
 _WIDTHS = {BOLD: 3.0, THIN: 1.6}
 _DIMMED = 0.22  # of what is not lit, beside what is

@@ -13,8 +13,8 @@ from inspector.teaching.equation_table import NEAR_SWING
 from inspector.teaching.gizmo_shapes import BOLD, CLEAR, THIN, Mark, Part, Sketch, beside, turned
 from inspector.viewport.mesh_actor import Index, segments
 from inspector.widgets.signed_numbers import signed
-from twistcore.decomposition import Decomposition
-from twistcore.rotation import Array, conjugate, multiply, rotate, wrap
+from twistcore.analysis.decomposition import Decomposition
+from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, wrap
 
 MEMBERS = 8
 _STEPS = 16  # of a dial

@@ -11,8 +11,8 @@ import numpy as np
 
 from inspector.teaching.gizmo_shapes import DIAL_AT, DIAL_SIZE, HAND_LONG, W_LONG, beside, fan
 from inspector.viewport.camera import OrbitCamera
-from twistcore.decomposition import Decomposition
-from twistcore.rotation import Array, conjugate, multiply, normalise, rotate, wrap
+from twistcore.analysis.decomposition import Decomposition
+from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate, wrap
 
 W, DIAL = "w", "theta_p"  # what can be taken, by its symbol
 REACH = 14.0  # pixels around the tip of w, and to either side of the ring, that still take it

@@ -22,8 +22,8 @@ from inspector.teaching.symbols import MARKS, colour
 from inspector.teaching.taught_frame import TaughtFrame, degrees
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import Theme, figures_font
-from twistcore.decomposition import WhatIf
-from twistcore.rotation import Array, wrap
+from twistcore.analysis.decomposition import WhatIf
+from twistcore.skeleton.rotation import Array, wrap
 
 _LEFT = Qt.MouseButton.LeftButton
 KEY = Qt.KeyboardModifier.ControlModifier  # no window manager takes a drag with it

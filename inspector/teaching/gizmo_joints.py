@@ -6,8 +6,8 @@ import numpy as np
 
 from inspector.teaching.gizmo_shapes import Sketch
 from inspector.viewport.mesh_actor import Index
-from twistcore.chain import Chain
-from twistcore.rotation import Array, matrix_from_quaternion
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.rotation import Array, matrix_from_quaternion
 
 POINTS = 18  # of three triads
 LINES: Index = np.arange(POINTS).reshape(-1, 2)

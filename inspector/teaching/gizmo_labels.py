@@ -25,7 +25,7 @@ from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.lights import background
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 _SIZE = 1.25  # of a label, in heights of the program's font
 _WORDS = 0.62  # of that height, of words

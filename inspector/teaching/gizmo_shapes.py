@@ -11,8 +11,8 @@ import numpy as np
 
 from inspector.viewport.bodies import SPHERE, TRIANGLES
 from inspector.viewport.mesh_actor import Index, segments
-from twistcore.decomposition import Decomposition
-from twistcore.rotation import Array, conjugate, multiply, normalise, rotate
+from twistcore.analysis.decomposition import Decomposition
+from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
 
 _ARC = 32  # steps of an arc
 _DASHES = 9

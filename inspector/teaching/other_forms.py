@@ -14,7 +14,7 @@ from inspector.teaching.taught_frame import TaughtFrame, degrees, numbers
 from inspector.widgets.building import soft, tool_button
 from inspector.widgets.theme import figures_font
 from inspector.widgets.typeset import Typesetter
-from twistcore.decomposition import (
+from twistcore.analysis.decomposition import (
     Decomposition,
     EulerChannels,
     altered,
@@ -22,7 +22,7 @@ from twistcore.decomposition import (
     other_order,
     unwrapped_twist,
 )
-from twistcore.rotation import wrap
+from twistcore.skeleton.rotation import wrap
 
 ROWS = ("order", "minus_q", "euler")  # what a lesson may list
 _UNDEFINED = tr("undefined: w points against a")

@@ -16,8 +16,7 @@ from inspector.language import tr
 from inspector.session.document import Document
 from inspector.viewport.frame_drawing import selected_chain
 from inspector.widgets.signed_numbers import signed
-from twistcore.chain import Chain
-from twistcore.decomposition import (
+from twistcore.analysis.decomposition import (
     Decomposition,
     FrameCorrection,
     WhatIf,
@@ -26,11 +25,12 @@ from twistcore.decomposition import (
     decompose,
 )
 from twistcore.detection.paper import running_offset
-from twistcore.encoding import legible
-from twistcore.limb import Limb
-from twistcore.motion import Skeleton, forward_kinematics
+from twistcore.files.encoding import legible
 from twistcore.review import Judged
-from twistcore.rotation import Array
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Skeleton, forward_kinematics
+from twistcore.skeleton.rotation import Array
 
 _ALONG = 1e-6  # how far off a line two vectors are one direction, in the file's unit
 

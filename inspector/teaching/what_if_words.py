@@ -8,7 +8,7 @@ from inspector.language import tr
 from inspector.teaching.equation_table import LEAST, NEAR_STRAIGHT, NEAR_SWING
 from inspector.teaching.taught_frame import Numbers, reliable
 from inspector.widgets.signed_numbers import plain, signed
-from twistcore.decomposition import UNDEFINED, Decomposition, WhatIf
+from twistcore.analysis.decomposition import UNDEFINED, Decomposition, WhatIf
 
 _HINT = tr("The frame as captured. Move a slider: what if …? Nothing of it reaches the review.")
 _TIP = np.radians(1.0)  # the nudge whose effect is told

@@ -11,8 +11,8 @@ from inspector.session.document import Document
 from inspector.timeline.curve_values import centre_of, degrees_about, unreliable_spans
 from inspector.timeline.curves import NOTHING, SAME, Curves, in_degrees, number, widened
 from inspector.timeline.pane import Pane
-from twistcore.refinement import Angles
-from twistcore.rotation import wrap
+from twistcore.analysis.correction import Angles
+from twistcore.skeleton.rotation import wrap
 
 _ANGLES = (("p", "theta_p"), ("c", "theta_c"))
 

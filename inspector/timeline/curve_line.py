@@ -8,7 +8,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainter, QPainterPath, QPen
 from PySide6.QtWidgets import QStyleOptionGraphicsItem, QWidget
 
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 _NOTHING = np.zeros(0)
 

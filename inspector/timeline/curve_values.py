@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.rotation import Array, wrap
+from twistcore.skeleton.rotation import Array, wrap
 
 RELIABLE = 0.2  # ‖v⊥‖/‖v‖ below which the azimuth is shaded
 _BINS, _BLUR = 72, np.radians(25.0)

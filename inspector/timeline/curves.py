@@ -12,7 +12,7 @@ from inspector.language import tr
 from inspector.session.document import Document
 from inspector.timeline.pane import Pane
 from inspector.widgets.signed_numbers import plain
-from twistcore.rotation import Array, wrap
+from twistcore.skeleton.rotation import Array, wrap
 
 _SMALLEST = {"theta": 20.0, "delta": 10.0, "offset": 10.0}  # degrees that a plot spans at least
 _HEADROOM = 2.2  # times τ that the strength plot reaches at least

@@ -20,7 +20,7 @@ from inspector.timeline.time_view import TimeView
 from inspector.timeline.title_lines import title_lines
 from inspector.widgets.theme import Theme, figures_font, mixed
 from twistcore.review import Judged
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 _TITLE_HEIGHT = 17.0
 _REMEMBERED = 8  # pictures of regions kept: every plot asks for the same one or two

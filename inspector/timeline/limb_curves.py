@@ -12,8 +12,8 @@ from inspector.timeline.curve_values import above, rarest, unreliable_spans
 from inspector.timeline.curves import NOTHING, SAME, Curves, in_degrees, number, widened
 from inspector.timeline.pane import Pane
 from twistcore.detection.limb_flips import BENT
-from twistcore.limb import Limb
-from twistcore.rotation import wrap
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.rotation import wrap
 
 
 class LimbCurves(Curves):

@@ -14,10 +14,10 @@ from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.tau_line import colour_tau, tau_words
 from inspector.widgets.background import OneTask
 from inspector.widgets.theme import Theme
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DETECTORS
-from twistcore.helper import Helper
 from twistcore.review import Judged
+from twistcore.skeleton.helper import Helper
 
 _NAMES = {"paper": tr("Paper's detector"), "consistency": tr("Our detector")}
 _STRENGTHS = {"paper": "m", "consistency": tr("strength")}

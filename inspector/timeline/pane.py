@@ -20,7 +20,7 @@ from inspector.timeline.time_view import TimeView
 from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis, root_scale
 from inspector.widgets.canvas import Canvas
 from inspector.widgets.theme import Theme
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 AXIS_WIDTH = 58
 _AXIS_HEIGHT = 17

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from inspector.language import tr
 from inspector.session.document import Document
 from inspector.tuning.strength_histogram import bar_of, bar_words
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 
 class BarFrames:

@@ -11,10 +11,10 @@ from pathlib import Path
 from inspector.language import of_core, tr, use_language
 from inspector.language.catalogue import SOURCE
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
-from twistcore.rig import Rig
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.rig import Rig
 from twistcore.tuning import Span, Verdicts, clip_tuning
-from twistcore.with_parent import end_with_parent
+from twistcore.work.with_parent import end_with_parent
 
 _NICE = 5  # the window comes first, also on one core
 

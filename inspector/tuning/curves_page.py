@@ -20,8 +20,8 @@ from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Theme
-from twistcore.helper import Helper
-from twistcore.limb import Limb
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
 from twistcore.tuning.cost_words import band_words, count_words, fsr_words
 
 _NO_COSTS = tr("What τ costs is measured for chains; a limb or a twist bone has its automatic τ.")

@@ -14,12 +14,12 @@ from inspector.session.document import Document
 from inspector.session.session_files import set_aside
 from inspector.session.settings import settings_path
 from inspector.widgets.message_bar import Answers
-from twistcore.atomic import write_atomically
-from twistcore.document_values import bytes_of, parsed_json
-from twistcore.encoding import json_bytes
 from twistcore.errors import FormatError, TwistError
-from twistcore.ordinary_files import is_there, real_path
-from twistcore.rig import skeleton_mark
+from twistcore.files.atomic import write_atomically
+from twistcore.files.document_values import bytes_of, parsed_json
+from twistcore.files.encoding import json_bytes
+from twistcore.files.ordinary import is_there, real_path
+from twistcore.skeleton.rig import skeleton_mark
 from twistcore.tuning import Profile, read_profile
 from twistcore.tuning.learned_profile import LearnedProfile
 from twistcore.tuning.verdicts_of import performer_of

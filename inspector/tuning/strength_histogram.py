@@ -15,7 +15,7 @@ from inspector.language import plural
 from inspector.tuning.tau_plots import AXIS_WIDTH, HIGHEST, LABEL_ROOM, LOWEST, TauPlot
 from inspector.widgets.axes import Axis, apart
 from inspector.widgets.theme import Theme, figures_font
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 _BINS = np.linspace(np.log10(LOWEST), np.log10(HIGHEST), 65)
 _COUNTS = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)

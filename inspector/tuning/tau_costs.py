@@ -15,9 +15,9 @@ from inspector.language import chosen_language, of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.cost_worker import Capture, Request, measure
 from inspector.tuning.wishes import Wishes
-from twistcore.chain import uncorrectable_joints
-from twistcore.helper import Helper
 from twistcore.review import Decision, Judged, ReviewState
+from twistcore.skeleton.chain import uncorrectable_joints
+from twistcore.skeleton.helper import Helper
 from twistcore.tuning import TauCurve
 from twistcore.tuning.verdicts_of import is_verdict, said_in
 

@@ -19,8 +19,8 @@ from inspector.widgets.building import bring_to_front
 from inspector.widgets.file_dialog import ask_files, ask_where
 from inspector.widgets.message_bar import MessageBar
 from twistcore.errors import TwistError
-from twistcore.formats import is_clip
-from twistcore.ordinary_files import real_path
+from twistcore.files.ordinary import real_path
+from twistcore.formats.reading import is_clip
 from twistcore.review import LeaveOut
 from twistcore.review.left_out import joined
 from twistcore.tuning import Profile, read_profile, write_profile

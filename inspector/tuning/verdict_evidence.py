@@ -17,14 +17,14 @@ from inspector.session.session_files import kept_sessions, written
 from inspector.tuning.remembered_profiles import Performers
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.background import OneTask
-from twistcore.clip_files import clips_in
 from twistcore.errors import TwistError
-from twistcore.progress import Tell
+from twistcore.formats.clip_files import clips_in
 from twistcore.review import ReviewState
 from twistcore.tuning.common_tau import CommonTau, common_tau
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_curve
 from twistcore.tuning.verdicts_of import JudgedClip, judged_clip, judged_in
+from twistcore.work.progress import Tell
 
 CLIP, FOLDER, RIG = tr("This clip"), tr("Folder"), tr("This rig")
 _SETTLE_MS = 400  # verdicts come one after the other: count when the hand rests

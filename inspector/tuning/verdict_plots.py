@@ -12,7 +12,7 @@ from inspector.tuning.tau_plots import TauPlot
 from inspector.widgets.axes import Axis
 from inspector.widgets.canvas import Canvas
 from inspector.widgets.theme import Theme, figures_font
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 from twistcore.tuning.learned_confidence import Reliability
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve
 

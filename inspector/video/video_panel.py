@@ -19,7 +19,7 @@ from inspector.widgets.building import action_button, hbox, soft, tool_button, v
 from inspector.widgets.labels import ElidedLabel, SteadyLabel, as_tip
 from inspector.widgets.signed_numbers import SignedBox
 from inspector.widgets.theme import Theme
-from twistcore.ordinary_files import real_path
+from twistcore.files.ordinary import real_path
 
 _FPS = tr_as("frames per second", "fps")
 NO_VIDEO = tr("No video for this clip.\nFile → Open witness video…, or drop one here.")

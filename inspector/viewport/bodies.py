@@ -13,8 +13,8 @@ import numpy as np
 import pyvista as pv
 
 from inspector.viewport.mesh_actor import Index, segments
-from twistcore.motion import Motion
-from twistcore.rotation import Array, matrix_from_quaternion, normalise
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, matrix_from_quaternion, normalise
 
 # What a vertex belongs to; its colour follows. SKIN and BAND: light and dark stripes of a limb.
 FRONT, BACK, SIDE, STRIPE, JOINT, SKIN, BAND = PARTS = range(7)

@@ -14,9 +14,9 @@ from inspector.viewport.frame_drawing import FrameDrawing
 from inspector.viewport.limb_circle import limb_bones
 from inspector.viewport.solid_and_ghost import Pose
 from inspector.widgets.labels import as_tip
-from twistcore.chain import Chain
-from twistcore.limb import Limb
-from twistcore.rotation import Array, rotate
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.rotation import Array, rotate
 
 _REACH = 12.0  # pixels beside a body that still count
 

@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from twistcore.rotation import Array, normalise
+from twistcore.skeleton.rotation import Array, normalise
 
 VIEW_ANGLE = np.radians(28.0)  # vertical field of view
 _STEEPEST = np.radians(89.0)

@@ -16,8 +16,8 @@ from inspector.viewport.frame_drawing import selected_chain
 from inspector.viewport.limb_side import limb_joints, limb_side
 from inspector.viewport.scene import Scene
 from inspector.viewport.solid_and_ghost import Style
-from twistcore.chain import Chain
-from twistcore.rotation import Array
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.rotation import Array
 
 _EDGE = 0.03  # of the picture's width or height: as good as outside
 _TINY = 0.03  # of the picture's height

@@ -13,7 +13,7 @@ from inspector.viewport.bone_colours import rgb
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import SAME, Pose
 from inspector.widgets.theme import Theme
-from twistcore.rotation import Array, geodesic_angle
+from twistcore.skeleton.rotation import Array, geodesic_angle
 
 _DASHES = 4  # an edge
 _DRAWN = 0.55  # of a dash

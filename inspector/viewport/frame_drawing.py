@@ -22,12 +22,12 @@ from inspector.viewport.solid_and_ghost import Pose, Style
 from inspector.widgets.labels import inked
 from inspector.widgets.signed_numbers import plain, signed
 from inspector.widgets.theme import Theme
-from twistcore.chain import Chain
 from twistcore.detection import Interval, Kind
-from twistcore.helper import Helper
-from twistcore.limb import Limb
-from twistcore.motion import Skeleton
-from twistcore.rotation import Array
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.rotation import Array
 
 _NO_CIRCLE = tr("straight or folded: no angle")
 

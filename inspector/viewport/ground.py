@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from inspector.viewport.mesh_actor import Index, segments
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 _CELLS = 3.0  # cells to a figure's height, about
 _STOPS = 9  # points on a grid line, between which its colour fades

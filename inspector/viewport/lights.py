@@ -6,7 +6,7 @@ from vtkmodules.vtkRenderingCore import vtkLight, vtkRenderer
 
 from inspector.viewport.bone_colours import mix
 from inspector.widgets.theme import Theme
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 
 def light(renderer: vtkRenderer) -> None:

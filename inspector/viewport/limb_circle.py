@@ -18,10 +18,10 @@ from inspector.viewport.mesh_actor import Piece, segments
 from inspector.viewport.solid_and_ghost import SAME
 from inspector.widgets.theme import Theme
 from twistcore.detection.limb_flips import BENT
-from twistcore.helper import Helper
-from twistcore.limb import Limb, path
-from twistcore.motion import Skeleton
-from twistcore.rotation import Array, normalise, quaternion_from_axis_angle, rotate
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb, path
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
 _DIAL = 0.06  # radius of a twist bone's circle, of the figure's height
 _DIAL_AT = 0.25, 0.75  # of its bone: nearer to an end the joint there hides it

@@ -10,11 +10,11 @@ import numpy as np
 from inspector.viewport.bodies import Bone
 from inspector.viewport.camera import OrbitCamera, circle_direction, roll_direction
 from inspector.viewport.limb_circle import Circle, circle_of, helper_circle
-from twistcore.chain import Chain
-from twistcore.helper import Helper
-from twistcore.limb import Limb
-from twistcore.motion import Skeleton
-from twistcore.rotation import Array, normalise, rotate
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.rotation import Array, normalise, rotate
 
 _AIR = 0.045  # round the limb, of the figure's height
 

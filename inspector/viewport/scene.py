@@ -22,11 +22,11 @@ from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Ghost, Pose, Shapes, Solid, Style
 from inspector.viewport.trails import Trails
 from inspector.widgets.theme import Theme
-from twistcore.chain import Chain, find_chains
-from twistcore.figure import figure_size, guess_up, heading
-from twistcore.limb import Limb
-from twistcore.people import find_people
-from twistcore.rotation import Array, matrix_from_quaternion
+from twistcore.skeleton.chain import Chain, find_chains
+from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.people import find_people
+from twistcore.skeleton.rotation import Array, matrix_from_quaternion
 
 AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8)  # x, y, z
 

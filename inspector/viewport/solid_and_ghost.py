@@ -23,8 +23,8 @@ from inspector.viewport.ground import Ground, shadow_points
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.striped_skin import Skin, build_skin, drape
 from inspector.widgets.theme import Theme
-from twistcore.chain import Chain
-from twistcore.rotation import Array, geodesic_angle
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.rotation import Array, geodesic_angle
 
 _GROWN = 1.09  # the ghost lies around a solid body of the same pose, not in its faces
 _FAINT = 64  # alpha of a body that only stands by

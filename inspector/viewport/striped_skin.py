@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from inspector.viewport.bodies import BAND, SKIN, Bone
 from inspector.viewport.mesh_actor import Index, segments
-from twistcore.chain import Chain
-from twistcore.rotation import (
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.rotation import (
     Array,
     conjugate,
     matrix_from_quaternion,

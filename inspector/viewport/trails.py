@@ -13,9 +13,9 @@ from inspector.session.document import Document
 from inspector.viewport.bone_colours import mix, rgb
 from inspector.viewport.mesh_actor import Piece, segments
 from inspector.widgets.theme import Theme
-from twistcore.chain import Chain, find_chains
-from twistcore.motion import Motion
-from twistcore.rotation import Array
+from twistcore.skeleton.chain import Chain, find_chains
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array
 
 REACH = 1.0  # seconds before and after the frame
 _NEARER = 0.004  # of the way to the eye

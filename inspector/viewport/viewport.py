@@ -28,7 +28,7 @@ from inspector.widgets.building import vbox
 from inspector.widgets.labels import plain_text
 from inspector.widgets.later import Stale
 from inspector.widgets.theme import Theme
-from twistcore.chain import Chain
+from twistcore.skeleton.chain import Chain
 
 _AFTER_CURVES_MS = 12  # a dragged τ paints tables and curves first, the picture behind them
 _WARM_MS = 60  # after the window has been shown

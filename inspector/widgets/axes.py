@@ -10,7 +10,7 @@ import numpy as np
 import pyqtgraph as pg
 
 from inspector.widgets.signed_numbers import plain
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 _ROOT_TICKS = (0, 1, 5, 20, 50, 100, 180)
 _TICK_ROOM = 13.0  # pixels between two labels of the root scale, in type of the usual size

@@ -10,7 +10,7 @@ from typing import Any
 from PySide6.QtCore import QObject, QRunnable, QThreadPool, Signal
 from shiboken6 import isValid
 
-from twistcore.progress import Cancelled, Tell
+from twistcore.work.progress import Cancelled, Tell
 
 
 class _Post(QObject):

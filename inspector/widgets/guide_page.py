@@ -26,7 +26,7 @@ from inspector.language import tr
 from inspector.widgets.building import hbox, hint, tool_button, vbox
 from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.theme import Theme
-from twistcore.ordinary_files import real_path
+from twistcore.files.ordinary import real_path
 
 FIRST = "guide.md"
 _TOPICS = (

@@ -20,7 +20,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 
-from twistcore.encoding import legible
+from twistcore.files.encoding import legible
 
 _TAG = re.compile("[<&]")
 _MOST = 4000  # letters: to set millions of them takes minutes

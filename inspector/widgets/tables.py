@@ -29,7 +29,7 @@ from PySide6.QtWidgets import (
 
 from inspector.widgets.labels import as_tip
 from inspector.widgets.theme import Theme
-from twistcore.encoding import legible
+from twistcore.files.encoding import legible
 
 _Thing = TypeVar("_Thing")
 _Feature = QStyleOptionViewItem.ViewItemFeature

@@ -14,7 +14,7 @@ from PySide6.QtCore import Qt, Signal
 from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis
 from inspector.widgets.canvas import Canvas
 from inspector.widgets.theme import Theme, figures_font
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
 

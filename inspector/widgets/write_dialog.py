@@ -18,7 +18,7 @@ from PySide6.QtWidgets import (
 from inspector.language import tr
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.file_dialog import ask_where
-from twistcore.ordinary_files import is_there
+from twistcore.files.ordinary import is_there
 
 
 class WriteDialog(QDialog):

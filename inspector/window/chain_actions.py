@@ -13,9 +13,9 @@ from inspector.session.rig_profiles import keep_rig, kept_rig, rig_path
 from inspector.widgets.message_bar import MessageBar
 from inspector.window.chain_dialog import ChainDialog
 from inspector.window.joint_names_dialog import JointNamesDialog
-from twistcore.ordinary_files import is_there
+from twistcore.files.ordinary import is_there
 from twistcore.review import Decision
-from twistcore.rig import AS_FOUND, Rig
+from twistcore.skeleton.rig import AS_FOUND, Rig
 
 
 @dataclass(eq=False)

@@ -17,10 +17,10 @@ from PySide6.QtWidgets import (
 from inspector.language import of_core, tr, tr_as
 from inspector.session.document import Document
 from inspector.widgets.building import soft, vbox
-from twistcore.encoding import legible
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, Skeleton
-from twistcore.rig import OwnChain, Rig
+from twistcore.files.encoding import legible
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rig import OwnChain, Rig
 
 _NONE = "–"
 _ROLES = (tr_as("joint", "Parent"), tr_as("joint", "Child"), tr_as("joint", "Below it"))

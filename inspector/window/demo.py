@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QMessageBox
 from inspector.folder.queued_clip import ClipState
 from inspector.session.export_files import ExportChoice
 from inspector.window.main_window import MainWindow
-from twistcore.encoding import legible
+from twistcore.files.encoding import legible
 from twistcore.review import Decision
 
 _SETTLE_MS = 350  # the views redraw once an event-loop turn; give them a few

@@ -22,10 +22,10 @@ from inspector.session.export_files import (
 )
 from inspector.widgets.background import OneTask
 from inspector.widgets.write_dialog import WriteDialog
+from twistcore.analysis.correction import SURE_ENOUGH
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import EXPORT_MARK
-from twistcore.file_marks import file_mark
-from twistcore.refinement import SURE_ENOUGH
+from twistcore.files.marks import file_mark
 from twistcore.review import Decision
 from twistcore.review.model import APPLIED, SEEN
 

@@ -23,7 +23,7 @@ from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
-from twistcore.formats import CLIP_PATTERNS
+from twistcore.formats.reading import CLIP_PATTERNS
 from twistcore.review import ReviewState
 from twistcore.tuning import Profile
 

@@ -23,15 +23,15 @@ from PySide6.QtWidgets import (
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.session.document import Document
 from inspector.widgets.building import soft, vbox
-from twistcore.body import Body
-from twistcore.chain import Chain
-from twistcore.encoding import legible
+from twistcore.analysis.examination import unexamined_limbs
 from twistcore.errors import TwistError
-from twistcore.examination import unexamined_limbs
-from twistcore.helper import Helper
-from twistcore.joint_names import JointName
-from twistcore.limb import Limb
-from twistcore.rig import Rig
+from twistcore.files.encoding import legible
+from twistcore.skeleton.body import Body
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.joint_names import JointName
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.rig import Rig
 
 _JOINT, _TAKEN, _BY, _CHANGE = range(4)
 _HEADS = (tr("Joint"), tr("Taken for"), tr_as("what a joint is known by", "By"), tr("Change to"))

@@ -68,7 +68,7 @@ from inspector.window.settings_keeper import SettingsKeeper
 from inspector.window.toolbar import ToolBar
 from inspector.window.usual_layout import DOCKS, UsualLayout
 from twistcore.detection import Interval, Kind
-from twistcore.encoding import legible
+from twistcore.files.encoding import legible
 from twistcore.review import Decision
 
 _Area = Qt.DockWidgetArea

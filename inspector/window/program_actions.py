@@ -19,7 +19,7 @@ from inspector.widgets.icons import program_icon
 from inspector.window.actions import Menus, apply_keys
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
-from twistcore.version import __version__
+from twistcore.files.version import __version__
 
 _ICON = 64  # pixels
 

@@ -23,11 +23,11 @@ from inspector.session.why_here import peaks, reason_here, reason_near, told
 from inspector.timeline.visible_range import VisibleRange
 from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.signed_numbers import signed
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.why_not import Reason, Why
 from twistcore.detection import Interval, Kind
 from twistcore.review import Annotate, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
-from twistcore.why_not import Reason, Why
 
 
 @dataclass(eq=False)

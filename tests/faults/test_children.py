@@ -20,7 +20,7 @@ SLEEP = "import os, time; open({note!r}, 'w').write(str(os.getpid())); time.slee
 STARTS = {
     "a worker of a command": (
         "import functools\nfrom tests.faults.asleep import asleep\n"
-        "from twistcore.processes import Apart\n"
+        "from twistcore.work.processes import Apart\n"
         "Apart().call(asleep, {note!r}, None)"
     ),
     "a worker of the window": (
@@ -31,11 +31,11 @@ STARTS = {
         "    process.start()\n    process.join()"
     ),
     "a module": (
-        "import subprocess\nfrom twistcore.with_parent import python_bound\n"
+        "import subprocess\nfrom twistcore.work.with_parent import python_bound\n"
         "subprocess.run(python_bound('tests.faults.asleep', {note!r}))"
     ),
     "another program": (
-        "import subprocess, sys\nfrom twistcore.with_parent import bound\n"
+        "import subprocess, sys\nfrom twistcore.work.with_parent import bound\n"
         "subprocess.run(bound([sys.executable, '-m', 'tests.faults.asleep', {note!r}]),"
         " start_new_session=True)"
     ),
@@ -60,7 +60,7 @@ def test_a_child_ends_with_a_parent_that_was_killed(name, tmp_path):
 def test_whose_parent_was_gone_before_is_not_begun(tmp_path):
     note = tmp_path / "pid"
     program = (
-        "import subprocess\nfrom twistcore.with_parent import bound, python_bound\n"
+        "import subprocess\nfrom twistcore.work.with_parent import bound, python_bound\n"
         f"for command in (bound(['{sys.executable}', '-m', 'tests.faults.asleep', {str(note)!r}]),"
         f" python_bound('tests.faults.asleep', {str(note)!r})):\n"
         "    command = [w.replace(str(__import__('os').getpid()), '1000000') for w in command]\n"

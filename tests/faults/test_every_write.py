@@ -142,18 +142,18 @@ def test_a_read_only_disk_is_told(write):
 # Modules that open files to write otherwise than by `atomic`, and why no half of one is taken for
 # a whole.
 OTHERS = {
-    "twistcore/atomic.py": "the home of it",
+    "twistcore/files/atomic.py": "the home of it",
     "twistcore/review/journal.py": "a line at a time, fsynced; one cut short is left out",
-    "twistcore/batch/batch_run.py": "the lock, which is empty",
+    "twistcore/batch/run.py": "the lock, which is empty",
     "inspector/session/review_lock.py": "the lock; empty, it is nobody's",
     "twistcore/batch/clip_task.py": "a copy in a temporary folder",
-    "twistcore/convert/blender_process.py": "words for Blender in a temporary folder",
+    "twistcore/formats/blender/process.py": "words for Blender in a temporary folder",
     "twistcore/report/picture_job.py": "words for the drawing process in a temporary folder",
     "inspector/recording/report_pictures.py": "pictures in that folder, all or none are taken",
     "twistcore/export/folder_replay.py": "a line at a time; one cut short is passed over",
     "twistcore/study/benchmark/runner.py": "a line at a time; one cut short is passed over",
     "twistcore/cli/command_line.py": "the null device",
-    "twistcore/worker_memory.py": "the system's own, by which a peak is forgotten",
+    "twistcore/work/memory.py": "the system's own, by which a peak is forgotten",
     "inspector/shots.py": "pictures of these pages, by whoever makes them",
     "inspector/window/demo.py": "pictures of a demonstration, drawn again each time",
 }
@@ -181,4 +181,4 @@ def test_every_other_write_goes_through_the_one_home():
         for module in sorted((ROOT / house).rglob("*.py")):
             if lines := list(_writes(ast.parse(module.read_text("utf-8")))):
                 found[module.relative_to(ROOT).as_posix()] = lines
-    assert found.keys() - OTHERS.keys() == set(), "written otherwise than by twistcore.atomic"
+    assert found.keys() - OTHERS.keys() == set(), "written otherwise than by twistcore.files.atomic"

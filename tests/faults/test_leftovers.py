@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.twistcore.batch_folders import ROOT, environment
-from twistcore.atomic import part_name, take_part, write_atomically, writing_atomically
+from twistcore.files.atomic import part_name, take_part, write_atomically, writing_atomically
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="of Windows, names alone are ours")
 
@@ -25,7 +25,7 @@ def test_what_was_killed_in_the_middle_is_gone_after_the_next_writing(tmp_path, 
     path.write_bytes(b"old")
     program = (
         "import os, sys\nfrom pathlib import Path\n"
-        "from twistcore.atomic import writing_atomically\n"
+        "from twistcore.files.atomic import writing_atomically\n"
         "with writing_atomically(Path(sys.argv[1])) as file:\n"
         "    file.write(b'half')\n    file.flush()\n    os.kill(os.getpid(), 9)\n"
     )

@@ -13,10 +13,10 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore.cli import main
-from twistcore.clip_files import clips_in
-from twistcore.file_lock import is_held
-from twistcore.file_marks import sha256_of
-from twistcore.ordinary_files import open_to_read, read_file, real_path
+from twistcore.files.lock import is_held
+from twistcore.files.marks import sha256_of
+from twistcore.files.ordinary import open_to_read, read_file, real_path
+from twistcore.formats.clip_files import clips_in
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no such files there")
 

@@ -14,7 +14,7 @@ from inspector.session.session_files import refuge_path
 from inspector.session.settings import Settings, load_settings, save_settings, settings_path
 from tests.conftest import ASSETS
 from tests.twistcore.batch_folders import COMMAND, ROOT, clips, environment
-from twistcore.bvh import read_bvh
+from twistcore.formats.bvh import read_bvh
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and names as POSIX has them")
 
@@ -22,9 +22,9 @@ pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and names as
 WRITING = """
 import sys, time
 from pathlib import Path
-from twistcore.atomic import writing_atomically
+from twistcore.files.atomic import writing_atomically
 from twistcore.cli import command_line
-from twistcore.processes import Apart
+from twistcore.work.processes import Apart
 
 def writing(arguments):
     with writing_atomically(Path(sys.argv[1])) as file:

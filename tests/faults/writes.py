@@ -16,13 +16,13 @@ from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.batch.corrected_files import write_corrected
 from twistcore.batch.manifest import ClipRow
 from twistcore.batch.result_files import write_clip_table, write_json_lines, write_parquet
-from twistcore.bvh import write_motion
-from twistcore.clip import write_clip
+from twistcore.formats.bvh import write_motion
+from twistcore.formats.clip import write_clip
 from twistcore.quamo.network import untrained, write_network
 from twistcore.report.clip_report import write_clip_report
-from twistcore.report.report_document import Report
+from twistcore.report.document import Report
 from twistcore.review.session import session_bytes, write_session
-from twistcore.rig import OwnChain, Rig, write_rig
+from twistcore.skeleton.rig import OwnChain, Rig, write_rig
 from twistcore.study.class_exercise import HandedIn, write_handed_in
 from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import Truth, write_truth

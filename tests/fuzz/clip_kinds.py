@@ -17,21 +17,21 @@ from tests.fuzz.trial import Kind
 from tests.twistcore import amc_files, pose_layout_files
 from tests.twistcore.amass_files import amass_arrays
 from tests.twistcore.estimator_files import LAYOUTS
-from twistcore.analysis import analyse
-from twistcore.bvh import BvhClip, read_bvh, write_motion
-from twistcore.chain import find_chains
-from twistcore.clip import Clip, changed_rotations, rewritten
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import applied_unasked, refine
 from twistcore.detection import Interval
-from twistcore.formats import is_other_data, read_clip
-from twistcore.limb import find_limbs
-from twistcore.motion import Motion, forward_kinematics
-from twistcore.npz import NpzClip
-from twistcore.npz.video_poses import VideoPoses
+from twistcore.formats.bvh import BvhClip, read_bvh, write_motion
+from twistcore.formats.clip import Clip, changed_rotations, rewritten
+from twistcore.formats.npz import NpzClip
+from twistcore.formats.npz.video_poses import VideoPoses
+from twistcore.formats.reading import is_other_data, read_clip
 from twistcore.quamo.pose_files import PosesError
 from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.topology import find_topology
-from twistcore.refinement import applied_unasked, refine
-from twistcore.rotation import geodesic_angle
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle
 
 ASSETS = Path(__file__).parents[2] / "assets"
 FRAMES = {"walk_injected": (140, 200), "dance": (0, 30), "basketball": (0, 6)}

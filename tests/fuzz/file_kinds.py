@@ -18,11 +18,11 @@ from inspector.lessons.classroom import open_for_student, scored, to_review, wri
 from tests.fuzz.json_damage import DEEP, NUMBERS, TEXTS, damage_bytes, damaged_json
 from tests.fuzz.review_kinds import ASSETS, analysis, clip
 from tests.fuzz.trial import Kind
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.encoding import encoded, json_text
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.files.encoding import encoded, json_text
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review
-from twistcore.rig import OwnChain, Rig, read_rig, rig_from_json, rig_to_json, write_rig
+from twistcore.skeleton.rig import OwnChain, Rig, read_rig, rig_from_json, rig_to_json, write_rig
 from twistcore.study.class_exercise import HandedIn, read_handed_in, write_handed_in
 from twistcore.study.evaluation import measure
 from twistcore.synthesis import PROTOCOLS, draw_errors, generator

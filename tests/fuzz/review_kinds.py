@@ -23,13 +23,13 @@ from inspector.session.leftovers import (
 from inspector.session.session_files import decided_in
 from tests.fuzz.json_damage import damage_bytes, damaged_json
 from tests.fuzz.trial import Kind
-from twistcore.analysis import ClipAnalysis, analyse
+from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.batch.decisions import decisions_of
-from twistcore.bvh import read_bvh
-from twistcore.clip import Clip
-from twistcore.encoding import json_bytes
 from twistcore.export.exports_beside import clip_of_session
 from twistcore.export.replay import accepted_motion, chains_of
+from twistcore.files.encoding import json_bytes
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import Clip
 from twistcore.review import (
     Annotate,
     CarryOver,
@@ -52,7 +52,7 @@ from twistcore.review import (
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_to_json, recover
 from twistcore.review.model import constant
 from twistcore.review.session import session_bytes, session_document
-from twistcore.rig import Rig
+from twistcore.skeleton.rig import Rig
 from twistcore.tuning.folder_sessions import sessions_in
 
 ASSETS = Path(__file__).parents[2] / "assets"

@@ -32,12 +32,12 @@ from tests.fuzz.file_kinds import _damaged_toml, _profiles, _rigs
 from tests.fuzz.json_damage import NUMBERS, TEXTS, damage_bytes, damaged_json
 from tests.fuzz.review_kinds import ASSETS, clip
 from tests.fuzz.trial import Kind
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.errors import TwistError
 from twistcore.export.folder_replay import WRITTEN, read_written
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review
-from twistcore.rig import skeleton_mark
+from twistcore.skeleton.rig import skeleton_mark
 
 # -- lessons -----------------------------------------------------------------------------------
 

@@ -27,10 +27,10 @@ from tests.gui.looks import looks_of
 from tests.gui.pictures import FRAME, INJECTED, WALK, reject_all, settle
 from tests.gui.programs import Program
 from tests.gui.windows import act, close_window, open_clip, wait_until_active
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import write_clip
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
 _PATIENCE_MS = 60_000  # on a machine with much to do
 

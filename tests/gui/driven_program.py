@@ -23,7 +23,7 @@ from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
 from twistcore.review import Annotate, Decision
-from twistcore.rig import OwnChain
+from twistcore.skeleton.rig import OwnChain
 
 
 class Driver:

@@ -3,10 +3,10 @@
 from inspector.session.settings import Settings
 from tests.conftest import ASSETS
 from twistcore.batch.how_bad import root_mean_square
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import rewritten
 from twistcore.detection import Interval
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import rewritten
+from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import draw_errors, generator, inject
 
 

@@ -14,8 +14,8 @@ from tests.conftest import ASSETS
 from tests.gui import forked
 from tests.gui.programs import Program
 from tests.processes import children_of, is_alive, until
-from twistcore.bvh import read_bvh
 from twistcore.cli import main
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import read_session, recover, session_bytes
 
 REVIEWER = Path(__file__).with_name("scripted_review.py")

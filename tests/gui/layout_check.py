@@ -24,7 +24,7 @@ from inspector.bundled import LESSONS, TOUR
 from inspector.language import in_language
 from inspector.session.settings import Settings
 from tests.gui.waiting import wait
-from twistcore.decomposition import WhatIf
+from twistcore.analysis.decomposition import WhatIf
 
 NARROWEST = 1024
 _LOOKS = 60  # in vain, before what does not fit is a defect

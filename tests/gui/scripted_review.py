@@ -18,7 +18,7 @@ from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
 from twistcore.review import session_bytes
 from twistcore.review.model import resized
-from twistcore.rig import OwnChain
+from twistcore.skeleton.rig import OwnChain
 
 SPINE = OwnChain(("Spine", "Spine1", "Neck1"))
 COMMANDS = [

@@ -13,8 +13,8 @@ from tests.gui.windows import act, open_clip
 from tests.twistcore.amass_files import write_amass
 from tests.twistcore.amc_files import numbers, written
 from tests.twistcore.test_amc import LIMB, dirty
-from twistcore.bvh import read_bvh
 from twistcore.cli import main
+from twistcore.formats.bvh import read_bvh
 
 
 def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):

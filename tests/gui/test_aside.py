@@ -15,7 +15,7 @@ from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import act, close_and_answer, decisions, open_clip
-from twistcore.bvh import read_bvh
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
 from twistcore.study.class_exercise import read_handed_in
 

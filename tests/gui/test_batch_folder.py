@@ -12,9 +12,9 @@ from inspector.session.settings import Settings
 from tests.gui.folders import put_errors
 from tests.gui.windows import act
 from twistcore.batch import Manifest
-from twistcore.batch.batch_run import LOCK
+from twistcore.batch.run import LOCK
 from twistcore.cli import main
-from twistcore.file_lock import lock
+from twistcore.files.lock import lock
 
 
 @pytest.fixture

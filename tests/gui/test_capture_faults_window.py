@@ -7,9 +7,9 @@ from inspector.panels.interval_filter import FILTERS
 from inspector.session.session_files import session_path
 from tests.gui.windows import act, open_clip, press, wait_until_active
 from tests.twistcore.test_capture_faults import FAULTS, faulty_clip
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, Review, read_session, write_session
 
 

@@ -8,9 +8,9 @@ import pytest
 
 from inspector.lessons.classroom import open_for_student, scored, write_for_class
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.clip import changed_rotations
 from twistcore.errors import ClipMismatchError, FormatError
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import changed_rotations
 from twistcore.study.class_exercise import HandedIn, write_handed_in
 from twistcore.synthesis.truth import read_truth, write_truth
 

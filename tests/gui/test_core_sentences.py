@@ -11,11 +11,11 @@ from inspector.bundled import FLIPPED, SAMPLE
 from inspector.language import catalogue, of_core, tr, use_language
 from inspector.language.extraction import texts_in_code
 from twistcore import analyse, read_bvh
-from twistcore.body import Unexamined
-from twistcore.bvh.reader import parse_bvh
+from twistcore.analysis.why_not import peaks_without_interval, why_not
 from twistcore.errors import TwistError
+from twistcore.formats.bvh.reader import parse_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Redetect
-from twistcore.why_not import peaks_without_interval, why_not
+from twistcore.skeleton.body import Unexamined
 
 _ENGLISH = re.compile(r"\b(the|is|are|its|it|which|there|of|and|to|by|as|or|edge|jump)\b")
 

@@ -9,13 +9,13 @@ from inspector.timeline.curve_values import degrees_about, thinned, unreliable_s
 from inspector.timeline.regions import Regions
 from inspector.widgets.theme import LIGHT
 from tests.gui.pictures import INJECTED
+from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.corrected import _has_closed_form
 from twistcore.detection.interval import Interval
-from twistcore.refinement import refine
-from twistcore.refinement.corrected import _has_closed_form
 from twistcore.review import Insert, Judged
 from twistcore.review.model import constant
-from twistcore.rotation import wrap
-from twistcore.signals import twist_signals
+from twistcore.skeleton.rotation import wrap
+from twistcore.skeleton.signals import twist_signals
 
 NO_SEAMS = np.zeros(0, dtype=np.int64)
 

@@ -12,9 +12,9 @@ from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
 from tests.gui.windows import act, wait_until_active
-from twistcore.clip import write_clip
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
+from twistcore.formats.clip import write_clip
 from twistcore.review import Track, Tracking
 
 HAND = Tracking(("LeftForeArm", "LeftHand"), kp=3000.0, kd=33.0)

@@ -20,7 +20,7 @@ from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, export, open_clip, press, wait_until_active
-from twistcore.bvh import read_bvh
+from twistcore.formats.bvh import read_bvh
 
 
 def test_nothing_accepted_exports_the_same_bytes(opened, tmp_path):

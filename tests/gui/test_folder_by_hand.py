@@ -7,9 +7,9 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, real_screen, wait_until, watched
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import rewritten
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import rewritten
+from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import draw_errors, generator, inject
 
 TEXTS = (  # of the clips' list: what each row says, by the clip's name

@@ -10,7 +10,7 @@ from inspector.teaching.gizmo_shapes import CLEAR, sketch
 from inspector.teaching.symbols import colour
 from inspector.widgets.theme import DARK, LIGHT
 from tests.gui.pictures import grabbed, near
-from twistcore.decomposition import WhatIf, decompose
+from twistcore.analysis.decomposition import WhatIf, decompose
 
 
 def test_the_gizmo_comes_and_goes_with_the_tab(qtbot, taught):

@@ -13,7 +13,7 @@ from inspector.teaching.gizmo_handles import (
     taken,
 )
 from inspector.viewport.camera import OrbitCamera
-from twistcore.rotation import normalise, quaternion_from_axis_angle, rotate
+from twistcore.skeleton.rotation import normalise, quaternion_from_axis_angle, rotate
 
 UP, AHEAD = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 SIZE = (640, 480)

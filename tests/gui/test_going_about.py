@@ -6,11 +6,11 @@ import pytest
 from inspector.session.player import Player
 from inspector.window.review_actions import faint_intervals
 from tests.gui.pictures import INJECTED
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import write_clip
-from twistcore.refinement import remove_twist
+from twistcore.analysis.correction import remove_twist
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
 from twistcore.review import Decide, Decision, recover, session_bytes
+from twistcore.skeleton.chain import find_chains
 
 
 def test_a_loop_plays_the_selected_interval_and_half_a_second_round_it(open_document):

@@ -13,10 +13,10 @@ from inspector.viewport.limb_circle import helper_circle
 from tests.gui.pictures import changed, picture, settle
 from tests.gui.windows import act, export, open_clip
 from tests.twistcore.test_strangers import UNREAL, rolled
-from twistcore.bvh import read_bvh
-from twistcore.bvh.compose import bvh_text
 from twistcore.detection import Kind
-from twistcore.rotation import geodesic_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.bvh.compose import bvh_text
+from twistcore.skeleton.rotation import geodesic_angle
 
 HELPER = "upperarm_twist_01_l"
 FRAME = 155  # within its error

@@ -13,11 +13,11 @@ from tests.gui.browser import Browser, found_browser
 from tests.hostile_texts import HTML, hostile_clip, hostile_texts
 from tests.twistcore.made_records import failed, record_of
 from twistcore import read_clip
-from twistcore.analysis import detect
+from twistcore.analysis.clip_analysis import detect
 from twistcore.batch.gates import Broken, parse_rule
 from twistcore.report.clip_report import write_clip_report
+from twistcore.report.document import Report
 from twistcore.report.folder_report import write_folder_report
-from twistcore.report.report_document import Report
 from twistcore.review import Annotate, Decide, Decision, Review
 
 # CI has both brought; elsewhere they are too large a thing to ask for.

@@ -28,7 +28,7 @@ from tests.gui.pictures import INJECTED
 from tests.gui.said_texts import Said
 from tests.gui.windows import act, open_clip
 from tests.hostile_texts import as_file_name, hostile_clip, hostile_texts, shares
-from twistcore.encoding import legible
+from twistcore.files.encoding import legible
 from twistcore.review import Annotate
 from twistcore.tuning import Tuned, write_profile
 

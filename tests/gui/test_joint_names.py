@@ -13,8 +13,8 @@ from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
 from tests.twistcore.test_strangers import BY_NAME, UNREAL, WALK
 from tests.twistcore.two_people import two_people
-from twistcore.bvh.compose import bvh_text
-from twistcore.rig import read_rig
+from twistcore.formats.bvh.compose import bvh_text
+from twistcore.skeleton.rig import read_rig
 
 FINGERS = "LeftFingerPlate"  # a hand whose name is that of a part of one
 

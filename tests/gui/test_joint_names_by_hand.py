@@ -8,9 +8,9 @@ import pytest
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, real_screen, watched
 from tests.twistcore.test_strangers import UNREAL, rolled
-from twistcore.bvh import read_bvh
-from twistcore.bvh.compose import bvh_text
-from twistcore.rotation import geodesic_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.bvh.compose import bvh_text
+from twistcore.skeleton.rotation import geodesic_angle
 
 pytestmark = needs_real_screen
 NAMED = {"reviewer": "Ada"}

@@ -8,11 +8,11 @@ from PySide6.QtWidgets import QApplication, QFileDialog, QLineEdit
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import wait_until_active
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
 from twistcore.cli import main as twistcore
-from twistcore.clip import rewritten
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import rewritten
 from twistcore.review import Decision
+from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import draw_errors, generator, inject
 
 CTRL = Qt.KeyboardModifier.ControlModifier

@@ -19,8 +19,8 @@ from inspector.bundled import LANGUAGES
 from inspector.language import codes, of_core, plural, tr, use_language, wished
 from inspector.language.extraction import key, texts_in_code
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = Path(__file__).with_name("said_texts.py")

@@ -13,12 +13,12 @@ from inspector.bundled import ASSETS, LESSONS, SAMPLE
 from inspector.lessons.lesson_file import read_lesson
 from inspector.session.opening import analysed
 from tests.gui.test_tour import ALL, TRANSLATED
-from twistcore.bvh import read_bvh
-from twistcore.decomposition import WhatIf, altered, decompose
+from twistcore.analysis.decomposition import WhatIf, altered, decompose
 from twistcore.detection import Kind
 from twistcore.detection.paper import running_offset
-from twistcore.motion import forward_kinematics
-from twistcore.rotation import geodesic_angle, multiply
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle, multiply
 
 _NUMBER = re.compile(r"(?<![\w.])[−-]?\d+(?:\.\d+)?")
 _NOT_A_FACT = re.compile(r"(Eq|Gl)\. \d+( (to|bis|,) \d+)?|\$[^$]*\$|\b3D\b")

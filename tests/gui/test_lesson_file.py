@@ -15,9 +15,9 @@ from inspector.session.opening import analysed
 from inspector.teaching.symbols import SYMBOLS
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
-from twistcore.bvh import read_bvh
-from twistcore.decomposition import WhatIf
+from twistcore.analysis.decomposition import WhatIf
 from twistcore.errors import FormatError
+from twistcore.formats.bvh import read_bvh
 
 HEAD = "---\ntitle: A lesson\nclip: walk_injected.bvh\n---\n\n"
 LESSON = """---

@@ -8,8 +8,8 @@ from inspector.lessons.page_in_clip import chain_of
 from inspector.session.opening import analysed
 from tests.conftest import ASSETS
 from tests.gui.test_tour import play
-from twistcore.bvh import read_bvh
 from twistcore.errors import FormatError
+from twistcore.formats.bvh import read_bvh
 
 PAGE = """# A page
 

@@ -16,13 +16,11 @@ from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.test_plots import drag, spot
 from tests.gui.windows import act, export, open_clip, press
-from twistcore import analysis as core
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis import clip_analysis as core
+from twistcore.analysis.correction import refine
 from twistcore.cli import main
 from twistcore.detection import Kind
-from twistcore.limb import places
-from twistcore.refinement import refine
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     Decide,
     Decision,
@@ -34,7 +32,9 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.model import constant
-from twistcore.rotation import wrap
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import places
+from twistcore.skeleton.rotation import wrap
 from twistcore.tuning import Profile
 
 LEG, CHAIN = "RightUpLeg-RightFoot", "RightUpLeg"

@@ -26,8 +26,8 @@ from tests.gui.looks import EVERY
 from tests.gui.windows import act, open_clip
 from tests.twistcore.test_capture_faults import faulty_clip
 from tests.twistcore.test_strangers import flipping_helper
-from twistcore.bvh.compose import bvh_text
 from twistcore.detection import Kind
+from twistcore.formats.bvh.compose import bvh_text
 
 CHECK = Path(__file__).with_name("layout_check.py")
 

@@ -14,10 +14,10 @@ from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
 from tests.twistcore.amass_files import write_amass
 from tests.twistcore.pose_layout_files import write_aist
-from twistcore.bvh import read_bvh
 from twistcore.cli import main as twistcore
 from twistcore.export.exports_beside import exports_among
-from twistcore.npz.body import BODIES
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.npz.body import BODIES
 from twistcore.review import Decision
 
 

@@ -5,11 +5,11 @@ from dataclasses import fields, replace
 from inspector.panels.detail_card import explanation
 from tests.conftest import ASSETS
 from twistcore import detect
-from twistcore.analysis import RESTLESS_DOUBT
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import RESTLESS_DOUBT
 from twistcore.detection import Kind
-from twistcore.helper import Helper
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review
+from twistcore.skeleton.helper import Helper
 
 
 def test_the_card_says_why_an_interval_is_open():

@@ -18,7 +18,7 @@ from tests.conftest import ASSETS
 from tests.gui.windows import act, export, open_clip
 from twistcore.cli import main
 from twistcore.review import Decision, read_session
-from twistcore.rig import OwnChain, Rig, read_rig
+from twistcore.skeleton.rig import OwnChain, Rig, read_rig
 
 SPINE = OwnChain(("Spine", "Spine1", "Neck1"))
 Key = Qt.Key

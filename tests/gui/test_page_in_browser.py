@@ -16,9 +16,9 @@ from inspector.lessons.web_page import LARGEST, export_page
 from inspector.teaching.taught_frame import degrees
 from tests.gui.browser import Browser, found_browser
 from tests.gui.looks import EVERY
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.decomposition import WhatIf, decompose
+from twistcore.analysis.decomposition import WhatIf, decompose
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
 
 # CI has one brought; elsewhere it is too large a thing to ask for.
 pytestmark = pytest.mark.skipif(

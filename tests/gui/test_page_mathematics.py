@@ -17,11 +17,17 @@ from inspector.teaching.taught_frame import Numbers
 from inspector.teaching.what_if_words import words
 from inspector.viewport.bodies import find_bones
 from inspector.viewport.striped_skin import STATIONS, build_skin, drape
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.decomposition import Decomposition, WhatIf, altered, correct_frame, decompose
+from twistcore.analysis.decomposition import (
+    Decomposition,
+    WhatIf,
+    altered,
+    correct_frame,
+    decompose,
+)
 from twistcore.detection.paper import running_offset
-from twistcore.motion import forward_kinematics
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import forward_kinematics
 
 SCRIPTS = ("language.js", "swing_twist.js", "labels.js", "words.js", "striped_skin.js", "gizmo.js")
 EXACT = 1e-9

@@ -6,7 +6,7 @@ import pytest
 from inspector.session.settings import Settings
 from tests.gui.windows import act, open_clip
 from tests.twistcore.two_people import two_people
-from twistcore.rig import Rig
+from twistcore.skeleton.rig import Rig
 
 APART = 60.0  # length units between the two
 

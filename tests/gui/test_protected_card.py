@@ -9,9 +9,18 @@ from inspector.panels.detail_card import explanation
 from inspector.panels.protected_words import table_of, worse_line
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
-from twistcore.analysis import analyse, detect
-from twistcore.bvh import read_bvh
-from twistcore.protected_measures import ENDS, HINGE, NAMES, PATH, ROLL, TURNS, UNITS, Measure
+from twistcore.analysis.clip_analysis import analyse, detect
+from twistcore.analysis.correction.protected_measures import (
+    ENDS,
+    HINGE,
+    NAMES,
+    PATH,
+    ROLL,
+    TURNS,
+    UNITS,
+    Measure,
+)
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, Review
 
 _GROWN = {

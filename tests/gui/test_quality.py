@@ -13,13 +13,13 @@ from inspector.teaching.five_trackers import followers, turning
 from tests.conftest import ASSETS
 from tests.gui.pictures import INJECTED, changed, picture
 from tests.gui.windows import act, open_clip, wait_until_active
-from twistcore.bvh import read_bvh
+from twistcore.analysis.quality.joint import joint_quality
 from twistcore.cli import main
 from twistcore.export.tracking import DEMONSTRATION, tracked_motion, weights_mark
-from twistcore.motion import forward_kinematics
-from twistcore.quality.joint_quality import joint_quality
+from twistcore.formats.bvh import read_bvh
 from twistcore.quamo import Gains
 from twistcore.review import Decide, Decision, Review, Track, Tracking
+from twistcore.skeleton.motion import forward_kinematics
 
 PLACE = "Hips, place"
 
@@ -145,7 +145,7 @@ def test_tracking_is_a_step_of_the_review_that_undo_takes_back(qtbot, window, qu
 
 def shown_motion(document):
     """The motion with all intervals corrected that are not rejected."""
-    from twistcore.refinement import refine
+    from twistcore.analysis.correction import refine
 
     chosen = document.review.state.chosen(undecided=True)
     return refine(document.data.motion, document.data.chains, chosen)

@@ -9,7 +9,7 @@ from inspector.session.export_files import ExportChoice
 from inspector.widgets.background import wait_for_tasks
 from inspector.window.export_dialog import ExportDialog
 from tests.gui.windows import act, export, open_clip
-from twistcore import file_marks
+from twistcore.files import marks as file_marks
 from twistcore.review import Decision
 
 

@@ -17,7 +17,7 @@ from inspector.recording.sheet import Sheet
 from inspector.recording.sweep import SWEPT, Sweep
 from tests.conftest import ASSETS
 from tests.gui.windows import act
-from twistcore.decomposition import WhatIf
+from twistcore.analysis.decomposition import WhatIf
 
 SIZE = (640, 360)
 

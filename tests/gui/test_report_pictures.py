@@ -7,9 +7,9 @@ import pytest
 from matplotlib.image import imread
 
 from inspector.bundled import FLIPPED, SAMPLE
-from twistcore.analysis import analyse
-from twistcore.formats import read_clip
-from twistcore.refinement import refine
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import refine
+from twistcore.formats.reading import read_clip
 from twistcore.report.picture_job import SIZE, draw, figure_of
 
 

@@ -7,10 +7,10 @@ from inspector.panels.detail_card import explanation
 from inspector.window.export_dialog import ExportDialog
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import write_clip
-from twistcore.refinement import remove_twist
+from twistcore.analysis.correction import remove_twist
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
+from twistcore.skeleton.chain import find_chains
 
 RAMP = np.radians(np.concatenate([np.arange(1, 13), np.full(10, 13), np.arange(12, 0, -1)]) * 6.0)
 

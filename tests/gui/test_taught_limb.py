@@ -9,8 +9,8 @@ from inspector.teaching.gizmo_joints import name_joints, triads
 from inspector.teaching.gizmo_shapes import CLEAR, sketch
 from inspector.widgets.theme import DARK
 from tests.gui.windows import act
-from twistcore.decomposition import WhatIf, decompose
-from twistcore.rotation import (
+from twistcore.analysis.decomposition import WhatIf, decompose
+from twistcore.skeleton.rotation import (
     matrix_from_quaternion,
     multiply,
     quaternion_from_axis_angle,

@@ -13,8 +13,8 @@ from inspector.teaching.what_if_words import azimuth_per_tip, theta_per_tip, wor
 from inspector.widgets.theme import DARK
 from tests.conftest import ASSETS
 from tests.gui.windows import act
-from twistcore.decomposition import WhatIf, decompose
-from twistcore.rotation import (
+from twistcore.analysis.decomposition import WhatIf, decompose
+from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,
     quaternion_from_axis_angle,

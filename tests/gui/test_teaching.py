@@ -29,8 +29,8 @@ from tests.conftest import ASSETS
 from tests.gui.other_fonts import other_font
 from tests.gui.pictures import grabbed, near
 from tests.gui.windows import act
-from twistcore.decomposition import WhatIf, decompose, other_order
-from twistcore.rotation import (
+from twistcore.analysis.decomposition import WhatIf, decompose, other_order
+from twistcore.skeleton.rotation import (
     multiply,
     quaternion_from_euler,
     rotate,
@@ -38,7 +38,7 @@ from twistcore.rotation import (
     twist_angle,
     wrap,
 )
-from twistcore.signals import twist_signals
+from twistcore.skeleton.signals import twist_signals
 
 FRAMES = 20
 CLIPS, CHAINS = 5, 10

@@ -16,7 +16,7 @@ from tests.conftest import ASSETS
 from tests.gui.known_costs import remember, remind
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
-from twistcore.bvh import read_bvh
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision
 from twistcore.tuning import Tuned, clip_tuning, read_profile, write_profile
 

@@ -15,7 +15,7 @@ from tests.gui.known_costs import remember, remind
 from tests.gui.pictures import INJECTED
 from tests.gui.test_tuning import LEFT, NONE, cells, send, taus
 from tests.gui.windows import act, open_clip
-from twistcore.bvh import read_bvh
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, read_session
 from twistcore.tuning import Tuned, clip_tuning, write_profile
 

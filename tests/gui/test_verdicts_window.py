@@ -17,8 +17,8 @@ from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
 from tests.twistcore.test_verdicts import folder as folder_of
 from tests.twistcore.test_verdicts import together
-from twistcore.analysis import detect
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import detect
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
 from twistcore.tuning.verdict_curve import verdict_curve
 from twistcore.tuning.verdicts_of import is_verdict

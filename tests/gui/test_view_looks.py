@@ -32,11 +32,11 @@ from tests.gui.pictures import (
     show_instead,
 )
 from tests.gui.windows import act, open_clip
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import write_clip
-from twistcore.motion import forward_kinematics
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
 from twistcore.review import Decide, Decision
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import forward_kinematics
 from twistcore.synthesis import InjectedError, inject
 
 UP = np.array([0.0, 1.0, 0.0])

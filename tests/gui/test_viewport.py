@@ -31,12 +31,12 @@ from tests.gui.pictures import (
     settle,
     show_instead,
 )
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import write_clip
-from twistcore.figure import figure_size, guess_up
-from twistcore.motion import forward_kinematics
-from twistcore.rotation import quaternion_from_axis_angle, rotate
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.figure import figure_size, guess_up
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import quaternion_from_axis_angle, rotate
 from twistcore.synthesis import InjectedError, inject
 
 # --- what the picture tells -----------------------------------------------------------------------

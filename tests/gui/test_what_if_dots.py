@@ -8,9 +8,9 @@ from inspector.recording.stage import Shown, Stage
 from inspector.widgets.axes import from_root_scale
 from inspector.widgets.theme import DARK
 from tests.gui.windows import act
-from twistcore.decomposition import WhatIf, altered
-from twistcore.rotation import wrap
-from twistcore.signals import twist_signals
+from twistcore.analysis.decomposition import WhatIf, altered
+from twistcore.skeleton.rotation import wrap
+from twistcore.skeleton.signals import twist_signals
 
 FRAME = 90
 

@@ -9,12 +9,12 @@ from PySide6.QtCore import Qt
 from inspector.session.why_here import peaks
 from tests.conftest import ASSETS
 from tests.gui.windows import act, open_clip, press
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import write_clip
-from twistcore.refinement import remove_twist
-from twistcore.rotation import normalise
-from twistcore.why_not import Why
+from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.why_not import Why
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import normalise
 
 ARM, FRAME = "LeftArm", 200
 SENTENCE = "at frame 200 is above τ = 1.5°, but only LeftArm turns there"

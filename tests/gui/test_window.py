@@ -18,8 +18,8 @@ from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, decisions, export, press
-from twistcore.bvh import read_bvh
 from twistcore.cli import main as twistcore
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
 
 

@@ -2,11 +2,17 @@
 
 import numpy as np
 
-from twistcore.motion import Motion
-from twistcore.npz.body import BODIES
+from twistcore.formats.npz.body import BODIES
 from twistcore.quamo.rest_pose import rest_change
 from twistcore.quamo.topology import CMU_UNIT, PARENTS, find_topology
-from twistcore.rotation import conjugate, logarithm, multiply, quaternion_from_axis_angle, rotate
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import (
+    conjugate,
+    logarithm,
+    multiply,
+    quaternion_from_axis_angle,
+    rotate,
+)
 
 UPRIGHT = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), 0.5 * np.pi)  # from y up to z up
 

@@ -7,11 +7,11 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from twistcore.batch.batch_run import run_batch
 from twistcore.batch.clip_task import Outcome, Task, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.parameters import Parameters
-from twistcore.processes import each
+from twistcore.batch.run import run_batch
+from twistcore.work.processes import each
 
 ROOT = Path(__file__).parents[2]
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)

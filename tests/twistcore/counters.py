@@ -3,8 +3,8 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from twistcore.detection.counter_rotation import CounterRotation, combine
-from twistcore.rotation import wrap
+from twistcore.detection.counter_twist.counter_rotation import CounterRotation, combine
+from twistcore.skeleton.rotation import wrap
 
 seeds = st.integers(0, 2**32 - 1)
 

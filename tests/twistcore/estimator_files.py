@@ -7,8 +7,8 @@ import zlib
 
 import numpy as np
 
-from twistcore.rotation import logarithm, matrix_from_quaternion, multiply, rotate
-from twistcore.rotation import quaternion_from_axis_angle as about
+from twistcore.skeleton.rotation import logarithm, matrix_from_quaternion, multiply, rotate
+from twistcore.skeleton.rotation import quaternion_from_axis_angle as about
 
 X = np.array([1.0, 0.0, 0.0])
 UPRIGHT = {"y": 0.0, "z": 0.5 * np.pi, "-y": -np.pi}  # from y up to a file's axes

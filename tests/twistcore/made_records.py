@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import applied_unasked, refine
 from twistcore.batch.manifest import ClipRecord
-from twistcore.clip import write_clip
 from twistcore.detection import Kind
-from twistcore.formats import read_clip
-from twistcore.limb import Limb
-from twistcore.refinement import applied_unasked, refine
-from twistcore.version import __version__
+from twistcore.files.version import __version__
+from twistcore.formats.clip import write_clip
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.limb import Limb
 
 
 def failed(name, reason):

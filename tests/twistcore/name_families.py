@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.joint_names import ROLES
-from twistcore.motion import Motion, Skeleton
+from twistcore.skeleton.joint_names import ROLES
+from twistcore.skeleton.motion import Motion, Skeleton
 
 ARM, LEG = ROLES[:4], ROLES[4:]
 LENGTHS_ARM, LENGTHS_LEG = (12.0, 28.0, 25.0, 8.0), (42.0, 40.0, 12.0, 6.0)

@@ -7,15 +7,13 @@ import numpy as np
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from twistcore.analysis import detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import detect
+from twistcore.analysis.correction import refine
 from twistcore.detection import Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips import analyse_limbs as known
 from twistcore.detection.lone_jumps import own_axis
-from twistcore.limb import find_limbs
-from twistcore.refinement import refine
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     Annotate,
     CarryOver,
@@ -30,7 +28,9 @@ from twistcore.review import (
     start_review,
 )
 from twistcore.review.model import constant, levelled, resized
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
 CLIP = read_bvh(ASSETS / "walk_injected.bvh")
 CHAINS = find_chains(CLIP.motion)
@@ -98,9 +98,9 @@ def find_flips(monkeypatch, *found):
     def lone_jumps(motion, chains, *_refined):
         return {chain.name: () for chain in chains}
 
-    monkeypatch.setattr("twistcore.analysis.analyse_limbs", analyse_limbs)
-    monkeypatch.setattr("twistcore.analysis.protected_measures", lambda *_: ())
-    monkeypatch.setattr("twistcore.analysis.lone_jumps", lone_jumps)
+    monkeypatch.setattr("twistcore.analysis.clip_analysis.analyse_limbs", analyse_limbs)
+    monkeypatch.setattr("twistcore.analysis.clip_analysis.protected_measures", lambda *_: ())
+    monkeypatch.setattr("twistcore.analysis.clip_analysis.lone_jumps", lone_jumps)
     return made
 
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from twistcore.rotation import (
+from twistcore.skeleton.rotation import (
     conjugate,
     euler_from_quaternion,
     matrix_from_quaternion,

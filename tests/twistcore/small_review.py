@@ -5,10 +5,10 @@ from types import MappingProxyType
 import numpy as np
 
 from tests.twistcore.test_chain import both, line, rig
-from twistcore.chain import find_chains
 from twistcore.detection import Interval, Kind
-from twistcore.limb import find_limbs
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
 
 CLIP = rig({**line("hip chest"), **both("*Clavicle *UpperArm *LowerArm *Hand", "chest")})
 FRAMES = CLIP.motion.frames  # 2

@@ -3,7 +3,7 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from twistcore.rotation import normalise
+from twistcore.skeleton.rotation import normalise
 
 finite = st.floats(-1.0, 1.0, allow_nan=False).map(lambda x: round(x, 6))
 

@@ -8,17 +8,17 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.twistcore import amc_files
-from twistcore.amc import parse_amc, parse_asf, read_amc
-from twistcore.analysis import analyse
-from twistcore.chain import uncorrectable_joints
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import Corrected, refine, remove_twist, stuck_joints
 from twistcore.cli import main
-from twistcore.clip import changed_rotations, rewritten, write_clip
 from twistcore.errors import AmcError
-from twistcore.formats import read_clip
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import Corrected, refine, remove_twist, stuck_joints
+from twistcore.formats.amc import parse_amc, parse_asf, read_amc
+from twistcore.formats.clip import changed_rotations, rewritten, write_clip
+from twistcore.formats.reading import read_clip
 from twistcore.review import Review, session_bytes
-from twistcore.rotation import geodesic_angle, quaternion_from_euler
+from twistcore.skeleton.chain import uncorrectable_joints
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle, quaternion_from_euler
 
 FULL, FEW = (parse_amc(amc_files.amc(f), parse_asf(amc_files.asf(f))) for f in (True, False))
 LIMB, TURNED = "rfemur-rfoot", (60, 68)

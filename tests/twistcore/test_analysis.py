@@ -8,16 +8,28 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore import analysis as module
-from twistcore.analysis import ALL_KINDS, REPAIRED, ClipAnalysis, _same_frames, analyse, detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis import clip_analysis as module
+from twistcore.analysis.clip_analysis import (
+    ALL_KINDS,
+    REPAIRED,
+    ClipAnalysis,
+    _same_frames,
+    analyse,
+    detect,
+)
 from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
-from twistcore.limb import find_limbs
-from twistcore.rig import OwnChain, Rig
-from twistcore.rotation import rotate, twist_angle
-from twistcore.signals import TwistSignals, azimuth_increments, signals_of_chains, twist_signals
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
+from twistcore.skeleton.rig import OwnChain, Rig
+from twistcore.skeleton.rotation import rotate, twist_angle
+from twistcore.skeleton.signals import (
+    TwistSignals,
+    azimuth_increments,
+    signals_of_chains,
+    twist_signals,
+)
 
 TAU = 0.25
 

@@ -16,8 +16,8 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
-from twistcore.chain import chain_named
 from twistcore.cli import main
+from twistcore.skeleton.chain import chain_named
 
 ROOT = Path(__file__).parents[2]
 NAMES = [name for name in tc.__all__ if name != "__version__"]

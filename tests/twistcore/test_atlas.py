@@ -22,10 +22,10 @@ from benchmarks.atlas import (
 )
 from benchmarks.blind_verdicts import agreed
 from tests.conftest import ASSETS
-from twistcore.analysis import detect
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import detect
+from twistcore.analysis.correction import applied_unasked
 from twistcore.detection import Kind
-from twistcore.refinement import applied_unasked
+from twistcore.formats.bvh import read_bvh
 
 FIND = Find("a.bvh", "LeftArm", "counter-twist", 3, 5, 20.0, 0.9, False, True, "", (20.0, 20.0))
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from twistcore.atomic import (
+from twistcore.files.atomic import (
     STANDARD_OUTPUT,
     destination,
     is_standard_output,

@@ -11,10 +11,10 @@ from tests.conftest import ASSETS
 from tests.twistcore.reviews import find_flips, flip, spun
 from twistcore.batch import survey
 from twistcore.batch.how_bad import root_mean_square
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
 from twistcore.detection import Interval, Kind
+from twistcore.formats.bvh import read_bvh
 from twistcore.review.model import constant
+from twistcore.skeleton.chain import find_chains
 from twistcore.tuning import Profile
 
 CHAINS = {c.name: c for c in find_chains(read_bvh(ASSETS / "walk.bvh").motion)}

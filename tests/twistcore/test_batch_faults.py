@@ -13,13 +13,13 @@ import pytest
 from tests.conftest import ASSETS
 from tests.processes import children_of, is_alive, until
 from tests.twistcore.batch_folders import COMMAND, KILL, ROOT, clips, environment
-from twistcore.batch.batch_run import run_batch
 from twistcore.batch.clip_task import Task, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
+from twistcore.batch.run import run_batch
 from twistcore.errors import TwistError
-from twistcore.processes import each
+from twistcore.work.processes import each
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux")
 

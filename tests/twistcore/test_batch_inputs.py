@@ -14,15 +14,15 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.twistcore.batch_folders import COMMAND, clips, environment
 from twistcore.batch import survey_folder
-from twistcore.batch.batch_run import run_batch
 from twistcore.batch.clip_task import process
 from twistcore.batch.inputs import Source, find_inputs, renamed
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
+from twistcore.batch.run import run_batch
 from twistcore.batch.run_plan import shard
 from twistcore.cli import main
 from twistcore.errors import TwistError
-from twistcore.processes import each
+from twistcore.work.processes import each
 
 
 @pytest.fixture

@@ -14,16 +14,16 @@ from tests.conftest import ASSETS
 from tests.twistcore import amc_files
 from tests.twistcore.batch_folders import ROOT, as_its_name_says, clips
 from tests.twistcore.reviews import find_flips, flip
-from twistcore.batch.batch_run import Limits, run_batch
 from twistcore.batch.clip_task import process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import Manifest, is_batch_folder
 from twistcore.batch.parameters import DEFAULT_METHOD, Parameters
+from twistcore.batch.run import Limits, run_batch
 from twistcore.cli import main
-from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.detection import DEFAULT_METHOD as METHOD
-from twistcore.formats import _READERS
-from twistcore.processes import ProcessTimeError, each
+from twistcore.formats.reading import _READERS
+from twistcore.formats.suffixes import CLIP_SUFFIXES
+from twistcore.work.processes import ProcessTimeError, each
 
 DIRTY = ASSETS / "walk_injected.bvh"
 

@@ -9,28 +9,33 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.evidence import Witnesses
 from twistcore.errors import FormatError
-from twistcore.rotation import continuous, geodesic_angle, normalise, quaternion_from_axis_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import (
+    continuous,
+    geodesic_angle,
+    normalise,
+    quaternion_from_axis_angle,
+)
 from twistcore.study.benchmark import runner
 from twistcore.study.benchmark.baselines import BASELINES, slerp
-from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown, table
-from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows
 from twistcore.study.benchmark.clip_run import Settings, result_from_json, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.filtering_cost import fidelity
 from twistcore.study.benchmark.hinge import hinge_offsets
+from twistcore.study.benchmark.markdown import benchmark_to_markdown, table
 from twistcore.study.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
 from twistcore.study.benchmark.runner import run_benchmark
+from twistcore.study.benchmark.tables import benchmark_to_json, make_rows
 from twistcore.study.benchmark.tally import MICRO, Tally
 from twistcore.study.evaluation import match_intervals, measure, summarise
 from twistcore.synthesis import Truth, inject, parse_protocol
-from twistcore.twist_removal import remove_twist
 
 CLIPS = {name: ASSETS / name for name in ("basketball.bvh", "walk.bvh")}
 QUICK = Settings(("P0",), ("paper", "savgol"), (1,))

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from twistcore.detection.best_runs import best_runs
+from twistcore.detection.counter_twist.best_runs import best_runs
 
 runs = st.tuples(st.integers(0, 1), st.integers(0, 6), st.integers(1, 3), st.integers(-25, 30))
 

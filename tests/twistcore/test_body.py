@@ -9,12 +9,12 @@ import pytest
 from benchmarks._rig_families import RIGS
 from benchmarks._rigs import rigged
 from tests.conftest import ASSETS
-from twistcore.body import find_body
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
 from twistcore.errors import FormatError
-from twistcore.limb import find_limbs
-from twistcore.rig import AS_FOUND, Rig, read_rig, rig_from_json, rig_to_json, write_rig
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.body import find_body
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
+from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig, rig_from_json, rig_to_json, write_rig
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from twistcore.body import has_length
-from twistcore.chain import Chain, find_chains, limbs, make_chain, uncorrectable_joints
-from twistcore.limb import Limb
-from twistcore.motion import Motion, Skeleton
+from twistcore.skeleton.body import has_length
+from twistcore.skeleton.chain import Chain, find_chains, limbs, make_chain, uncorrectable_joints
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Motion, Skeleton
 
 NOTHING = 1e-6  # of the height
 HEIGHTS = [1e-3, 1e3]

@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.strategies import orders, quaternions
-from twistcore.bvh import parse_bvh, read_bvh, thinned
-from twistcore.bvh.euler_branch import continuous_angles
-from twistcore.clip import rewritten, write_clip
 from twistcore.errors import BvhError
-from twistcore.motion import forward_kinematics
-from twistcore.rotation import geodesic_angle, multiply, quaternion_from_euler
+from twistcore.formats.bvh import parse_bvh, read_bvh, thinned
+from twistcore.formats.bvh.euler_branch import continuous_angles
+from twistcore.formats.clip import rewritten, write_clip
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle, multiply, quaternion_from_euler
 
 HEADER = """HIERARCHY
 ROOT Hips
@@ -316,7 +316,7 @@ def test_writing_over_a_read_only_folder_leaves_nothing(walk, tmp_path, monkeypa
     def refuse(*_args):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("twistcore.atomic.os.fsync", refuse)
+    monkeypatch.setattr("twistcore.files.atomic.os.fsync", refuse)
     with pytest.raises(OSError, match="space"):
         write_clip(walk, walk.motion, target)
     assert target.read_bytes() == b"old"

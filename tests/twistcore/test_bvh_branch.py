@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.strategies import orders, quaternions
-from twistcore.bvh import parse_bvh, read_bvh, write_motion
-from twistcore.bvh.euler_branch import _cheapest_path, angle_jumps, continuous_angles
 from twistcore.cli import main
-from twistcore.clip import changed_rotations, rewritten
-from twistcore.rotation import (
+from twistcore.formats.bvh import parse_bvh, read_bvh, write_motion
+from twistcore.formats.bvh.euler_branch import _cheapest_path, angle_jumps, continuous_angles
+from twistcore.formats.clip import changed_rotations, rewritten
+from twistcore.skeleton.rotation import (
     euler_from_quaternion,
     exponential,
     geodesic_angle,

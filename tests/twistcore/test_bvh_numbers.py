@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from twistcore.bvh import parse_bvh, read_bvh
-from twistcore.bvh.bvh_clip import token_spans
-from twistcore.bvh.numbers import (
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.formats.bvh.clip import token_spans
+from twistcore.formats.bvh.numbers import (
     LARGEST,
     BadNumberError,
     _exact,
@@ -19,8 +19,8 @@ from twistcore.bvh.numbers import (
     _spans,
     read_numbers,
 )
-from twistcore.motion import forward_kinematics
-from twistcore.rotation import multiply, quaternion_from_euler, rotate
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import multiply, quaternion_from_euler, rotate
 
 decimals = st.decimals(-9999, 9999, allow_nan=False, places=6).map(lambda d: f"{d:.6f}")
 exponents = st.tuples(decimals, st.sampled_from("eE"), st.integers(-330, 90)).map(
@@ -132,7 +132,7 @@ def test_what_is_no_number_is_named_with_its_place(token, place, usual):
 
 
 def test_blocks_meet_without_a_seam(monkeypatch):
-    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 97)
+    monkeypatch.setattr("twistcore.formats.bvh.numbers._BLOCK", 97)
     rng = np.random.default_rng(1)
     for form in ("%.6f", "%.4g"):
         values = rng.normal(0, 60, 5000)
@@ -145,7 +145,7 @@ def test_blocks_meet_without_a_seam(monkeypatch):
 @pytest.mark.parametrize("odd", [b"3", b"+3.5e1", b"1e99"])
 def test_line_breaks_are_counted_from_the_start_of_the_text(monkeypatch, odd):
     """In later blocks, too, and where the text goes on behind a header."""
-    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 31)
+    monkeypatch.setattr("twistcore.formats.bvh.numbers._BLOCK", 31)
     rows = [b"1.25 -7.5 " + odd, b"", b"0.5"] * 9
     head = b"Frame Time: 0.1\n"
     numbers = read_numbers(head + b"\n".join(rows) + b"\n", len(head))
@@ -162,7 +162,7 @@ def test_line_breaks_are_counted_from_the_start_of_the_text(monkeypatch, odd):
 @pytest.mark.parametrize(("token", "many"), [("-1.123456 ", 5000), ("1 ", 30000), ("12.5\n", 20)])
 def test_room_is_made_for_somewhat_more_numbers_than_there_are(monkeypatch, start, token, many):
     """Guessed from the first of them; where they stand closer later on, room is added."""
-    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 20000)
+    monkeypatch.setattr("twistcore.formats.bvh.numbers._BLOCK", 20000)
     text = b"x" * start + token.encode() * many
     room = read_numbers(text, start).values.base
     assert many <= room.size <= 1.08 * many + 80
@@ -174,7 +174,7 @@ def test_room_is_made_for_somewhat_more_numbers_than_there_are(monkeypatch, star
 
 @pytest.mark.parametrize("gap", [b" ", b"\n", b"\t", b"\r\n"])
 def test_blocks_are_as_long_as_wanted_and_end_behind_a_number(monkeypatch, gap):
-    monkeypatch.setattr("twistcore.bvh.numbers._BLOCK", 40)
+    monkeypatch.setattr("twistcore.formats.bvh.numbers._BLOCK", 40)
     text = b"head " + gap.join([b"1.5", b"-2.25", b"1234567"] * 30)
     spans = list(_spans(text, 5, len(text)))
     assert (spans[0][0], spans[-1][1]) == (5, len(text))
@@ -212,7 +212,7 @@ def test_a_bad_number_keeps_its_place_from_process_to_process():
 
 
 def test_token_spans_are_those_of_split(monkeypatch):
-    monkeypatch.setattr("twistcore.bvh.bvh_clip._BLOCK", 13)
+    monkeypatch.setattr("twistcore.formats.bvh.clip._BLOCK", 13)
     for text in (b"1 2.5\n -3  4\r\n", b"  1 2", b"", b"   ", b"1", b"123456789012345 6 7"):
         starts, ends = token_spans(text, 0)
         assert [text[a:b] for a, b in zip(starts, ends, strict=True)] == text.split()

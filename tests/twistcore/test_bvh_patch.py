@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from twistcore.bvh.channels import JointChannels, motion_of
-from twistcore.bvh.patch import moved_numbers, turned_numbers, with_numbers
-from twistcore.clip import ChannelJump
-from twistcore.motion import Skeleton
-from twistcore.rotation import multiply, quaternion_from_axis_angle, quaternion_from_euler
+from twistcore.formats.bvh.channels import JointChannels, motion_of
+from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numbers
+from twistcore.formats.clip import ChannelJump
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, quaternion_from_euler
 
 TOKENS = st.sampled_from(
     ("1", "-2", "+3.5", ".25", "4.", "0.1234567", "-1.23456789e-02", "7E+1", "1e5", "12.5E3")

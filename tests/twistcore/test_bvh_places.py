@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from twistcore import detect, find_chains, read_clip, write_clip
-from twistcore.bvh import parse_bvh
-from twistcore.bvh.channels import with_bones_of_channels
-from twistcore.figure import figure_size, guess_up, heading
-from twistcore.motion import Skeleton, forward_kinematics
+from twistcore.formats.bvh import parse_bvh
+from twistcore.formats.bvh.channels import with_bones_of_channels
+from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.motion import Skeleton, forward_kinematics
 
 SAMPLE = Path("assets/walk_injected.bvh")
 FRAMES = 344

@@ -8,12 +8,12 @@ import pytest
 import twistcore
 from tests.conftest import ASSETS
 from tests.twistcore.test_bvh_numbers import MIXED
-from twistcore.atomic import STANDARD_OUTPUT
-from twistcore.bvh import parse_bvh, read_bvh, write_motion
-from twistcore.clip import rewritten, write_clip
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, Skeleton, forward_kinematics
-from twistcore.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
+from twistcore.files.atomic import STANDARD_OUTPUT
+from twistcore.formats.bvh import parse_bvh, read_bvh, write_motion
+from twistcore.formats.clip import rewritten, write_clip
+from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle, normalise, quaternion_from_axis_angle
 
 
 def own():

@@ -11,24 +11,24 @@ import twistcore as tc
 from tests.conftest import ASSETS
 from tests.twistcore.test_frozen_frames import frozen
 from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, WALK, noisy
-from twistcore.analysis import REPAIRED, analyse
+from twistcore.analysis.clip_analysis import REPAIRED, analyse
+from twistcore.analysis.correction import applied_unasked
+from twistcore.analysis.why_not import Why, why_not
 from twistcore.batch.gates import broken, parse_rule
 from twistcore.batch.how_bad import severity
-from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.cli.interval_words import by_kind, shown_only
-from twistcore.clip import rewritten
 from twistcore.detection import Kind
 from twistcore.detection.capture_faults import burst_intervals
 from twistcore.detection.noise_bursts import NoiseBurst
 from twistcore.export.detection_json import intervals_to_json
-from twistcore.notes import FROZEN, NOISE
-from twistcore.refinement import applied_unasked
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.formats.clip import rewritten
 from twistcore.report.clip_report import write_clip_report
-from twistcore.report.report_document import Report
+from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Edit, Review
 from twistcore.review.model import SEEN
 from twistcore.review.session import read_session, write_session
-from twistcore.why_not import Why, why_not
+from twistcore.skeleton.notes import FROZEN, NOISE
 
 FAULTS = frozenset({Kind.NOISE_BURST, Kind.FROZEN})
 NECK = WALK.skeleton.index("Neck")

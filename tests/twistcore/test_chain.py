@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twistcore.bvh import parse_bvh
-from twistcore.chain import SEGMENTS, find_chains, make_chain, uncorrectable_joints
-from twistcore.motion import Motion, Skeleton
+from twistcore.formats.bvh import parse_bvh
+from twistcore.skeleton.chain import SEGMENTS, find_chains, make_chain, uncorrectable_joints
+from twistcore.skeleton.motion import Motion, Skeleton
 
 
 def rig(parents, offsets=None, channels=3):

@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.counters import ROW, counter_of, seeds
-from twistcore.detection.chain_analysis import ChainAnalysis, Standing
-from twistcore.detection.confidence import confidence
-from twistcore.detection.edges import find_edges
+from twistcore.detection.consistency.chain_analysis import ChainAnalysis, Standing
+from twistcore.detection.consistency.confidence import confidence
+from twistcore.detection.counter_twist.edges import find_edges
+from twistcore.detection.counter_twist.offsets import offsets_of
+from twistcore.detection.counter_twist.pairing import best_pairs, pair_table, running_sums, unpaired
 from twistcore.detection.interval import Interval
-from twistcore.detection.offsets import offsets_of
-from twistcore.detection.pairing import best_pairs, pair_table, running_sums, unpaired
-from twistcore.rotation import wrap
+from twistcore.skeleton.rotation import wrap
 
 FRAMES, FPS = 120, 60.0
 SEGMENTS = ((0, 70), (70, FRAMES))

@@ -11,14 +11,14 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CLIP, find_flips, flip, flipped
 from tests.twistcore.test_capture_faults import faulty_clip
-from twistcore.analysis import analyse as analysed
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import analyse as analysed
+from twistcore.analysis.correction import remove_twist
 from twistcore.cli import main
-from twistcore.clip import write_clip
 from twistcore.detection import Kind
-from twistcore.refinement import remove_twist
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
 from twistcore.review import Review, write_session
+from twistcore.skeleton.chain import find_chains
 
 WALK, DIRTY = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"
 TRUTH = ASSETS / "walk_injected.truth.json"

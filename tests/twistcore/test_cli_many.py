@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.test_cli import run, run_json
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.cli.output import shown
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, Review, write_session
 
 WALK, DIRTY = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"

@@ -12,13 +12,13 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.test_cli import run
-from twistcore.analysis import ALL_KINDS
+from twistcore.analysis.clip_analysis import ALL_KINDS
+from twistcore.analysis.correction import SURE_ENOUGH
 from twistcore.cli.arguments.argument_types import KINDS, METHODS, kinds
 from twistcore.cli.arguments.command_examples import EXAMPLES
 from twistcore.cli.parser import PROGRAMS, SHELLS, commands_of, make_parser
 from twistcore.detection import DETECTORS
 from twistcore.export import scene_script
-from twistcore.refinement import SURE_ENOUGH
 from twistcore.synthesis import PROTOCOLS
 
 COMMANDS = dict(commands_of(make_parser()))

@@ -7,11 +7,11 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore import detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.correction import applied_unasked
 from twistcore.detection import Kind
-from twistcore.refinement import applied_unasked
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 from twistcore.synthesis import InjectedError, inject
 
 FILE = read_bvh(ASSETS / "basketball.bvh").motion

@@ -12,18 +12,18 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.strategies import axes, quaternions
-from twistcore.analysis import analyse, detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import analyse, detect
+from twistcore.analysis.correction import remove_twist
 from twistcore.detection import Interval
-from twistcore.detection.consistency import ConsistencyDetector
+from twistcore.detection.consistency.detector import ConsistencyDetector
+from twistcore.detection.counter_twist.offsets import Course, _as_p_shows
+from twistcore.detection.counter_twist.pairing import Pair
 from twistcore.detection.natural_events import natural_events
-from twistcore.detection.offsets import Course, _as_p_shows
-from twistcore.detection.pairing import Pair
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.motion import Motion
-from twistcore.refinement import remove_twist
-from twistcore.rotation import (
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,
     normalise,
@@ -316,7 +316,7 @@ def test_axes_may_vary_over_time():
         [0.0, 1.0, 0.0], 0.05 * np.sin(np.arange(DANCE.frames) / 20.0)
     )
     chains = list(CHAINS)
-    from twistcore.rotation import rotate
+    from twistcore.skeleton.rotation import rotate
 
     chains[2] = replace(CHAINS[2], axis=rotate(wobble, CHAINS[2].axis))
     error = shift(2, 100, [40.0] * 9)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.detection.constant_offsets import constant_offsets
-from twistcore.rotation import wrap
-from twistcore.twist_removal import remove_twist
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import wrap
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 CHAINS = {c.name: c for c in find_chains(WALK)}

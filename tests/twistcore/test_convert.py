@@ -14,11 +14,11 @@ from tests.conftest import ASSETS
 from tests.twistcore.blender import BLENDER, blender, needs_blender
 from tests.twistcore.scene_rigs import random_rotations
 from tests.twistcore.test_cli import run
-from twistcore.bvh import read_bvh
-from twistcore.convert import Handover, converted, find_blender
 from twistcore.errors import TwistError
-from twistcore.motion import forward_kinematics
-from twistcore.rotation import conjugate, geodesic_angle, matrix_from_quaternion, multiply
+from twistcore.formats.blender import Handover, converted, find_blender
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import conjugate, geodesic_angle, matrix_from_quaternion, multiply
 
 CLIP = read_bvh(ASSETS / "walk.bvh")
 MOTION = CLIP.motion
@@ -191,7 +191,7 @@ def test_what_cannot_be_converted_is_one_sentence(capsys, tmp_path, monkeypatch)
     words = ("convert", scene, "-o", tmp_path / "o.bvh")
     monkeypatch.delenv("TWIST_BLENDER", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
-    monkeypatch.setattr("twistcore.convert.blender_process.find_spec", lambda _: None)
+    monkeypatch.setattr("twistcore.formats.blender.process.find_spec", lambda _: None)
     code, _, err = run(capsys, *words)
     assert code == 2
     assert err.startswith("expected Blender: install it so that `blender` is found, or name it")
@@ -215,7 +215,7 @@ def test_blender_is_looked_for_in_this_order(monkeypatch, tmp_path):
     monkeypatch.delenv("TWIST_BLENDER")
     assert find_blender() == str(tmp_path / "path" / "blender")
     monkeypatch.setenv("PATH", "")
-    monkeypatch.setattr("twistcore.convert.blender_process.find_spec", lambda _: True)
+    monkeypatch.setattr("twistcore.formats.blender.process.find_spec", lambda _: True)
     assert find_blender() == sys.executable
 
 

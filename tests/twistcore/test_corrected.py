@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import Corrected, refine
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.detection import Kind
-from twistcore.limb import places
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import Corrected, refine
+from twistcore.formats.bvh import read_bvh
 from twistcore.review.model import constant
-from twistcore.rotation import geodesic_angle, wrap
-from twistcore.signals import twist_signals
-from twistcore.twist_removal import remove_twist
+from twistcore.skeleton.limb import places
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle, wrap
+from twistcore.skeleton.signals import twist_signals
 
 MOTION = read_bvh(ASSETS / "walk.bvh").motion.sliced(0, 60)
 FLIP = replace(constant("RightUpLeg-RightFoot", 20, 30, 0.8), kind=Kind.LIMB_FLIP)
@@ -88,7 +88,7 @@ def test_while_tau_is_dragged_no_motion_is_corrected_for_an_angle(analysis, monk
         anew.append(motion)
         return remove_twist(motion, *rest)
 
-    monkeypatch.setattr("twistcore.refinement.corrected.remove_twist", counted)
+    monkeypatch.setattr("twistcore.analysis.correction.corrected.remove_twist", counted)
     flipped = [c for c in analysis.chains if c.name in ("RightUpLeg", "RightLeg")]
     for chain in analysis.chains:
         corrected.angles(chain)

@@ -12,25 +12,26 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.twistcore.test_soft_errors import clip
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.detection import bends, consistency, cuts, noise_bursts
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.detection import bends, cuts, noise_bursts
 from twistcore.detection import lone_jumps as module
 from twistcore.detection.bends import bend_steps
-from twistcore.detection.chain_analysis import ConsistencyAnalysis
-from twistcore.detection.counter_rotation import CounterRotation
+from twistcore.detection.consistency import detector as consistency
+from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
+from twistcore.detection.counter_twist.counter_rotation import CounterRotation
+from twistcore.detection.counter_twist.pairing import Block
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.evidence import Witnesses
 from twistcore.detection.interval import Kind
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.lone_jumps import lone_jumps, own_axis
 from twistcore.detection.noise_bursts import noise_level, noise_near
-from twistcore.detection.pairing import Block
 from twistcore.detection.soft_errors import budget_of, left_sentences, search, soft_intervals
-from twistcore.motion import Motion
-from twistcore.notes import UNSEARCHED
+from twistcore.formats.bvh import read_bvh
 from twistcore.review.soft_onset import SOFT
-from twistcore.rotation import Array, multiply, quaternion_from_axis_angle
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.notes import UNSEARCHED
+from twistcore.skeleton.rotation import Array, multiply, quaternion_from_axis_angle
 from twistcore.synthesis import InjectedError, inject
 
 ASSETS = Path(__file__).parents[2] / "assets"
@@ -49,7 +50,13 @@ def test_detecting_in_an_ordinary_clip_loads_nothing_slow() -> None:
     )
     loaded = done.stderr.splitlines()[-1]
     assert "twistcore.detection" in loaded
-    for slow in ("scipy", "twistcore.tuning", "twistcore.review", "twistcore.npz", "twistcore.amc"):
+    for slow in (
+        "scipy",
+        "twistcore.tuning",
+        "twistcore.review",
+        "twistcore.formats.npz",
+        "twistcore.formats.amc",
+    ):
         assert f"'{slow}" not in loaded
 
 

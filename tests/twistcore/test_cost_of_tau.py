@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import detect
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import detect
+from twistcore.formats.bvh import read_bvh
 from twistcore.review.left_out import joined
 from twistcore.tuning import (
     GRID,

@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.detection.consistency import _alike, _limbs, _lines
-from twistcore.detection.counter_rotation import combine, counter_rotation
-from twistcore.detection.coupling import explain_frames
+from twistcore.detection.consistency.detector import _alike, _limbs, _lines
+from twistcore.detection.counter_twist.counter_rotation import combine, counter_rotation
+from twistcore.detection.counter_twist.coupling import explain_frames
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import (
     GapGrowth,
@@ -20,7 +18,9 @@ from twistcore.detection.prediction import (
     half_window,
     local_scale,
 )
-from twistcore.rotation import wrap
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import wrap
 from twistcore.synthesis import InjectedError, enrich, inject
 
 FRAMES = 150

@@ -8,10 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from twistcore.analysis import detect
-from twistcore.chain import Chain, find_chains
-from twistcore.detection import coupling
-from twistcore.detection.coupling import (
+from twistcore.analysis.clip_analysis import detect
+from twistcore.detection.counter_twist import coupling
+from twistcore.detection.counter_twist.coupling import (
     ANOTHER_ACTIVE,
     CHAIN_ACTIVE,
     HINGE,
@@ -21,8 +20,9 @@ from twistcore.detection.coupling import (
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import FLOOR
 from twistcore.detection.robust_cost import CAP, residual_cost
-from twistcore.motion import Motion, Skeleton
-from twistcore.rotation import (
+from twistcore.skeleton.chain import Chain, find_chains
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import (
     conjugate,
     multiply,
     normalise,

@@ -7,13 +7,13 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore import detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.correction import applied_unasked
 from twistcore.detection import Kind
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.cuts import find_cuts
-from twistcore.limb import find_limbs
-from twistcore.refinement import applied_unasked
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
 from twistcore.synthesis import InjectedError, inject
 
 FILE = read_bvh(ASSETS / "walk.bvh").motion

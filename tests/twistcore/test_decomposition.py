@@ -7,14 +7,20 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.decomposition import WhatIf, altered, decompose
+from twistcore.analysis.decomposition import WhatIf, altered, decompose
 from twistcore.detection import Interval
-from twistcore.motion import forward_kinematics
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, Judged
-from twistcore.rotation import geodesic_angle, multiply, quaternion_from_axis_angle, rotate, wrap
-from twistcore.signals import twist_signals
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import (
+    geodesic_angle,
+    multiply,
+    quaternion_from_axis_angle,
+    rotate,
+    wrap,
+)
+from twistcore.skeleton.signals import twist_signals
 from twistcore.study.exercise import decoys, hide_errors, score
 
 EXACT = 1e-9

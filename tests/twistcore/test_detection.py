@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from twistcore.analysis import detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import detect
+from twistcore.analysis.correction import refine
 from twistcore.detection.interval import circular_median
 from twistcore.detection.paper import PaperDetector, intervals_of_offset, running_offset
-from twistcore.refinement import refine
-from twistcore.rotation import wrap
-from twistcore.signals import azimuth_increments, counter_rotation, twist_signals
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import wrap
+from twistcore.skeleton.signals import azimuth_increments, counter_rotation, twist_signals
 from twistcore.study.evaluation import measure, summarise
 from twistcore.synthesis import (
     InjectedError,

@@ -8,14 +8,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.twistcore.reviews import CLIP, fresh
-from twistcore import document_values as values
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.replay import check_belongs
+from twistcore.files import document_values as values
 from twistcore.review import read_session, recover
 from twistcore.review.left_out import joined, missing_from
 from twistcore.review.model import as_written, constant
 from twistcore.review.session import session_bytes, session_from_document
-from twistcore.rig import read_rig
+from twistcore.skeleton.rig import read_rig
 from twistcore.synthesis.truth import read_truth
 from twistcore.tuning.profile import read_profile
 
@@ -138,7 +138,7 @@ def test_a_frame_far_behind_the_clip_takes_no_memory(tmp_path):
 
 
 def _chains(session):
-    from twistcore.chain import find_chains
+    from twistcore.skeleton.chain import find_chains
 
     return [c for c in find_chains(CLIP.motion) if c.name in session.state.tau]
 

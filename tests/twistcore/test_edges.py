@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.counters import counter_of, seeds
-from twistcore.detection.edges import ALONE, find_edges
+from twistcore.detection.counter_twist.edges import ALONE, find_edges
 from twistcore.detection.robust_cost import CAP, residual_cost
-from twistcore.rotation import wrap
+from twistcore.skeleton.rotation import wrap
 
 SHARES = (1.0, 1.0, 0.8, 0.77, 0.73, 0.7, 0.68)  # σ of a sum of w frames, of the sum of their σ
 

@@ -9,13 +9,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
 from twistcore.cli import main
-from twistcore.encoding import encoded, escaped, json_bytes, unescaped
+from twistcore.files.encoding import encoded, escaped, json_bytes, unescaped
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review, read_session, start_review, write_session
 from twistcore.review.journal import Journal, recover
 from twistcore.review.model import constant
+from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import read_truth
 from twistcore.tuning import read_profile
 

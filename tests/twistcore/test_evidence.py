@@ -8,16 +8,16 @@ import pytest
 
 from benchmarks.evidence import Judged, calibration_error, fitted
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction.twist_removal import applied_unasked, refine
 from twistcore.detection import Interval
-from twistcore.detection.chain_analysis import judged
+from twistcore.detection.consistency.chain_analysis import judged
 from twistcore.detection.evidence import Background, Find, Witnesses, judgement_of, terms_of
 from twistcore.detection.evidence.judgement import WEIGHTS
 from twistcore.detection.evidence.witnesses import ALONG
-from twistcore.rotation import exponential, multiply, quaternion_from_axis_angle
-from twistcore.twist_removal import applied_unasked, refine
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import exponential, multiply, quaternion_from_axis_angle
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 CHAINS = {c.name: c for c in find_chains(WALK)}

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import parse_bvh, read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import changed_rotations
-from twistcore.rotation import geodesic_angle
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.formats.clip import changed_rotations
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.exercise import hide_errors
 from twistcore.study.exercise_clip import decimals_of, write_exercise_clip
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import parse_bvh
 from twistcore.errors import TwistError
-from twistcore.file_kinds import AMC, BVH, LOOKED_AT, NPZ, found_instead, kind_of
-from twistcore.formats import read_clip
+from twistcore.files.kinds import AMC, BVH, LOOKED_AT, NPZ, found_instead, kind_of
+from twistcore.formats.bvh import parse_bvh
+from twistcore.formats.reading import read_clip
 from twistcore.review import read_session
 
 

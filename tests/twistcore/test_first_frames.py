@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from twistcore import detect
-from twistcore.chain import find_chains
 from twistcore.detection.cuts import (
     border_notes,
     find_cuts,
@@ -14,7 +13,8 @@ from twistcore.detection.cuts import (
     trailing_frames,
 )
 from twistcore.detection.leading_blend import blend_end, held_frames
-from twistcore.rotation import (
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import (
     conjugate,
     euler_from_quaternion,
     exponential,

@@ -9,16 +9,16 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import flip, flipped
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import analyse_limbs
 from twistcore.detection.limb_flips.explanation import Run, _arcs, explain, left
 from twistcore.detection.limb_flips.flips import LimbFlips, _end_turns, _of_limb
 from twistcore.detection.limb_flips.jumps import Jump
-from twistcore.limb import find_limbs
-from twistcore.motion import forward_kinematics
-from twistcore.rotation import conjugate, multiply, quaternion_from_axis_angle, wrap
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import conjugate, multiply, quaternion_from_axis_angle, wrap
 
 DEGREE = math.pi / 180.0
 FRAMES = 300

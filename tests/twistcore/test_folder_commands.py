@@ -12,9 +12,9 @@ from tests.conftest import ASSETS
 from tests.twistcore.reviews import CLIP, fresh
 from tests.twistcore.test_cli import run
 from twistcore.batch import survey_folder
-from twistcore.bvh import read_bvh, write_motion
-from twistcore.clip_files import BVH, clips_by_name, clips_in, kinds_of_clips
 from twistcore.errors import TwistError
+from twistcore.formats.bvh import read_bvh, write_motion
+from twistcore.formats.clip_files import BVH, clips_by_name, clips_in, kinds_of_clips
 from twistcore.review import Decide, Decision, write_session
 from twistcore.study.quamo.sequences import read_folder
 

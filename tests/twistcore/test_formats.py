@@ -11,10 +11,10 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CLIP, LIMBS, flip, flipped, spun
 from twistcore.cli import main
-from twistcore.clip import write_clip
 from twistcore.detection import Interval, Kind
 from twistcore.export.folder_compare import compare_folders, folder_difference_to_json
 from twistcore.export.folder_replay import WRITTEN, note_written, read_written
+from twistcore.formats.clip import write_clip
 from twistcore.review import Command, Decision, Judged
 from twistcore.review.journal import REDO, SCHEMA, UNDO, command_from_json, command_to_json
 from twistcore.study.class_exercise import (
@@ -103,8 +103,8 @@ def documents_of_many(folder, printed):
 def documents_of_sessions(folder, printed):
     import shutil
 
-    from twistcore.analysis import detect
-    from twistcore.bvh import read_bvh
+    from twistcore.analysis.clip_analysis import detect
+    from twistcore.formats.bvh import read_bvh
     from twistcore.review import Review, write_session
 
     captures = folder / "captures"
@@ -189,12 +189,11 @@ def quamo_documents(folder, printed):
 
 
 def session_documents(path, folder):
-    from twistcore.analysis import detect
-    from twistcore.bvh import read_bvh
-    from twistcore.chain import find_chains
+    from twistcore.analysis.clip_analysis import detect
     from twistcore.export.replay import accepted_motion
+    from twistcore.formats.bvh import read_bvh
     from twistcore.report.clip_report import write_clip_report
-    from twistcore.report.report_document import Report
+    from twistcore.report.document import Report
     from twistcore.review import (
         Decide,
         Decision,
@@ -205,6 +204,7 @@ def session_documents(path, folder):
         session_bytes,
         start_review,
     )
+    from twistcore.skeleton.chain import find_chains
 
     clip = read_bvh(path)
     chains = find_chains(clip.motion)

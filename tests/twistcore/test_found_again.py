@@ -20,7 +20,7 @@ from twistcore.review import (
 from twistcore.review.commands import ChangeChains
 from twistcore.review.model import Judged, carried_over
 from twistcore.review.reasons import found_again, with_reasons
-from twistcore.rig import AS_FOUND, Rig
+from twistcore.skeleton.rig import AS_FOUND, Rig
 
 
 def test_reasons_are_told_again_of_what_was_found_alike():

@@ -10,20 +10,20 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.strategies import axes, quaternions
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.decomposition import WhatIf, altered, decompose
-from twistcore.decomposition.altered_frame import staged
-from twistcore.decomposition.directions import angle_between, at_frame, beside, direction
-from twistcore.decomposition.frame_correction import correct_frame
-from twistcore.decomposition.rotation_forms import (
+from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.decomposition import WhatIf, altered, decompose
+from twistcore.analysis.decomposition.altered_frame import staged
+from twistcore.analysis.decomposition.directions import angle_between, at_frame, beside, direction
+from twistcore.analysis.decomposition.frame_correction import correct_frame
+from twistcore.analysis.decomposition.rotation_forms import (
     EulerChannels,
     euler_channels,
     other_order,
     unwrapped_twist,
 )
-from twistcore.refinement import remove_twist
-from twistcore.rotation import (
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,
     quaternion_from_axis_angle,
@@ -33,7 +33,7 @@ from twistcore.rotation import (
     twist_angle,
     wrap,
 )
-from twistcore.signals import twist_signals
+from twistcore.skeleton.signals import twist_signals
 
 MOTION = read_bvh(ASSETS / "dance.bvh").motion
 CHAIN = next(c for c in find_chains(MOTION) if c.name == "RightArm")

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection.frozen_frames import frozen_spans
-from twistcore.notes import FROZEN
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.notes import FROZEN
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 

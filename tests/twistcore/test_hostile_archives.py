@@ -14,15 +14,15 @@ import numpy as np
 import pytest
 
 from tests.twistcore.processor_time import grown, spent
-from twistcore.clip import rewritten
 from twistcore.errors import NpzError, TwistError
-from twistcore.formats import is_other_data
-from twistcore.npz import parse_npz
-from twistcore.npz.pickled_arrays import read_pickle
-from twistcore.npz.vector_branch import continuous_vectors
+from twistcore.formats.clip import rewritten
+from twistcore.formats.npz import parse_npz
+from twistcore.formats.npz.pickled_arrays import read_pickle
+from twistcore.formats.npz.vector_branch import continuous_vectors
+from twistcore.formats.reading import is_other_data
 from twistcore.quamo.pose_files import read_names
 from twistcore.quamo.pose_layouts import find_poses
-from twistcore.rotation import geodesic_angle
+from twistcore.skeleton.rotation import geodesic_angle
 
 POSES = {"poses": np.zeros((4, 66)), "trans": np.zeros((4, 3))}
 

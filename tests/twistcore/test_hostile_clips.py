@@ -5,13 +5,13 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore import amc_files
 from tests.twistcore.processor_time import compared, grown
-from twistcore.amc import parse_amc, parse_asf
-from twistcore.bvh import parse_bvh
-from twistcore.bvh.compose import bvh_text
-from twistcore.chain import find_chains
-from twistcore.clip import Clip, rewritten
 from twistcore.errors import AmcError, BvhError, TwistError
-from twistcore.limb import find_limbs
+from twistcore.formats.amc import parse_amc, parse_asf
+from twistcore.formats.bvh import parse_bvh
+from twistcore.formats.bvh.compose import bvh_text
+from twistcore.formats.clip import Clip, rewritten
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
 
 XYZ = "Xrotation Yrotation Zrotation"
 

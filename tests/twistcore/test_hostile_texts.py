@@ -24,17 +24,17 @@ from tests.conftest import ASSETS
 from tests.hostile_texts import as_file_name, hostile_clip, hostile_texts, shares
 from tests.twistcore.test_cli import run
 from twistcore import read_clip
-from twistcore.analysis import detect
+from twistcore.analysis.clip_analysis import detect
+from twistcore.analysis.correction import refine
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import ClipRecord
 from twistcore.batch.result_files import clip_table
-from twistcore.encoding import cell, text_in_cell
 from twistcore.export.markers import blender_markers
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
-from twistcore.refinement import refine
+from twistcore.files.encoding import cell, text_in_cell
 from twistcore.report.clip_report import write_clip_report
+from twistcore.report.document import Report
 from twistcore.report.folder_report import page_of
-from twistcore.report.report_document import Report
 from twistcore.review import Annotate, Decide, Decision, Review, write_session
 from twistcore.review.model import constant
 from twistcore.tuning import Tuned, read_profile, write_profile

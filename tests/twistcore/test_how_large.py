@@ -9,17 +9,17 @@ import pytest
 from tests.twistcore import amc_files
 from tests.twistcore.batch_records import done, interval
 from tests.twistcore.reviews import CHAINS, CLIP, flip
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.batch.clip_result import processed
 from twistcore.batch.how_bad import percent_affected
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.result_files import clip_row
 from twistcore.detection import Interval
 from twistcore.report.clip_page import clip_page
+from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers
-from twistcore.report.report_document import Report, report_to_json
 from twistcore.review import start_review
-from twistcore.rotation import largest_and_rms
+from twistcore.skeleton.rotation import largest_and_rms
 
 
 def test_an_angle_beyond_a_half_turn_counts_by_the_shorter_way():

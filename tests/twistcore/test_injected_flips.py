@@ -7,22 +7,22 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import ClipAnalysis
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.correction import refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.natural_events import NaturalEvent, limb_flips, with_events
 from twistcore.errors import FormatError, TwistError
-from twistcore.limb import find_limbs, places
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import refine, remove_twist
-from twistcore.rotation import geodesic_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs, places
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.benchmark import passes, runner
-from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown
-from twistcore.study.benchmark.benchmark_tables import make_rows
 from twistcore.study.benchmark.clip_run import Settings, result_from_json, run_clip
 from twistcore.study.benchmark.clip_scene import Scene
+from twistcore.study.benchmark.markdown import benchmark_to_markdown
+from twistcore.study.benchmark.tables import make_rows
 from twistcore.study.benchmark.tally import Tally
 from twistcore.study.evaluation import measure, segment_order, summarise
 from twistcore.synthesis import (

@@ -13,8 +13,6 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.counters import counter_of
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection import lone_jumps as lone_jumps_module
 from twistcore.detection.interval import circular_median
@@ -27,9 +25,17 @@ from twistcore.detection.natural_events import (
     with_events,
 )
 from twistcore.detection.paper import PaperDetector, error_of, intervals_of_offset, running_offset
-from twistcore.limb import find_limbs
-from twistcore.motion import Motion, Skeleton, forward_kinematics
-from twistcore.rotation import conjugate, multiply, quaternion_from_axis_angle, twist_angle, wrap
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
+from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
+from twistcore.skeleton.rotation import (
+    conjugate,
+    multiply,
+    quaternion_from_axis_angle,
+    twist_angle,
+    wrap,
+)
 
 FILE = read_bvh(ASSETS / "walk.bvh").motion
 WALK = FILE.sliced(1, 80)

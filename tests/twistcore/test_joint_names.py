@@ -6,9 +6,9 @@ from tests.conftest import ASSETS
 from tests.twistcore.name_families import FAMILIES
 from twistcore.batch.clip_result import processed
 from twistcore.batch.parameters import Parameters
-from twistcore.chain import find_chains
 from twistcore.errors import FormatError, TwistError
-from twistcore.joint_names import (
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.joint_names import (
     ROLES,
     default_vocabulary,
     is_helper,

@@ -23,7 +23,7 @@ from tests.twistcore.small_review import (
     twist,
 )
 from twistcore.errors import FormatError, TwistError
-from twistcore.file_lock import is_held
+from twistcore.files.lock import is_held
 from twistcore.review import Decision, Journal, recover
 from twistcore.review.commands import (
     Annotate,
@@ -53,7 +53,7 @@ from twistcore.review.session import (
     session_document,
     tracking_to_json,
 )
-from twistcore.rig import AS_FOUND, OwnChain, Rig
+from twistcore.skeleton.rig import AS_FOUND, OwnChain, Rig
 
 BEGUN = state(BULK, SEEN)
 RIG = Rig((OwnChain(("hip", "chest", SHOULDER)),), ("RightClavicle",))

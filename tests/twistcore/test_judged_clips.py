@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse, detect
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.cli import main
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, Review, write_session
 from twistcore.review.model import Judged, constant
 from twistcore.review.session import session_document, session_from_document
-from twistcore.rig import skeleton_mark
+from twistcore.skeleton.rig import skeleton_mark
 from twistcore.tuning import GRID, read_profile
 from twistcore.tuning.folder_sessions import sessions_in
 from twistcore.tuning.learned_confidence import (

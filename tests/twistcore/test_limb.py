@@ -4,11 +4,11 @@ import numpy as np
 
 from tests.conftest import ASSETS
 from tests.twistcore.test_chain import rig
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains, make_chain
-from twistcore.limb import along, as_limb, bones, find_limbs, path, places
-from twistcore.motion import Motion, Skeleton, forward_kinematics
-from twistcore.rotation import normalise, rotate
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains, make_chain
+from twistcore.skeleton.limb import along, as_limb, bones, find_limbs, path, places
+from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
+from twistcore.skeleton.rotation import normalise, rotate
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import write_clip
+from twistcore.analysis.correction import refine, remove_twist
 from twistcore.detection import Interval, Kind
 from twistcore.detection.limb_flips import analyse_limbs, flips
 from twistcore.detection.limb_flips.explanation import explain
 from twistcore.detection.limb_flips.flips import SURE
 from twistcore.detection.limb_flips.jumps import Jump
-from twistcore.limb import find_limbs, places
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import refine, remove_twist
-from twistcore.rotation import (
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs, places
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import (
     conjugate,
     geodesic_angle,
     multiply,

@@ -8,8 +8,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
 from twistcore.detection.limb_flips.jumps import (
     around,
     departure,
@@ -18,9 +16,11 @@ from twistcore.detection.limb_flips.jumps import (
     soft_jumps,
 )
 from twistcore.detection.limb_flips.swivel import _usual_side, angle_about, swivel_of
-from twistcore.limb import find_limbs, path, places
-from twistcore.motion import forward_kinematics
-from twistcore.rotation import multiply, quaternion_from_axis_angle, wrap
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs, path, places
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
 
 DEGREE = math.pi / 180.0
 WALK = read_bvh(ASSETS / "walk.bvh").motion

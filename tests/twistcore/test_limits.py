@@ -7,7 +7,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 from twistcore.synthesis.injection import InjectedError, inject
 
 SPELL = slice(100, 110)

@@ -9,10 +9,8 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.detection.chain_analysis import SMALLEST_TAU, automatic_tau
-from twistcore.detection.consistency import (
+from twistcore.detection.consistency.chain_analysis import SMALLEST_TAU, automatic_tau
+from twistcore.detection.consistency.detector import (
     ConsistencyDetector,
     _alike,
     _by_itself,
@@ -22,13 +20,15 @@ from twistcore.detection.consistency import (
     _standing_straight,
     find_jumps,
 )
+from twistcore.detection.counter_twist.edges import find_edges
 from twistcore.detection.cuts import segments_between
-from twistcore.detection.edges import find_edges
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.soft_errors import SoftError
 from twistcore.detection.straight_limbs import StraightError, without_errors
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.rotation import (
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import (
     conjugate,
     multiply,
     normalise,

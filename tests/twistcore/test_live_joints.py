@@ -7,10 +7,10 @@ import pytest
 
 from benchmarks.live_joints import quietened, told_edges
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.detection import counter_rotation
+from twistcore.detection.counter_twist import counter_rotation
 from twistcore.detection.twist_increments import twist_increments
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import InjectedError
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion

@@ -11,17 +11,16 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import spun as spun_in
-from twistcore.analysis import RESTLESS, analyse
-from twistcore.bvh import read_bvh, write_motion
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import RESTLESS, analyse
+from twistcore.analysis.correction import applied_unasked, refine
+from twistcore.analysis.correction.twist_removal import refiner
 from twistcore.cli import main
 from twistcore.detection import Interval, Kind
 from twistcore.detection.lone_jumps import limit, lone_jumps
 from twistcore.detection.noise_bursts import NoiseBurst
-from twistcore.notes import RESTLESS_CLIP
-from twistcore.refinement import applied_unasked, refine
+from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.report.clip_report import write_clip_report
-from twistcore.report.report_document import Report
+from twistcore.report.document import Report
 from twistcore.review import (
     Decide,
     Decision,
@@ -32,9 +31,10 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.model import constant, overlapping
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.notes import RESTLESS_CLIP
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 from twistcore.synthesis.protocol import PROTOCOLS, prepare
-from twistcore.twist_removal import refiner
 
 WALK = read_bvh(ASSETS / "walk.bvh")
 CLEAN = ("walk", "dance", "basketball")

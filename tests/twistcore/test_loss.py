@@ -6,9 +6,9 @@ from scipy.optimize import minimize
 
 from tests.conftest import ASSETS
 from tests.twistcore.strategies import axes, quaternions
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.rotation import conjugate, multiply, quaternion_from_axis_angle, twist_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import conjugate, multiply, quaternion_from_axis_angle, twist_angle
 from twistcore.study.loss import consistency_loss
 from twistcore.synthesis import InjectedError, inject
 

@@ -10,11 +10,11 @@ from tests.conftest import ASSETS
 from tests.twistcore import amc_files
 from tests.twistcore.amass_files import amass_arrays
 from tests.twistcore.batch_records import done
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.batch.gates import broken, parse_rule
-from twistcore.bvh import parse_bvh, read_bvh
 from twistcore.cli import main
-from twistcore.formats import read_clip
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.formats.reading import read_clip
 from twistcore.review import Review, write_session
 
 WALK = ASSETS / "walk.bvh"

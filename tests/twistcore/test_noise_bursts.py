@@ -8,12 +8,12 @@ import pytest
 from benchmarks.noise_bursts import at_rate, measure, with_noise
 from tests.conftest import ASSETS
 from tests.twistcore.two_people import two_people
-from twistcore.analysis import REPAIRED, analyse
-from twistcore.bvh import parse_bvh, read_bvh
+from twistcore.analysis.clip_analysis import REPAIRED, analyse
+from twistcore.analysis.correction.twist_removal import applied_unasked
 from twistcore.detection.noise_bursts import noise_bursts, noise_near
-from twistcore.notes import NOISE
-from twistcore.rotation import multiply, normalise, quaternion_from_axis_angle
-from twistcore.twist_removal import applied_unasked
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.skeleton.notes import NOISE
+from twistcore.skeleton.rotation import multiply, normalise, quaternion_from_axis_angle
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 ARM, HAND = WALK.skeleton.index("LeftArm"), WALK.skeleton.index("LeftForeArm")

@@ -11,12 +11,13 @@ from benchmarks.notation import NOTATIONS, Notation, kept, sound, with_errors
 from tests.conftest import ASSETS
 from tests.twistcore.test_first_frames import blended
 from twistcore import analyse, read_bvh
-from twistcore.chain import find_chains
-from twistcore.detection.chain_analysis import ROUNDED_GAIN, ConsistencyAnalysis
+from twistcore.analysis.correction import applied_unasked, refine
+from twistcore.analysis.why_not import Why, peaks_without_interval, why_not
+from twistcore.detection.consistency.chain_analysis import ROUNDED_GAIN, ConsistencyAnalysis
+from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.cuts import find_cuts, leading_frames
 from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.natural_events import natural_events
-from twistcore.detection.notated import NotatedAnalysis
 from twistcore.detection.prediction import FLOOR, between_keys, least_scale
 from twistcore.detection.soft_errors.departures import spans
 from twistcore.detection.soft_errors.natural_scale import (
@@ -25,7 +26,8 @@ from twistcore.detection.soft_errors.natural_scale import (
     unlikely_increments,
 )
 from twistcore.detection.straight_limbs.straight_course import scale_of
-from twistcore.notation import (
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.notation import (
     FEWEST_A_SECOND,
     KIND,
     Kept,
@@ -34,10 +36,8 @@ from twistcore.notation import (
     linear_keys,
     without_held,
 )
-from twistcore.refinement import applied_unasked, refine
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 from twistcore.synthesis import InjectedError, inject
-from twistcore.why_not import Why, peaks_without_interval, why_not
 
 NAMES = [n.name for n in NOTATIONS]
 WHOLE, TENTHS, HELD, KEYS5, KEYS10, KEYS15 = NOTATIONS

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import twistcore as tc
-import twistcore.analysis as core
+import twistcore.analysis.clip_analysis as core
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, find_flips, flip
+from twistcore.analysis.correction import applied_unasked
 from twistcore.export.compare import compare
-from twistcore.refinement import applied_unasked
 
 README = Path(__file__).parents[2] / "README.md"
 

@@ -7,10 +7,10 @@ import pytest
 from tests.twistcore.test_first_frames import blended
 from twistcore import analyse, read_clip
 from twistcore.batch import Manifest
-from twistcore.bvh.compose import write_motion
 from twistcore.cli import main
 from twistcore.detection.cuts import leading_frames
-from twistcore.notes import Note
+from twistcore.formats.bvh.compose import write_motion
+from twistcore.skeleton.notes import Note
 
 
 @pytest.fixture(scope="module")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh, write_motion
-from twistcore.chain import chain_notes, find_chains
 from twistcore.cli import main
+from twistcore.formats.bvh import read_bvh, write_motion
+from twistcore.skeleton.chain import chain_notes, find_chains
 
 
 @pytest.fixture(scope="module")

@@ -13,22 +13,22 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.amass_files import UPRIGHT, amass_arrays, write_amass
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.quality.joint import joint_quality
 from twistcore.cli import main
-from twistcore.clip import rewritten, write_clip
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion
-from twistcore.figure import guess_up
-from twistcore.formats import is_clip, read_clip
-from twistcore.motion import forward_kinematics
-from twistcore.npz import NpzClip, read_npz
-from twistcore.npz.body import BODIES
-from twistcore.npz.vector_branch import continuous_vectors
-from twistcore.quality.joint_quality import joint_quality
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import rewritten, write_clip
+from twistcore.formats.npz import NpzClip, read_npz
+from twistcore.formats.npz.body import BODIES
+from twistcore.formats.npz.vector_branch import continuous_vectors
+from twistcore.formats.reading import is_clip, read_clip
 from twistcore.quamo.topology import CMU_UNIT, find_topology
 from twistcore.review import Review, write_session
-from twistcore.rotation import exponential, geodesic_angle, multiply, rotate
+from twistcore.skeleton.figure import guess_up
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, rotate
 
 WALK = read_bvh(ASSETS / "walk_injected.bvh")
 FOUND = {  # the interval of the BVH, by the same chain's name on SMPL's joints

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.counters import ROW, counter_of, seeds
-from twistcore.detection.counter_rotation import combine
-from twistcore.detection.edges import Edges, find_edges
-from twistcore.detection.offsets import offsets_of
-from twistcore.detection.pairing import (
+from twistcore.detection.counter_twist.counter_rotation import combine
+from twistcore.detection.counter_twist.edges import Edges, find_edges
+from twistcore.detection.counter_twist.offsets import offsets_of
+from twistcore.detection.counter_twist.pairing import (
     Pair,
     PairTable,
     best_pairs,
@@ -19,7 +19,7 @@ from twistcore.detection.pairing import (
     running_sums,
     unpaired,
 )
-from twistcore.rotation import wrap
+from twistcore.skeleton.rotation import wrap
 
 FRAMES = 90
 DEGREE = np.pi / 180.0

@@ -10,7 +10,7 @@ from twistcore.detection import Kind
 from twistcore.review import start_review
 from twistcore.review.model import constant
 from twistcore.review.other_chains import changed_chains
-from twistcore.rig import AS_FOUND, Rig
+from twistcore.skeleton.rig import AS_FOUND, Rig
 
 A = constant("A", 10, 20, 0.5)
 

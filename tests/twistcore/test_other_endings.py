@@ -3,13 +3,13 @@
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
 from twistcore.cli import main
 from twistcore.cli.arguments.argument_types import clip_target
 from twistcore.cli.parser import commands_of, make_parser
-from twistcore.clip import write_clip
-from twistcore.clip_suffixes import CLIP_SUFFIXES, other_format
 from twistcore.errors import TwistError
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
+from twistcore.formats.suffixes import CLIP_SUFFIXES, other_format
 
 SCENES = ("out.fbx", "out.GLB", "out.usda", "out.blend", "out.c3d", "out.asf")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import parse_bvh
+from twistcore.formats.bvh import parse_bvh
 
 ROOT = Path(__file__).parents[2]
 WALK, DIRTY = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"

@@ -9,9 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.twistcore.counters import ROW, counter_of, seeds
-from twistcore.detection import pairing
-from twistcore.detection.edges import find_edges
-from twistcore.detection.pairing import (
+from twistcore.detection.counter_twist import pairing
+from twistcore.detection.counter_twist.edges import find_edges
+from twistcore.detection.counter_twist.pairing import (
     Block,
     Pair,
     PairTable,
@@ -20,7 +20,7 @@ from twistcore.detection.pairing import (
     running_sums,
     unpaired,
 )
-from twistcore.rotation import wrap
+from twistcore.skeleton.rotation import wrap
 
 FRAMES = 90
 FPS = st.sampled_from([24.0, 30.0, 60.0, 120.0])

@@ -5,12 +5,12 @@ import pytest
 
 from tests.conftest import ASSETS
 from twistcore import detect
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh, write_motion
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.cli import main
 from twistcore.detection import Kind
-from twistcore.limb import find_limbs
+from twistcore.formats.bvh import read_bvh, write_motion
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import find_limbs
 from twistcore.synthesis import InjectedError, inject
 
 FILE = read_bvh(ASSETS / "basketball.bvh").motion

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from twistcore.joint_names import understood
-from twistcore.motion import Skeleton
-from twistcore.people import find_people, joint_names
+from twistcore.skeleton.joint_names import understood
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.people import find_people, joint_names
 
 SIDES = ("Left", "Right")
 LEGS = [("Hips", None)] + [

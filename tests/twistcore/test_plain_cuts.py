@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.cuts import _jumps, border_notes, find_cuts, leading_frames
 from twistcore.detection.leading_blend import LENGTHS, blend_end, held_frames, rest_frames
-from twistcore.motion import Motion, Skeleton, forward_kinematics
-from twistcore.rotation import (
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
+from twistcore.skeleton.rotation import (
     conjugate,
     exponential,
     geodesic_angle,

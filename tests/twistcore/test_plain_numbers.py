@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from twistcore.bvh.plain_numbers import plain_numbers
+from twistcore.formats.bvh.plain_numbers import plain_numbers
 
 plain = st.from_regex(r"-?[0-9]{1,4}(\.[0-9]{1,11})?|-?\.[0-9]{1,11}", fullmatch=True)
 gaps = st.sampled_from([" ", "\n", "\r\n", "\t", "  ", "\v", "\f"])

@@ -26,15 +26,15 @@ from tests.twistcore.estimator_files import (
     write_joblib,
 )
 from tests.twistcore.test_rest_pose import t_pose
-from twistcore.bvh import read_bvh, write_motion
 from twistcore.cli import main
 from twistcore.errors import TwistError
-from twistcore.motion import Motion
-from twistcore.npz.pickled_arrays import Unreadable, read_pickle
+from twistcore.formats.bvh import read_bvh, write_motion
+from twistcore.formats.npz.pickled_arrays import Unreadable, read_pickle
 from twistcore.quamo.pose_files import PosesError
 from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.topology import find_topology, skeleton_24
-from twistcore.rotation import geodesic_angle
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.quamo.sequences import read_sequence
 
 

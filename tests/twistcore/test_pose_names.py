@@ -11,17 +11,17 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore import pose_layout_files as files
 from tests.twistcore.amass_files import amass_arrays
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.batch.inputs import find_inputs
-from twistcore.bvh import read_bvh
 from twistcore.cli import main
-from twistcore.clip import rewritten, write_clip
-from twistcore.clip_files import clips_in
 from twistcore.errors import NpzError, TwistError
-from twistcore.formats import is_clip, is_other_data, read_clip
-from twistcore.npz import PklClip, parse_pkl
-from twistcore.npz.pickled_arrays import read_pickle, read_pickle_places
-from twistcore.rotation import geodesic_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import rewritten, write_clip
+from twistcore.formats.clip_files import clips_in
+from twistcore.formats.npz import PklClip, parse_pkl
+from twistcore.formats.npz.pickled_arrays import read_pickle, read_pickle_places
+from twistcore.formats.reading import is_clip, is_other_data, read_clip
+from twistcore.skeleton.rotation import geodesic_angle
 
 WALK = read_bvh(ASSETS / "walk_injected.bvh")
 FOUND = {  # the interval of the BVH, by the same chain's name on SMPL's joints

@@ -12,7 +12,7 @@ from twistcore.detection.prediction import (
     half_window,
     local_scale,
 )
-from twistcore.rotation import wrap
+from twistcore.skeleton.rotation import wrap
 
 
 def signals(chains=3, frames=60, seed=0, size=0.3):

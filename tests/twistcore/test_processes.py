@@ -12,10 +12,10 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.process_work import dies_once, prints, unsendable, work
-from twistcore import processes
 from twistcore.cli import main
-from twistcore.processes import ProcessEndedError, ProcessTimeError, each, reason
 from twistcore.tuning import read_profile
+from twistcore.work import processes
+from twistcore.work.processes import ProcessEndedError, ProcessTimeError, each, reason
 
 
 @pytest.mark.parametrize("workers", [1, 2])

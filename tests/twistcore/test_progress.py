@@ -4,11 +4,11 @@ from itertools import pairwise
 
 import pytest
 
-from twistcore.bvh import parse_bvh
-from twistcore.chain import find_chains
 from twistcore.detection import DETECTORS
-from twistcore.progress import Cancelled, part
-from twistcore.signals import signals_of_chains, twist_signals
+from twistcore.formats.bvh import parse_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.signals import signals_of_chains, twist_signals
+from twistcore.work.progress import Cancelled, part
 
 
 def work_on(clip, name):

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import Corrected, refine
 from twistcore.detection import Kind
-from twistcore.limb import places
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import Corrected, refine
+from twistcore.formats.bvh import read_bvh
 from twistcore.review.model import constant
 from twistcore.review.proposal import proposed_flip, proposed_interval
-from twistcore.rotation import wrap
-from twistcore.signals import TwistSignals
+from twistcore.skeleton.limb import places
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import wrap
+from twistcore.skeleton.signals import TwistSignals
 
 FPS = 100.0
 LEG = "RightUpLeg-RightFoot"

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import ClipAnalysis, analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
+from twistcore.analysis.correction.protected_measures import PATH, ROLL, SHARE, TOLERANCE, shown_at
+from twistcore.analysis.correction.twist_removal import applied_unasked, refine
 from twistcore.detection import Interval, Kind
-from twistcore.limb import Limb
-from twistcore.protected_measures import PATH, ROLL, SHARE, TOLERANCE, shown_at
-from twistcore.twist_removal import applied_unasked, refine
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.limb import Limb
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 INJECTED = read_bvh(ASSETS / "walk_injected.bvh").motion

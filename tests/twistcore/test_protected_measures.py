@@ -7,12 +7,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains, make_chain
-from twistcore.detection import Interval, Kind
-from twistcore.detection.evidence import Witnesses
-from twistcore.limb import find_limbs
-from twistcore.protected_measures import (
+from twistcore.analysis.correction.protected_measures import (
     ENDS,
     HINGE,
     NAMES,
@@ -22,7 +17,12 @@ from twistcore.protected_measures import (
     Hinges,
     protected_measures,
 )
-from twistcore.twist_removal import refine
+from twistcore.analysis.correction.twist_removal import refine
+from twistcore.detection import Interval, Kind
+from twistcore.detection.evidence import Witnesses
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains, make_chain
+from twistcore.skeleton.limb import find_limbs
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 CHAINS = find_chains(WALK)

@@ -8,16 +8,16 @@ import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh, write_motion
-from twistcore.chain import find_chains
 from twistcore.cli import main
 from twistcore.errors import TwistError
-from twistcore.rotation import rotate
-from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown
-from twistcore.study.benchmark.benchmark_tables import make_rows
+from twistcore.formats.bvh import read_bvh, write_motion
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import rotate
 from twistcore.study.benchmark.clip_run import Settings, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
+from twistcore.study.benchmark.markdown import benchmark_to_markdown
 from twistcore.study.benchmark.runner import Summary
+from twistcore.study.benchmark.tables import make_rows
 from twistcore.study.benchmark.tally import error_tally
 from twistcore.study.evaluation import measure
 from twistcore.synthesis import (

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import parse_bvh, read_bvh
-from twistcore.motion import forward_kinematics
-from twistcore.quality.joint_quality import SLIDE_SPEED, foot_joints, joint_quality
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.analysis.quality.joint import SLIDE_SPEED, foot_joints, joint_quality
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
 CLIP = read_bvh(ASSETS / "dance.bvh")
 NAMES = CLIP.motion.skeleton.names

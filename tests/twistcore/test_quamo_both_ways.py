@@ -14,7 +14,7 @@ from twistcore.quamo.state_space import FIRST_ORDER
 from twistcore.quamo.track_clip import placed_joint, track_by_hand
 from twistcore.quamo.tracker import LOST_AFTER, apart_sentence, snap_sentences
 from twistcore.quamo.weights import weights_file
-from twistcore.rotation import (
+from twistcore.skeleton.rotation import (
     exponential,
     geodesic_angle,
     multiply,

@@ -4,11 +4,11 @@ import numpy as np
 
 from benchmarks.quamo_fits import LeaveOneOut, PathFilter, foot_steps, known_way
 from tests.conftest import ASSETS
-from twistcore.quality.figure_quality import in_contact
+from twistcore.analysis.quality.figure import in_contact
 from twistcore.study.quamo.noise import LEVELS, SMOOTH_SECONDS, Noise
 from twistcore.study.quamo.pose_errors import errors
-from twistcore.study.quamo.quamo_tables import noisy_clip
 from twistcore.study.quamo.sequences import read_sequence
+from twistcore.study.quamo.tables import noisy_clip
 
 NOISE = Noise(LEVELS["A"])
 CLIPS = [read_sequence(ASSETS / f"{name}.bvh") for name in ("walk", "dance", "basketball")]

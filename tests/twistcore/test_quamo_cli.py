@@ -7,16 +7,16 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.test_quamo_data import write_poses
-from twistcore.bvh import read_bvh
 from twistcore.cli import main
-from twistcore.clip import write_clip
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, Tracker, track, track_both_ways
 from twistcore.quamo.network import untrained, write_network
 from twistcore.quamo.response import lags, overshoots
 from twistcore.quamo.track_clip import smooth_clip
 from twistcore.quamo.weights import weights_name
-from twistcore.rotation import geodesic_angle
-from twistcore.study.quamo.quamo_bars import Bar
+from twistcore.skeleton.rotation import geodesic_angle
+from twistcore.study.quamo.bars import Bar
 from twistcore.study.quamo.sequences import read_sequence
 
 WALK, DIRTY, DANCE = (ASSETS / f"{n}.bvh" for n in ("walk", "walk_injected", "dance"))

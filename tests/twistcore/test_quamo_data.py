@@ -5,11 +5,10 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from tests.conftest import ASSETS
-from twistcore.bvh import parse_bvh
-from twistcore.bvh.compose import bvh_text
+from twistcore.analysis.quality.figure import foot_slide, in_contact, quality
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, forward_kinematics
-from twistcore.quality.figure_quality import foot_slide, in_contact, quality
+from twistcore.formats.bvh import parse_bvh
+from twistcore.formats.bvh.compose import bvh_text
 from twistcore.quamo.pose_files import PosesError
 from twistcore.quamo.poses_clip import read_poses
 from twistcore.quamo.resample import corrected, resampled, sample_times, slerp
@@ -24,7 +23,8 @@ from twistcore.quamo.topology import (
     places_24,
     skeleton_24,
 )
-from twistcore.rotation import (
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import (
     exponential,
     geodesic_angle,
     logarithm,
@@ -263,7 +263,7 @@ def test_poses_from_npz_are_the_clip_they_were_made_of(dance, tmp_path):
 
 def test_z_up_is_turned_upright_and_52_joints_keep_the_body(dance, tmp_path):
     turn = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), 0.5 * np.pi)
-    from twistcore.rotation import multiply, rotate
+    from twistcore.skeleton.rotation import multiply, rotate
 
     q = dance.q.copy()
     q[:, 0] = multiply(turn, q[:, 0])

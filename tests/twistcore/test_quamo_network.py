@@ -17,7 +17,7 @@ from twistcore.quamo.network import (
     untrained,
     write_network,
 )
-from twistcore.rotation import exponential, geodesic_angle, multiply, rotate
+from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, rotate
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.sequences import read_sequence
 from twistcore.study.quamo.torch_model import import_torch, make_step, unroll

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.bvh.compose import write_motion
 from twistcore.cli import main
-from twistcore.clip import write_clip
 from twistcore.errors import TwistError
 from twistcore.export.tracking import check_tracking, traced_motion, tracked_motion, weights_mark
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.bvh.compose import write_motion
+from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, track
 from twistcore.quamo.network import untrained
 from twistcore.quamo.pieces import cuts_behind, pieces

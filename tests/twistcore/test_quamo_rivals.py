@@ -6,20 +6,20 @@ import pytest
 from benchmarks.quamo_tune_rivals import GRIDS, METRICS, best
 from tests.conftest import ASSETS
 from twistcore.quamo import Gains, HandGains, track
-from twistcore.rotation import geodesic_angle, multiply
-from twistcore.study.quamo.noise import LEVELS, Noise, noisy
-from twistcore.study.quamo.pose_errors import errors, lag_parts
-from twistcore.study.quamo.quamo_methods import (
+from twistcore.skeleton.rotation import geodesic_angle, multiply
+from twistcore.study.quamo.methods import (
     HAND,
     hand_method,
     lags,
     representation_methods,
     root_in_substeps,
 )
-from twistcore.study.quamo.quamo_tables import CONDITIONS, score
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.pose_errors import errors, lag_parts
 from twistcore.study.quamo.representations import track_places
 from twistcore.study.quamo.rivals import RIVALS
 from twistcore.study.quamo.sequences import read_sequence, windows
+from twistcore.study.quamo.tables import CONDITIONS, score
 
 DT = 0.04
 

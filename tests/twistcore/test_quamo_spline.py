@@ -9,7 +9,7 @@ from scipy.interpolate import make_smoothing_spline
 from twistcore.errors import TwistError
 from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
 from twistcore.quamo.track_clip import smooth_clip
-from twistcore.rotation import exponential, geodesic_angle, multiply, normalise
+from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, normalise
 
 DT = 0.04
 CUTOFFS = st.floats(0.5, 10.0)

@@ -12,7 +12,7 @@ from twistcore.errors import TwistError
 from twistcore.quamo import Gains, HandGains, Tracker, UnstableGainsError, check_stability, track
 from twistcore.quamo.state_space import FIRST_ORDER, increment, next_quaternion, next_translation
 from twistcore.quamo.tracker import LOST_AFTER, snap_sentences
-from twistcore.rotation import (
+from twistcore.skeleton.rotation import (
     exponential,
     geodesic_angle,
     logarithm,

@@ -10,8 +10,8 @@ from benchmarks import real_flips
 from benchmarks._limb_poses import Jump, most
 from benchmarks.real_flips import judge, judged_file
 from tests.conftest import ASSETS
-from twistcore.motion import Motion, Skeleton, forward_kinematics
-from twistcore.rotation import conjugate, multiply, normalise, quaternion_from_axis_angle
+from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
+from twistcore.skeleton.rotation import conjugate, multiply, normalise, quaternion_from_axis_angle
 
 FRAMES, START, STOP = 60, 20, 30
 NAMES = ("Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase")

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.test_chain import FAMILIES, limbs, rig
-from twistcore.bvh import parse_bvh, read_bvh
-from twistcore.chain import find_chains
-from twistcore.clip import changed_rotations, rewritten
+from twistcore.analysis.correction import children_off_axis, refine, remove_twist
 from twistcore.detection import Interval
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import children_off_axis, refine, remove_twist
-from twistcore.rotation import geodesic_angle, twist_angle, wrap
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.formats.clip import changed_rotations, rewritten
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle, twist_angle, wrap
 
 WALK = read_bvh(ASSETS / "walk.bvh")
 CHAINS = find_chains(WALK.motion)

@@ -9,22 +9,22 @@ import numpy as np
 import pytest
 
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped
-from twistcore.analysis import detect
-from twistcore.atomic import write_atomically
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import detect
 from twistcore.cli import main
-from twistcore.clip import write_clip
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.replay import accepted_motion
-from twistcore.formats import read_clip
+from twistcore.files.atomic import write_atomically
+from twistcore.files.version import __version__
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
+from twistcore.formats.reading import read_clip
 from twistcore.report import clip_report
 from twistcore.report.changes import joint_changes, kept_in
 from twistcore.report.clip_report import write_clip_report
-from twistcore.report.report_document import Report
+from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Review, Tracking, start_review
 from twistcore.review.model import constant
-from twistcore.version import __version__
 
 STATE = start_review("consistency", {c.name: 0.1 for c in CHAINS}, [], [])
 ENDINGS = ("report.html", "intervals.csv", "markers.py", "report.json")

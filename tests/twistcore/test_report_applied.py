@@ -10,18 +10,18 @@ import pytest
 
 from tests.twistcore import amc_files
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, flip, flipped, spun
-from twistcore.amc import read_amc
-from twistcore.analysis import analyse
-from twistcore.clip import write_clip
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Interval
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.export.replay import accepted_motion
-from twistcore.formats import read_clip
+from twistcore.formats.amc import read_amc
+from twistcore.formats.clip import write_clip
+from twistcore.formats.reading import read_clip
 from twistcore.report.changes import found_again
 from twistcore.report.clip_page import clip_page
 from twistcore.report.clip_report import write_clip_report
+from twistcore.report.document import Report, report_to_json
 from twistcore.report.picture_job import Drawn
-from twistcore.report.report_document import Report, report_to_json
 from twistcore.review import Decide, Decision, Review, start_review
 from twistcore.review.model import constant
 

@@ -6,10 +6,10 @@ import pytest
 
 from tests.twistcore import amc_files
 from tests.twistcore.reviews import CLIP
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.cli import main
-from twistcore.clip import write_clip
-from twistcore.formats import read_clip
+from twistcore.formats.clip import write_clip
+from twistcore.formats.reading import read_clip
 from twistcore.review import Decide, Decision, Review, write_session
 
 

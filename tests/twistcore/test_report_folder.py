@@ -10,10 +10,10 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.made_records import failed, record_of, waiting
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.batch.gates import Broken, parse_rule
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
+from twistcore.formats.reading import read_clip
 from twistcore.report import folder_report, picture_job
 from twistcore.report.folder_report import page_of, write_folder_report
 from twistcore.report.picture_job import Drawn

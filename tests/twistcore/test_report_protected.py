@@ -9,14 +9,14 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS
-from twistcore.analysis import detect
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import detect
+from twistcore.analysis.correction import refine
+from twistcore.analysis.correction.protected_measures import ENDS, NAMES, ROLL
 from twistcore.detection import Interval
-from twistcore.protected_measures import ENDS, NAMES, ROLL
-from twistcore.refinement import refine
+from twistcore.formats.bvh import read_bvh
 from twistcore.report.changes import protected_sums
 from twistcore.report.clip_report import write_clip_report
-from twistcore.report.report_document import Report
+from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Review
 
 EVERY = (*CHAINS, *LIMBS)

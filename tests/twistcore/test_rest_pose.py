@@ -7,11 +7,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
 from twistcore.errors import TwistError
+from twistcore.formats.bvh import read_bvh
 from twistcore.quamo.rest_pose import RestChange, rest_change
 from twistcore.quamo.topology import PARENTS, find_topology, places_24
-from twistcore.rotation import exponential, normalise
+from twistcore.skeleton.rotation import exponential, normalise
 
 LEFT_LEG, RIGHT_LEG = (4, 7, 10), (5, 8, 11)
 LEFT_ARM, RIGHT_ARM = (18, 20, 22), (19, 21, 23)

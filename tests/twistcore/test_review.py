@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CHAINS, CLIP, commands, fresh, redetect, signing
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.clip import rewritten
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.export.replay import accepted_motion, check_belongs
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import rewritten
 from twistcore.review import (
     Annotate,
     CarryOver,

@@ -9,12 +9,11 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.twistcore.reviews import CARRIED, CHAINS, CLIP, LIMBS, TAU, flip, fresh
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.export.replay import accepted_motion, check_belongs
-from twistcore.motion import forward_kinematics
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import (
     CarryOver,
     Decide,
@@ -35,6 +34,7 @@ from twistcore.review import (
 )
 from twistcore.review.model import constant, levelled
 from twistcore.review.reasons import found_again
+from twistcore.skeleton.motion import forward_kinematics
 
 
 def with_flips():

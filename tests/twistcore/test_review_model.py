@@ -22,7 +22,7 @@ from twistcore.review.model import (
     overlapping,
     resized,
 )
-from twistcore.rig import AS_FOUND, Rig
+from twistcore.skeleton.rig import AS_FOUND, Rig
 
 
 def test_a_review_begins_in_the_order_of_chains_and_frames():

@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
-from twistcore.bvh import read_bvh
+from twistcore.analysis.correction import refine
 from twistcore.cli import main
-from twistcore.clip import write_clip
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.replay import accepted_motion, check_belongs
 from twistcore.export.tracking import (
@@ -23,11 +22,12 @@ from twistcore.export.tracking import (
     tracked_motion,
     weights_mark,
 )
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.track_clip import track_by_hand
-from twistcore.refinement import refine
 from twistcore.report.clip_report import write_clip_report
-from twistcore.report.report_document import Report
+from twistcore.report.document import Report
 from twistcore.review import (
     Decide,
     Decision,

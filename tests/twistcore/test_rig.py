@@ -8,16 +8,14 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction import refine
 from twistcore.cli import main
-from twistcore.clip import write_clip
 from twistcore.detection import Kind
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.replay import accepted_motion
-from twistcore.limb import Limb, find_limbs
-from twistcore.refinement import refine
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
 from twistcore.review import (
     ChangeChains,
     Decide,
@@ -33,7 +31,9 @@ from twistcore.review import (
 )
 from twistcore.review.model import constant
 from twistcore.review.other_chains import changed_chains
-from twistcore.rig import (
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.limb import Limb, find_limbs
+from twistcore.skeleton.rig import (
     AS_FOUND,
     OwnChain,
     Rig,

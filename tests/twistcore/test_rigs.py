@@ -9,9 +9,9 @@ from benchmarks import rigs
 from benchmarks._rig_families import RIGS
 from benchmarks._rigs import CHAINED, bone_pairs, piece_pairs, rigged, shared_joints
 from benchmarks.rigs import Pair, Place, counted, drawn, variants, with_errors
-from twistcore.analysis import analyse
-from twistcore.motion import forward_kinematics
-from twistcore.rotation import (
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,
     quaternion_from_axis_angle,

@@ -6,7 +6,7 @@ from hypothesis import given
 from scipy.spatial.transform import Rotation
 
 from tests.twistcore.strategies import angles, axes, orders, quaternions
-from twistcore import rotation as rot
+from twistcore.skeleton import rotation as rot
 
 
 def same_rotation(p, q, tolerance=1e-9):

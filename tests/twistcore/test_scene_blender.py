@@ -8,10 +8,10 @@ import pytest
 
 from tests.twistcore.blender import blender, needs_blender
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, fresh
+from twistcore.analysis.correction import refine
 from twistcore.export.scene_script import SceneOptions, scene_script
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import refine
-from twistcore.rotation import conjugate, geodesic_angle, multiply
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import conjugate, geodesic_angle, multiply
 
 pytestmark = needs_blender
 

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, flip, fresh
 from tests.twistcore.scene_rigs import ORDERS, Cmds, Rig, Sdk
 from tests.twistcore.test_cli import run
+from twistcore.analysis.correction import refine
 from twistcore.errors import TwistError
 from twistcore.export.scene_keys import scene_keys
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import refine
 from twistcore.review import Decide, Decision, write_session
 from twistcore.review.model import constant
-from twistcore.rotation import geodesic_angle, quaternion_from_euler
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle, quaternion_from_euler
 
 MOTION = CLIP.motion.sliced(110, 150)
 

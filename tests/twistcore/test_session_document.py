@@ -44,7 +44,7 @@ from twistcore.review.session import (
     tracks_otherwise,
     write_session,
 )
-from twistcore.rig import AS_FOUND, OwnChain, Rig
+from twistcore.skeleton.rig import AS_FOUND, OwnChain, Rig
 
 RIG = Rig((OwnChain(("hip", "chest")),), ("LeftClavicle",))
 BOTH_WAYS = replace(TRACKING, causal=False)

@@ -19,7 +19,7 @@ from twistcore.detection.soft_errors.silent_joints import (
 )
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.surprise import Surprise
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
 FRAMES = 240
 

@@ -9,12 +9,12 @@ from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 from benchmarks.noise_bursts import at_rate
 from benchmarks.smoothed_spans import found_in, measure, spans_in, with_smoothed
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse
-from twistcore.bvh import read_bvh
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import smoothed_spans as smoothed_module
 from twistcore.detection.smoothed_spans import smoothed_spans
-from twistcore.notes import SMOOTHED
-from twistcore.rotation import continuous, normalise
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.notes import SMOOTHED
+from twistcore.skeleton.rotation import continuous, normalise
 
 DANCE = read_bvh(ASSETS / "dance.bvh").motion
 ARM, OTHER = DANCE.skeleton.index("LeftArm"), DANCE.skeleton.index("RightLeg")

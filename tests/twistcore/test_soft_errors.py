@@ -9,17 +9,17 @@ import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from tests.conftest import ASSETS
-from twistcore.analysis import ClipAnalysis, analyse
-from twistcore.bvh import read_bvh, write_motion
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
+from twistcore.analysis.correction import applied_unasked, refine, remove_twist
 from twistcore.cli import main
-from twistcore.detection.consistency import _limbs, _lines
+from twistcore.detection.consistency.detector import _limbs, _lines
 from twistcore.detection.soft_errors import Known, soft_errors
 from twistcore.detection.soft_errors.silent_joints import off_runs, silent_sides, standing_level
 from twistcore.detection.soft_errors.surprise import Surprise
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import applied_unasked, refine, remove_twist
-from twistcore.rotation import (
+from twistcore.formats.bvh import read_bvh, write_motion
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,
     normalise,

@@ -8,18 +8,18 @@ import pytest
 
 from benchmarks.reasons import wrong
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse, detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import analyse, detect
+from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.why_not import Why, why_not
 from twistcore.cli import main
-from twistcore.clip import write_clip
 from twistcore.detection import Interval
-from twistcore.detection.chain_analysis import Standing
-from twistcore.refinement import remove_twist
+from twistcore.detection.consistency.chain_analysis import Standing
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
 from twistcore.review import Review
 from twistcore.review.model import levelled
 from twistcore.review.soft_onset import onset_frames, soft_onset
-from twistcore.why_not import Why, why_not
+from twistcore.skeleton.chain import find_chains
 
 CLIP = read_bvh(ASSETS / "walk.bvh")
 RAMP = np.radians(np.concatenate([np.arange(1, 13), np.full(10, 13), np.arange(12, 0, -1)]) * 6.0)

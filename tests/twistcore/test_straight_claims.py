@@ -17,7 +17,7 @@ from twistcore.detection.straight_limbs.straight_claims import (
 )
 from twistcore.detection.straight_limbs.straight_intervals import confidence, interval_of
 from twistcore.detection.straight_limbs.straight_spells import Bend, Spell, StraightError
-from twistcore.rotation import multiply, wrap
+from twistcore.skeleton.rotation import multiply, wrap
 
 # Errors of a spell
 

@@ -10,9 +10,9 @@ import pytest
 from tests.twistcore.counters import ROW, counter_of
 from tests.twistcore.test_straight_limbs import erring, level, straightening, thigh
 from tests.twistcore.test_straight_limbs import spells as straight_frames
-from twistcore.detection.edges import find_edges
-from twistcore.detection.offsets import offsets_of
-from twistcore.detection.pairing import best_pairs, pair_table, running_sums
+from twistcore.detection.counter_twist.edges import find_edges
+from twistcore.detection.counter_twist.offsets import offsets_of
+from twistcore.detection.counter_twist.pairing import best_pairs, pair_table, running_sums
 from twistcore.detection.straight_limbs.straight_claims import (
     Jumps,
     StraightLimb,

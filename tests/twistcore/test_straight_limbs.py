@@ -8,14 +8,14 @@ import pytest
 from benchmarks.mirrored_turns import Straightness
 from benchmarks.real_flips import judge
 from tests.conftest import ASSETS
-from twistcore.analysis import ClipAnalysis, analyse
-from twistcore.bvh import read_bvh, write_motion
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
+from twistcore.analysis.correction import applied_unasked, refine, remove_twist
 from twistcore.cli import main
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
-from twistcore.motion import Motion, Skeleton
-from twistcore.refinement import applied_unasked, refine, remove_twist
-from twistcore.rotation import multiply, quaternion_from_axis_angle, wrap
+from twistcore.formats.bvh import read_bvh, write_motion
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 NAMES = ("Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase")

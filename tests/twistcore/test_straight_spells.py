@@ -18,7 +18,7 @@ from twistcore.detection.straight_limbs.straight_spells import (
     spells,
     window_of,
 )
-from twistcore.rotation import multiply, quaternion_from_axis_angle, wrap
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
 
 DEGREE = math.pi / 180.0
 FRAMES = 160

@@ -12,17 +12,22 @@ import pytest
 from benchmarks._rig_families import RIGS
 from benchmarks._rigs import rigged
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.correction.twist_removal import applied_unasked, refine, remove_twist
 from twistcore.batch.clip_result import processed
 from twistcore.batch.parameters import Parameters
-from twistcore.bvh import parse_bvh, read_bvh
-from twistcore.bvh.compose import bvh_text
-from twistcore.chain import make_chain
 from twistcore.cli import main
 from twistcore.detection import Kind
-from twistcore.rotation import geodesic_angle, multiply, normalise, quaternion_from_axis_angle
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.formats.bvh.compose import bvh_text
+from twistcore.skeleton.chain import make_chain
+from twistcore.skeleton.rotation import (
+    geodesic_angle,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+)
 from twistcore.tuning.clip_curves import clip_tuning
-from twistcore.twist_removal import applied_unasked, refine, remove_twist
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 BY_NAME = {rig.name: rig for rig in RIGS}

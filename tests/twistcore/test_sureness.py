@@ -12,14 +12,14 @@ from tests.twistcore.test_soft_errors import (
     low_passed,
     surprise_of,
 )
-from twistcore.analysis import ClipAnalysis
-from twistcore.chain import find_chains
-from twistcore.detection.confidence import confidence
-from twistcore.detection.consistency import _by_itself, _limbs, find_jumps
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.detection.consistency.confidence import confidence
+from twistcore.detection.consistency.detector import _by_itself, _limbs, find_jumps
 from twistcore.detection.soft_errors import Known, soft_errors
 from twistcore.detection.soft_errors.silent_joints import _of_two_chains
 from twistcore.detection.soft_errors.soft_error import SoftError, judged
 from twistcore.detection.soft_errors.softened_level import course, ramp
+from twistcore.skeleton.chain import find_chains
 
 RNG = np.random.default_rng(5)
 FRAMES = 300

@@ -17,7 +17,7 @@ from twistcore.detection.soft_errors.natural_scale import (
 from twistcore.detection.soft_errors.soft_search import gains
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
 DEGREE = math.pi / 180.0
 FLOOR = 0.005 * DEGREE

@@ -8,9 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
-from twistcore.decomposition import (
+from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.decomposition import (
     WhatIf,
     correct_frame,
     decompose,
@@ -19,8 +18,9 @@ from twistcore.decomposition import (
     unwrapped_twist,
 )
 from twistcore.detection.paper import DEFAULT_TAU, PaperDetector, running_offset
-from twistcore.refinement import remove_twist
-from twistcore.rotation import (
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import (
     conjugate,
     matrix_from_quaternion,
     multiply,
@@ -31,7 +31,7 @@ from twistcore.rotation import (
     swing_twist,
     wrap,
 )
-from twistcore.signals import twist_signals
+from twistcore.skeleton.signals import twist_signals
 
 CLIPS = ("walk_injected", "dance")
 CHAINS = ("LeftArm", "LeftForeArm", "RightUpLeg")

@@ -11,15 +11,15 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
-from twistcore.analysis import analyse, detect
+from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.batch import survey
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains, limbs
 from twistcore.cli import main
 from twistcore.detection import DETECTORS
 from twistcore.errors import FormatError
+from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, LeaveOut, Review, write_session
-from twistcore.rotation import (
+from twistcore.skeleton.chain import find_chains, limbs
+from twistcore.skeleton.rotation import (
     geodesic_angle,
     multiply,
     normalise,

@@ -5,19 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twistcore.chain import make_chain
-from twistcore.detection import Interval, Kind
-from twistcore.limb import as_limb
-from twistcore.motion import Motion, Skeleton, forward_kinematics
-from twistcore.rotation import (
-    geodesic_angle,
-    multiply,
-    normalise,
-    quaternion_from_axis_angle,
-    twist_angle,
-    wrap,
-)
-from twistcore.twist_removal import (
+from twistcore.analysis.correction.twist_removal import (
     applied_unasked,
     carried_by_limb,
     children_off_axis,
@@ -25,6 +13,18 @@ from twistcore.twist_removal import (
     refine,
     remove_twist,
     stuck_joints,
+)
+from twistcore.detection import Interval, Kind
+from twistcore.skeleton.chain import make_chain
+from twistcore.skeleton.limb import as_limb
+from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
+from twistcore.skeleton.rotation import (
+    geodesic_angle,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+    twist_angle,
+    wrap,
 )
 
 NAMES = ("Hips", "Thigh", "Shin", "Foot", "Beside")

@@ -12,15 +12,15 @@ from tests.twistcore.reviews import spun
 from tests.twistcore.test_smoothed_spans import smoothed
 from tests.twistcore.two_people import CLEAN, WRONG, two_people
 from twistcore import analyse, detect, find_chains, find_limbs, read_clip
-from twistcore.bvh import parse_bvh
+from twistcore.analysis.correction import applied_unasked
 from twistcore.cli.command_line import main
 from twistcore.detection.soft_errors import soft_intervals
 from twistcore.errors import TwistError
-from twistcore.figure import figure_size, guess_up, heading
-from twistcore.motion import forward_kinematics
-from twistcore.notes import NOISE, RESTLESS_CLIP, SMOOTHED
-from twistcore.refinement import applied_unasked
-from twistcore.rotation import normalise
+from twistcore.formats.bvh import parse_bvh
+from twistcore.skeleton.figure import figure_size, guess_up, heading
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.notes import NOISE, RESTLESS_CLIP, SMOOTHED
+from twistcore.skeleton.rotation import normalise
 from twistcore.synthesis import InjectedError, enrich, inject
 
 DANCE = Path("assets/dance.bvh")

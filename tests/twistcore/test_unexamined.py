@@ -10,24 +10,24 @@ import pytest
 from tests.conftest import ASSETS
 from tests.twistcore.batch_records import done
 from tests.twistcore.made_records import record_of
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.analysis.examination import joints_outside, unexamined_frames
 from twistcore.batch.clip_survey import survey, survey_folder
 from twistcore.batch.gates import broken, parse_rule
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.result_files import clip_row
-from twistcore.body import Unexamined
-from twistcore.bvh import read_bvh
-from twistcore.bvh.compose import write_motion
 from twistcore.cli import main
-from twistcore.examination import joints_outside, unexamined_frames
-from twistcore.motion import Motion, Skeleton
-from twistcore.notes import NOT_EXAMINED
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.bvh.compose import write_motion
 from twistcore.report.folder_page import known_page
 from twistcore.report.folder_report import Home
 from twistcore.review import Review, write_session
-from twistcore.rig import OwnChain, Rig
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.skeleton.body import Unexamined
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.notes import NOT_EXAMINED
+from twistcore.skeleton.rig import OwnChain, Rig
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 ARMS, LEGS = ("LeftShoulder", "RightShoulder"), ("LHipJoint", "RHipJoint")

@@ -34,10 +34,10 @@ from twistcore import (
     write_motion,
     write_session,
 )
-from twistcore.motion import forward_kinematics
-from twistcore.refinement import applied_unasked
-from twistcore.rig import read_rig, write_rig
-from twistcore.rotation import (
+from twistcore.analysis.correction import applied_unasked
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rig import read_rig, write_rig
+from twistcore.skeleton.rotation import (
     conjugate,
     geodesic_angle,
     multiply,

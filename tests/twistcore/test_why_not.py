@@ -10,17 +10,18 @@ import pytest
 from benchmarks import reasons as judge
 from benchmarks.reasons import contradictions, wrong
 from tests.conftest import ASSETS
-from twistcore.analysis import Detection, analyse, detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import Detection, analyse, detect
+from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.why_not import Why, peaks_without_interval, unexplained_peaks, why_not
 from twistcore.cli import main
-from twistcore.detection import Interval, Kind, chain_analysis
+from twistcore.detection import Interval, Kind
+from twistcore.detection.consistency import chain_analysis
 from twistcore.detection.evidence import Judgement
 from twistcore.errors import TwistError
-from twistcore.refinement import remove_twist
-from twistcore.rotation import multiply, quaternion_from_axis_angle
+from twistcore.formats.bvh import read_bvh
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
 from twistcore.synthesis import enrich
-from twistcore.why_not import Why, peaks_without_interval, unexplained_peaks, why_not
 
 CLIPS = sorted(path.stem for path in ASSETS.glob("*.bvh"))
 WALK = read_bvh(ASSETS / "walk.bvh").motion

@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.twistcore import amc_files
-from twistcore.amc import read_amc
-from twistcore.bvh import parse_bvh, read_bvh, thinned
-from twistcore.chain import find_chains
+from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
-from twistcore.clip import rewritten
 from twistcore.errors import AmcError, BvhError
 from twistcore.export.exports_beside import exports_among
-from twistcore.file_kinds import BVH, kind_of
-from twistcore.twist_removal import remove_twist
-from twistcore.wide_text import wide_codec, wide_text
+from twistcore.files.kinds import BVH, kind_of
+from twistcore.files.wide_text import wide_codec, wide_text
+from twistcore.formats.amc import read_amc
+from twistcore.formats.bvh import parse_bvh, read_bvh, thinned
+from twistcore.formats.clip import rewritten
+from twistcore.skeleton.chain import find_chains
 
 MARKS = {
     "utf-16-le": codecs.BOM_UTF16_LE,

@@ -10,20 +10,20 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis import ALL_KINDS, Detection, analyse
+from twistcore.analysis.clip_analysis import ALL_KINDS, Detection, analyse
+from twistcore.analysis.quality.figure import figure_quality
 from twistcore.batch.how_bad import severity
 from twistcore.batch.parameters import Parameters
-from twistcore.bvh import parse_bvh
-from twistcore.chain import chain_notes
-from twistcore.clip import Clip, rewritten
 from twistcore.detection import Kind
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
-from twistcore.formats import read_clip
-from twistcore.motion import Motion
-from twistcore.own_words import with_own_words
-from twistcore.quality.figure_quality import figure_quality
-from twistcore.rig import AS_FOUND, rig_from_json
-from twistcore.rotation import largest_and_rms
+from twistcore.formats.bvh import parse_bvh
+from twistcore.formats.clip import Clip, rewritten
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.chain import chain_notes
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.own_words import with_own_words
+from twistcore.skeleton.rig import AS_FOUND, rig_from_json
+from twistcore.skeleton.rotation import largest_and_rms
 
 SCHEMA = "twistcore.batch_clip/1"
 

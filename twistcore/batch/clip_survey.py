@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from twistcore.analysis import analyse
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.batch.how_bad import severity
-from twistcore.clip_files import clips_in
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.export.exports_beside import without_exports
-from twistcore.formats import read_clip
-from twistcore.motion import Motion
-from twistcore.processes import each, reason
-from twistcore.progress import Tell
-from twistcore.rig import AS_FOUND, Rig
+from twistcore.formats.clip_files import clips_in
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.tuning import Profile
+from twistcore.work.processes import each, reason
+from twistcore.work.progress import Tell
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from typing import Any, TypeAlias
 
 from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
-from twistcore.file_marks import sha256_of
-from twistcore.worker_memory import SPARE, forget_peak, limited_memory, peak_memory
+from twistcore.files.marks import sha256_of
+from twistcore.work.memory import SPARE, forget_peak, limited_memory, peak_memory
 
 Bytes: TypeAlias = bytes  # an outcome has a number of them by that name
 

@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from twistcore.atomic import write_atomically, write_companions
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.manifest import ClipRow
 from twistcore.errors import TwistError
-from twistcore.file_marks import sha256_of
+from twistcore.files.atomic import write_atomically, write_companions
+from twistcore.files.marks import sha256_of
 
 FOLDER = "corrected"
 

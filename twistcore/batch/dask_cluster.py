@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING, Any
 
 from twistcore.batch.clip_task import Outcome, Task, process
 from twistcore.errors import TwistError
-from twistcore.ordinary_files import read_file
-from twistcore.processes import Apart, ProcessEndedError
+from twistcore.files.ordinary import read_file
+from twistcore.work.processes import Apart, ProcessEndedError
 
 if TYPE_CHECKING:
-    from twistcore.batch.batch_run import CarryOut
+    from twistcore.batch.run import CarryOut
 
 _CONNECT_S = 20.0
 _LOOK_S = 1.0

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from twistcore.analysis import Detection
-from twistcore.body import Unexamined
-from twistcore.chain import Chain
+from twistcore.analysis.clip_analysis import Detection
 from twistcore.detection import Interval, Kind
+from twistcore.skeleton.body import Unexamined
+from twistcore.skeleton.chain import Chain
 
 # How much of an error shows: a collar's or forearm's turn less than an upper arm's, and a knee that
 # stands on the wrong side more.

@@ -13,10 +13,10 @@ from pathlib import Path, PurePosixPath
 
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.manifest import FILE, is_batch_folder
-from twistcore.clip_suffixes import CLIP_SUFFIXES
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import exports_in
-from twistcore.ordinary_files import read_file
+from twistcore.files.ordinary import read_file
+from twistcore.formats.suffixes import CLIP_SUFFIXES
 
 
 @dataclass(frozen=True)
@@ -209,7 +209,7 @@ def _other(path: str) -> bool:
     """Whether what has a clip's name holds something else: bodies' shapes lie beside AMASS's."""
     if not path.lower().endswith((".npz", ".pkl")) or not os.path.isfile(path):  # noqa: PTH113
         return False
-    from twistcore.formats import is_other_data  # numpy
+    from twistcore.formats.reading import is_other_data  # numpy
 
     return is_other_data(path)
 

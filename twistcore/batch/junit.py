@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 from twistcore.batch.gates import Broken, Rule
 from twistcore.batch.how_bad import limbs_left_out
 from twistcore.batch.manifest import ClipRecord
-from twistcore.encoding import escaped
+from twistcore.files.encoding import escaped
 
 _NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # of XML 1.0
 _SUITE = "twistcore batch"

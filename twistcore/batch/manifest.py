@@ -17,10 +17,10 @@ from typing import Any, Self
 from twistcore.batch.manifest_tables import make_tables, shape_of, shape_of_ours
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.stored_rows import column, decisions_of_clip, parameters_of, result_of
-from twistcore.document_values import saying, shown_words, text
-from twistcore.encoding import escaped, json_text, legible, unescaped
 from twistcore.errors import FormatError, TwistError
-from twistcore.version import __version__
+from twistcore.files.document_values import saying, shown_words, text
+from twistcore.files.encoding import escaped, json_text, legible, unescaped
+from twistcore.files.version import __version__
 
 FILE = "manifest.sqlite"
 DONE, FAILED, WAITING = "done", "failed", "waiting"

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
-from twistcore.version import __version__
+from twistcore.files.version import __version__
 
 DEFAULT_METHOD = "consistency"  # as of detect, without loading any detector
 
@@ -19,9 +19,10 @@ class Parameters:
     tau_deg: of all chains, None for automatic; profile_rad: τ by the name of a chain or limb, which
     goes before it, radians as a profile gives them; kinds: of errors, empty for all; chains: their
     names, empty for all; people: whose chains, empty for all; fps: instead of the file's; rig: as
-    :func:`twistcore.rig.rig_to_json`, or None; joint_names: a person's words, as
-    :func:`twistcore.joint_names.read_words` has them, or None; refine: whether a corrected clip is
-    made, of intervals from min_confidence on and, with include_open, of open ones.
+    :func:`twistcore.skeleton.rig.rig_to_json`, or None; joint_names: a person's words, as
+    :func:`twistcore.skeleton.joint_names.read_words` has them, or None; refine: whether a
+    corrected clip is made, of intervals from min_confidence on and, with include_open, of open
+    ones.
     """
 
     method: str = DEFAULT_METHOD

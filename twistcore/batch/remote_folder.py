@@ -11,14 +11,14 @@ from pathlib import Path
 
 import platformdirs
 
-from twistcore.atomic import write_atomically
-from twistcore.batch.batch_run import LOCK
 from twistcore.batch.manifest import FILE
 from twistcore.batch.remote_files import find_remote, read_remote, write_remote
+from twistcore.batch.run import LOCK
 from twistcore.errors import TwistError
-from twistcore.file_lock import is_held
-from twistcore.file_marks import sha256_of
-from twistcore.ordinary_files import own_folder
+from twistcore.files.atomic import write_atomically
+from twistcore.files.lock import is_held
+from twistcore.files.marks import sha256_of
+from twistcore.files.ordinary import own_folder
 
 _UPLOADED = ".uploaded.json"  # SHA-256 of what lies at the URL, by path below it
 

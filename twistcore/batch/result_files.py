@@ -8,12 +8,12 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from twistcore.atomic import write_atomically, writing_atomically
 from twistcore.batch.how_bad import limbs_left_out, percent_affected
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
-from twistcore.encoding import csv_text, encoded, escaped, json_text
 from twistcore.errors import TwistError
+from twistcore.files.atomic import write_atomically, writing_atomically
+from twistcore.files.encoding import csv_text, encoded, escaped, json_text
 
 _KINDS = {f"{kind.replace(' ', '_').replace('-', '_').removesuffix('s')}s": kind for kind in Kind}
 _VERDICTS = ("accepted", "rejected", "undecided")

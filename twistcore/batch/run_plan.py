@@ -11,7 +11,7 @@ from twistcore.batch.clip_task import has_companions
 from twistcore.batch.inputs import Source
 from twistcore.batch.manifest import DONE, FAILED, ClipRow, Manifest, now
 from twistcore.batch.parameters import Parameters
-from twistcore.file_marks import sha256_of
+from twistcore.files.marks import sha256_of
 
 
 @dataclass

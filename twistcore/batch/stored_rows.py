@@ -12,7 +12,7 @@ from typing import Any
 
 from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
-from twistcore.document_values import (
+from twistcore.files.document_values import (
     MOST_FRAMES,
     each,
     flag,
@@ -28,7 +28,7 @@ from twistcore.document_values import (
     unexpected,
     whole,
 )
-from twistcore.rig import rig_from_json
+from twistcore.skeleton.rig import rig_from_json
 
 _STATES = "done", "failed", "waiting"
 _KINDS = tuple(kind.value for kind in Kind)

@@ -11,18 +11,18 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from twistcore.atomic import write_atomically
-from twistcore.batch.batch_run import CarryOut, Limits, run_batch
 from twistcore.batch.clip_task import Outcome, Task, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.remote_folder import working_folder
+from twistcore.batch.run import CarryOut, Limits, run_batch
 from twistcore.cli.batch_progress import begin
 from twistcore.cli.output import count_of, counter, note, problem, refuse_overwrite, remark
 from twistcore.errors import TwistError
-from twistcore.processes import each
-from twistcore.worker_memory import SPARE
+from twistcore.files.atomic import write_atomically
+from twistcore.work.memory import SPARE
+from twistcore.work.processes import each
 
 _FILES = ("jsonl", "parquet", "csv", "junit")
 _MIB = 1 << 20
@@ -185,12 +185,12 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
             )
         profile = dict(found.tau)
     if arguments.rig:
-        from twistcore.rig import read_rig, rig_to_json
+        from twistcore.skeleton.rig import read_rig, rig_to_json
 
         rig = rig_to_json(read_rig(arguments.rig))
     words = None
     if arguments.joint_names:
-        from twistcore.joint_names import read_words
+        from twistcore.skeleton.joint_names import read_words
 
         words = read_words(arguments.joint_names)
     if not arguments.refine and (arguments.include_open or arguments.min_confidence is not None):

@@ -12,19 +12,19 @@ from pathlib import Path
 
 import platformdirs
 
-from twistcore.atomic import is_stream, write_atomically
 from twistcore.cli.output import counter, problem, refuse_overwrite, say_all, tell_problems
 from twistcore.detection import DETECTORS
-from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import TwistError
-from twistcore.ordinary_files import own_folder, real_path
+from twistcore.files.atomic import is_stream, write_atomically
+from twistcore.files.encoding import encoded, json_bytes
+from twistcore.files.ordinary import own_folder, real_path
 from twistcore.study.benchmark.baselines import BASELINES
-from twistcore.study.benchmark.benchmark_markdown import benchmark_to_markdown
-from twistcore.study.benchmark.benchmark_tables import benchmark_to_json, make_rows, rows_to_csv
 from twistcore.study.benchmark.clip_run import Settings
 from twistcore.study.benchmark.hinge import HINGE
+from twistcore.study.benchmark.markdown import benchmark_to_markdown
 from twistcore.study.benchmark.passes import METHODS
 from twistcore.study.benchmark.runner import find_clips, run_benchmark
+from twistcore.study.benchmark.tables import benchmark_to_json, make_rows, rows_to_csv
 from twistcore.synthesis import parse_protocol
 
 

@@ -8,17 +8,17 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
-from twistcore.analysis import ALL_KINDS, ClipAnalysis, Detection, analyse
-from twistcore.bvh import parse_bvh
+from twistcore.analysis.clip_analysis import ALL_KINDS, ClipAnalysis, Detection, analyse
 from twistcore.cli.arguments.argument_types import STANDARD_INPUT
 from twistcore.cli.output import note, step
-from twistcore.clip import Clip
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
-from twistcore.joint_names import read_words
-from twistcore.own_words import with_own_words
-from twistcore.processes import reason
-from twistcore.rig import AS_FOUND, Rig, read_rig
+from twistcore.formats.bvh import parse_bvh
+from twistcore.formats.clip import Clip
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.joint_names import read_words
+from twistcore.skeleton.own_words import with_own_words
+from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
+from twistcore.work.processes import reason
 
 Found = TypeVar("Found")
 

@@ -12,10 +12,10 @@ import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from twistcore.atomic import is_standard_output
 from twistcore.cli.output import Voice, problem, speaking, step
 from twistcore.cli.parser import make_parser
 from twistcore.errors import TwistError
+from twistcore.files.atomic import is_standard_output
 
 
 def main(argv: Sequence[str] | None = None) -> int:

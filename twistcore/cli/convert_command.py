@@ -6,11 +6,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from twistcore.atomic import is_stream
 from twistcore.cli.arguments.argument_types import positive, rate, target
 from twistcore.cli.output import note as tell_note
 from twistcore.cli.output import refuse_overwrite, remark
 from twistcore.errors import TwistError
+from twistcore.files.atomic import is_stream
 
 
 def add_convert(subparsers: argparse._SubParsersAction[Any]) -> None:
@@ -35,8 +35,8 @@ def add_convert(subparsers: argparse._SubParsersAction[Any]) -> None:
 
 def convert(arguments: argparse.Namespace) -> int:
     """Write the BVH."""
-    from twistcore import convert as scenes  # scipy.spatial
-    from twistcore.bvh import write_motion
+    from twistcore.formats import blender as scenes  # scipy.spatial
+    from twistcore.formats.bvh import write_motion
 
     source, output = arguments.scene, arguments.output
     unit = scenes.SUFFIXES.get(source.suffix.lower())

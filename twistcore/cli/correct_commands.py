@@ -8,8 +8,8 @@ import shlex
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
-from twistcore.analysis import ClipAnalysis, Detection
-from twistcore.atomic import is_stream
+from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
+from twistcore.analysis.correction import SURE_ENOUGH
 from twistcore.cli.arguments.argument_types import STANDARD_INPUT
 from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip, tell_clip
 from twistcore.cli.folder_commands import apply_folder, diff_folders
@@ -32,7 +32,6 @@ from twistcore.cli.output import (
     shown,
     step,
 )
-from twistcore.clip import Clip, check_ending, write_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
@@ -44,11 +43,12 @@ from twistcore.export.replay import (
     replayed,
     uncorrected,
 )
-from twistcore.formats import own_name
-from twistcore.ordinary_files import is_there
-from twistcore.refinement import SURE_ENOUGH
+from twistcore.files.atomic import is_stream
+from twistcore.files.ordinary import is_there
+from twistcore.formats.clip import Clip, check_ending, write_clip
+from twistcore.formats.reading import own_name
 from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
-from twistcore.report.report_document import Report
+from twistcore.report.document import Report
 from twistcore.review import Review
 from twistcore.review.model import SEEN
 

@@ -10,8 +10,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from twistcore.analysis import ClipAnalysis, Detection
-from twistcore.chain import Chain, chain_notes, uncorrectable_joints
+from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
+from twistcore.analysis.correction import children_off_axis
+from twistcore.analysis.examination import joints_outside
 from twistcore.cli.clip_inputs import (
     analysed,
     clip_name,
@@ -30,15 +31,14 @@ from twistcore.cli.interval_words import (
 )
 from twistcore.cli.joint_table import names_to_json, say_names
 from twistcore.cli.output import count_of, note, print_json, problem, say, shown, tell_problems
-from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import leading_frames, trailing_frames
-from twistcore.examination import joints_outside
 from twistcore.export.detection_json import intervals_to_json, tau_to_json
-from twistcore.helper import Helper
-from twistcore.limb import Limb
-from twistcore.notes import NOT_EXAMINED
-from twistcore.refinement import children_off_axis
+from twistcore.formats.clip import Clip
+from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.notes import NOT_EXAMINED
 
 Document = dict[str, Any]
 
@@ -332,7 +332,7 @@ def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
 
 def _explain_peaks(found: Detection) -> None:
     """What is past τ in no interval, by chain, and why."""
-    from twistcore.why_not import peaks_without_interval  # only --explain needs it
+    from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
 
     for chain in found.chains_and_limbs:
         if reasons := peaks_without_interval(found, chain.name):
@@ -343,7 +343,7 @@ def _explain_peaks(found: Detection) -> None:
 
 
 def _peaks_to_json(found: Detection) -> list[Document]:
-    from twistcore.why_not import peaks_without_interval  # only --explain needs it
+    from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
 
     names = found.analysis.motion.skeleton.names
     entries = []

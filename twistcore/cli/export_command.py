@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import argparse
 
-from twistcore.atomic import write_atomically
 from twistcore.cli.clip_inputs import tell_clip
 from twistcore.cli.output import count_of, note, refuse_overwrite, remark
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
 from twistcore.export.scene_script import SceneOptions, scene_script
-from twistcore.formats import read_clip
+from twistcore.files.atomic import write_atomically
+from twistcore.formats.reading import read_clip
 from twistcore.review import Decision, read_session
 
 

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from twistcore.atomic import same_file
 from twistcore.cli.interval_words import jump_sentences, tell_jumps
 from twistcore.cli.output import (
     count_of,
@@ -35,8 +34,9 @@ from twistcore.export.folder_replay import (
     read_written,
     replay_into,
 )
-from twistcore.ordinary_files import is_there
-from twistcore.processes import each, reason
+from twistcore.files.atomic import same_file
+from twistcore.files.ordinary import is_there
+from twistcore.work.processes import each, reason
 
 
 def apply_folder(arguments: argparse.Namespace) -> int:

@@ -6,12 +6,12 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from twistcore.analysis import ClipAnalysis, Detection
-from twistcore.body import Unexamined
+from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.cli.output import note
-from twistcore.clip import ChannelJump
 from twistcore.detection import Interval, Kind
-from twistcore.notes import NOT_EXAMINED
+from twistcore.formats.clip import ChannelJump
+from twistcore.skeleton.body import Unexamined
+from twistcore.skeleton.notes import NOT_EXAMINED
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from twistcore.body import Body
 from twistcore.cli.output import say, shown
-from twistcore.joint_names import JointName
+from twistcore.skeleton.body import Body
+from twistcore.skeleton.joint_names import JointName
 
 _WIDTH = 24  # columns for a joint's name, or more
 _UNKNOWN = "unknown"

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-from twistcore.atomic import destination, is_stream, same_file
-from twistcore.encoding import json_text, legible, legible_json
 from twistcore.errors import TwistError
-from twistcore.progress import TellName, clip_counter, uncounted
+from twistcore.files.atomic import destination, is_stream, same_file
+from twistcore.files.encoding import json_text, legible, legible_json
+from twistcore.work.progress import TellName, clip_counter, uncounted
 
 _BOLD, _YELLOW, _RED = "1", "33", "31"
 

@@ -42,7 +42,7 @@ from twistcore.cli.arguments.common_arguments import (
 )
 from twistcore.cli.arguments.quamo_arguments import add_quamo
 from twistcore.cli.convert_command import add_convert
-from twistcore.version import __version__
+from twistcore.files.version import __version__
 
 Subparsers: TypeAlias = "argparse._SubParsersAction[Any]"  # as add_subparsers makes them
 SHELLS = ("bash", "zsh", "fish", "tcsh")  # that `completion` writes for

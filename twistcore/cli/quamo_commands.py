@@ -10,16 +10,14 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import detect
-from twistcore.bvh import read_bvh
-from twistcore.chain import find_chains
+from twistcore.analysis.clip_analysis import detect
+from twistcore.analysis.quality.figure import quality_before_and_after
 from twistcore.cli.interval_words import tell_jumps
 from twistcore.cli.output import note, refuse_overwrite, remark
-from twistcore.clip import Clip, write_clip
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
-from twistcore.motion import Motion
-from twistcore.quality.figure_quality import quality_before_and_after
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import Clip, write_clip
 from twistcore.quamo.network import read_network
 from twistcore.quamo.pieces import cuts_behind
 from twistcore.quamo.pose_files import holds_poses
@@ -40,6 +38,8 @@ from twistcore.quamo.track_clip import (
 )
 from twistcore.quamo.tracker import apart_sentence, frames_listed, snap_sentences
 from twistcore.quamo.weights import weights_file
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import Motion
 
 _NAMED = 6  # joints, of those left as they are
 _SPLINE_WAY = (

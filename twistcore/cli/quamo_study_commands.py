@@ -11,7 +11,6 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from twistcore.bvh import read_bvh
 from twistcore.cli.interval_words import tell_jumps
 from twistcore.cli.output import (
     note,
@@ -22,9 +21,10 @@ from twistcore.cli.output import (
     say_all,
     tell_problems,
 )
-from twistcore.clip import write_clip
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip import write_clip
 from twistcore.quamo.network import VARIANTS, Network, read_network, write_network
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.topology import find_topology, metres_per_unit, places_24
@@ -85,14 +85,14 @@ def noise(arguments: argparse.Namespace) -> int:
 
 def evaluate(arguments: argparse.Namespace) -> int:
     """Print the tables of held-out subjects."""
-    from twistcore.study.quamo.quamo_report import evaluation_report
+    from twistcore.study.quamo.report import evaluation_report
 
     return _report(arguments, evaluation_report, ("full",))
 
 
 def ablation(arguments: argparse.Namespace) -> int:
     """Print steps of the method, representations and integration."""
-    from twistcore.study.quamo.quamo_report import ablation_report
+    from twistcore.study.quamo.report import ablation_report
 
     return _report(arguments, ablation_report, tuple(VARIANTS))
 

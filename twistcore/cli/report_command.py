@@ -9,11 +9,11 @@ from twistcore.cli.clip_inputs import tell_clip
 from twistcore.cli.output import count_of, counter, remark, tell_problems
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
-from twistcore.formats import own_name, read_clip
-from twistcore.ordinary_files import is_there
+from twistcore.files.ordinary import is_there
+from twistcore.formats.reading import own_name, read_clip
 from twistcore.report.clip_report import check_report, write_clip_report
+from twistcore.report.document import Report
 from twistcore.report.folder_report import write_folder_report
-from twistcore.report.report_document import Report
 from twistcore.review import read_session
 
 

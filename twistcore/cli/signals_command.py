@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis import ClipAnalysis
-from twistcore.atomic import write_atomically
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.cli.clip_inputs import (
     analysed,
     clip_name,
@@ -23,10 +22,11 @@ from twistcore.cli.clip_inputs import (
 )
 from twistcore.cli.interval_words import not_examined, note_sentences, unexamined_to_json
 from twistcore.cli.output import note, print_json, refuse_overwrite, step, tell_problems
-from twistcore.encoding import csv_lines, encoded
 from twistcore.errors import TwistError
-from twistcore.rotation import Array
-from twistcore.signals import TwistSignals
+from twistcore.files.atomic import write_atomically
+from twistcore.files.encoding import csv_lines, encoded
+from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.signals import TwistSignals
 
 _COLUMNS = (
     "theta_p_deg", "theta_c_deg", "dtheta_p_deg", "dtheta_c_deg", "m_deg", "swing_reliability",

@@ -8,8 +8,6 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from twistcore.bvh import parse_bvh, read_bvh, thinned
-from twistcore.chain import find_chains, uncorrectable_joints
 from twistcore.cli.output import (
     print_json,
     problem,
@@ -18,9 +16,11 @@ from twistcore.cli.output import (
     say_all,
     tell_problems,
 )
-from twistcore.clip import rewritten, write_clip
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.limb import find_limbs
+from twistcore.formats.bvh import parse_bvh, read_bvh, thinned
+from twistcore.formats.clip import rewritten, write_clip
+from twistcore.skeleton.chain import find_chains, uncorrectable_joints
+from twistcore.skeleton.limb import find_limbs
 from twistcore.study.evaluation import (
     Sample,
     evaluation_to_json,

@@ -18,13 +18,12 @@ from twistcore.cli.output import (
     shown,
     tell_problems,
 )
-from twistcore.clip_files import clips_in
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import without_exports
-from twistcore.ordinary_files import is_there
-from twistcore.processes import each, reason
-from twistcore.rig import AS_FOUND, Rig, read_rig
+from twistcore.files.ordinary import is_there
+from twistcore.formats.clip_files import clips_in
+from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import TauCurve, clip_curves, cost_of_all, tuned, write_profile
 from twistcore.tuning.common_tau import common_tau
 from twistcore.tuning.cost_words import DETECTORS as DETECTOR_NAMES
@@ -34,6 +33,7 @@ from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS
 from twistcore.tuning.verdicts_of import JudgedClip, count, judged_in
+from twistcore.work.processes import each, reason
 
 _SEEDS = 3  # draws of errors
 _ALL = "all chains"

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Protocol
 
-from twistcore.chain import Chain
-from twistcore.detection.consistency import ConsistencyDetector
+from twistcore.detection.consistency.detector import ConsistencyDetector
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.paper import PaperDetector
-from twistcore.motion import Motion
-from twistcore.progress import Tell
-from twistcore.rotation import Array
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array
+from twistcore.work.progress import Tell
 
 
 class Analysis(Protocol):

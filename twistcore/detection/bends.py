@@ -12,9 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.chain import bone_direction
-from twistcore.motion import Motion
-from twistcore.rotation import Array, multiply, rotate
+from twistcore.skeleton.chain import bone_direction
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, multiply, rotate
 
 _BLOCK = 2048  # frames
 _SHORTEST = 1e-6  # of the skeleton's height: what is shorter has no direction

@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.chain import Chain
 from twistcore.detection.frozen_frames import frozen_spans, limb_of
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import chain_of_joint
 from twistcore.detection.noise_bursts import NoiseBurst
 from twistcore.detection.runs import overlapping
-from twistcore.motion import Motion
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
 
 _APART = 0.1  # seconds between two bursts of a chain that are still one
 

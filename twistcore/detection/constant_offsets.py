@@ -14,10 +14,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.chain import Chain
-from twistcore.medians import median
-from twistcore.motion import Motion
-from twistcore.rotation import Array, twist_angle, wrap
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, twist_angle, wrap
 
 LEAST = math.radians(30.0)
 _AGREE = 0.25  # of the offset, by which P's sum and C's may miss each other …

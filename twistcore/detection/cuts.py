@@ -9,9 +9,9 @@ import numpy as np
 from twistcore.detection.bends import bend_steps
 from twistcore.detection.leading_blend import blend_end, held_frames, rest_frames
 from twistcore.detection.prediction import Mask
-from twistcore.medians import medians
-from twistcore.motion import Motion, once_a_motion
-from twistcore.notation import Kept, without_held
+from twistcore.skeleton.medians import medians
+from twistcore.skeleton.motion import Motion, once_a_motion
+from twistcore.skeleton.notation import Kept, without_held
 
 SHORTEST_SEGMENT = 0.25  # seconds between cuts: in less no error can be told from motion
 JUMP = 5.0  # times a joint's own pace

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twistcore.chain import Chain
 from twistcore.detection.runs import runs
-from twistcore.motion import Motion
-from twistcore.notation import without_held
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.notation import without_held
 
 _LEAST, _FEWEST = 0.25, 6  # seconds, and frames at least
 _ALIVE = 0.7  # of the other frames, in which the same limb moves

@@ -13,16 +13,16 @@ from functools import partial
 
 import numpy as np
 
-from twistcore.detection.chain_analysis import ChainAnalysis
-from twistcore.detection.consistency import find_jumps
+from twistcore.detection.consistency.chain_analysis import ChainAnalysis
+from twistcore.detection.consistency.detector import find_jumps
 from twistcore.detection.cuts import find_cuts, segments_between
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.helper import Helper
-from twistcore.motion import Motion
-from twistcore.progress import nobody
-from twistcore.rotation import Array, quaternion_from_axis_angle
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, quaternion_from_axis_angle
+from twistcore.work.progress import nobody
 
 SMALLEST_ROLL = math.radians(20.0)  # a helper that is off by less wrings no skin to be seen
 _EXPLAINED = 0.4  # of the helper's jump: C, or its parent the other way, turned by as much

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.medians import median
-from twistcore.rotation import Array, wrap
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.rotation import Array, wrap
 
 
 class Kind(StrEnum):

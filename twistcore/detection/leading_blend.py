@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 SECONDS, FRAMES = 0.27, 8  # the longest blend looked for: 32 frames at 120 Hz, 8 at 30 Hz
 LENGTHS = (

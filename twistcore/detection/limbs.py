@@ -16,8 +16,8 @@ import numpy as np
 
 from twistcore.detection.prediction import Index
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.notation import Keys
-from twistcore.rotation import (
+from twistcore.skeleton.notation import Keys
+from twistcore.skeleton.rotation import (
     Array,
     conjugate,
     multiply,

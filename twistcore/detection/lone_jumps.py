@@ -14,13 +14,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.chain import Chain
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.runs import runs
-from twistcore.motion import Motion, Skeleton
-from twistcore.notation import Kept, without_held
-from twistcore.rotation import Array, conjugate, multiply, twist_angle
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.notation import Kept, without_held
+from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle
 
 FASTEST = math.radians(7500.0)  # a second
 LEAST = math.radians(60.0)  # a frame: what is less may be noise of a fast camera

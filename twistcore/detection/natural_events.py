@@ -22,12 +22,12 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.chain import Chain
 from twistcore.detection import Analysis, Interval, Kind
-from twistcore.detection.chain_analysis import ChainAnalysis, ConsistencyAnalysis
-from twistcore.detection.notated import NotatedAnalysis
-from twistcore.limb import Limb
-from twistcore.motion import Skeleton
+from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
+from twistcore.detection.consistency.notated import NotatedAnalysis
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Skeleton
 
 FLIP = "flip"
 # Of 40 CMU clips: the arms' fastest swings reach 38° (05_02, 661); flips are of 60-180°.

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.body import ancestors
 from twistcore.detection.runs import overlapping, runs
-from twistcore.medians import median, quantile
-from twistcore.motion import Motion, once_a_motion
-from twistcore.notation import without_held
-from twistcore.rotation import Array, conjugate, logarithm, multiply
+from twistcore.skeleton.body import ancestors
+from twistcore.skeleton.medians import median, quantile
+from twistcore.skeleton.motion import Motion, once_a_motion
+from twistcore.skeleton.notation import without_held
+from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 
 Mask = NDArray[np.bool_]
 

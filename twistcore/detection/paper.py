@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from twistcore.chain import Chain
 from twistcore.detection.interval import Interval
-from twistcore.motion import Motion
-from twistcore.progress import Tell
-from twistcore.rotation import Array, wrap
-from twistcore.signals import TwistSignals, signals_of_chains
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, wrap
+from twistcore.skeleton.signals import TwistSignals, signals_of_chains
+from twistcore.work.progress import Tell
 
 DEFAULT_TAU = float(np.radians(5.0))  # the paper names none; 5° gives its success rates again
 

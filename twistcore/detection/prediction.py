@@ -14,8 +14,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.notation import Keys
-from twistcore.rotation import Array, wrap
+from twistcore.skeleton.notation import Keys
+from twistcore.skeleton.rotation import Array, wrap
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]

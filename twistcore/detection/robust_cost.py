@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 # Residuals of natural motion over their local σ: 95 % within 2-2.6, 99 % within 3.4-5, 99.9 %
 # within 6-13 (CMU, 30 and 120 Hz, plain and rich). Student's t with ν = 4 has about these tails.

@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.runs import overlapping, runs
-from twistcore.motion import Motion
-from twistcore.rotation import Array, continuous
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, continuous
 
 Mask = NDArray[np.bool_]
 

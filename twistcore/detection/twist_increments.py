@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from twistcore.rotation import Array, wrap
+from twistcore.skeleton.rotation import Array, wrap
 
 
 def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Array, Array]:

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from twistcore.errors import ClipMismatchError
-from twistcore.motion import Motion, forward_kinematics
-from twistcore.rotation import geodesic_angle
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle
 
 _SAME = np.radians(1e-9)
 _MOVED = 1e-3  # of the height: angles written with two decimals move a hand by a tenth of it

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from twistcore.analysis import Detection
+from twistcore.analysis.clip_analysis import Detection
 
 
 def intervals_to_json(found: Detection, *, explain: bool = False) -> list[dict[str, Any]]:

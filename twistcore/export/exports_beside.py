@@ -14,8 +14,8 @@ from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path, PurePath
 
-from twistcore.file_kinds import PICKLE, kind_of
-from twistcore.wide_text import narrow_head
+from twistcore.files.kinds import PICKLE, kind_of
+from twistcore.files.wide_text import narrow_head
 
 EXPORT_MARK = "_refined"  # behind a clip's name, where a person gives no other
 REPLAY_SUFFIX = ".replay.json"  # what an export did: never a review that goes on

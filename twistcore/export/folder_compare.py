@@ -7,13 +7,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from twistcore.clip_files import clips_by_name, no_files_in
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import Difference, compare, move_to_json
-from twistcore.formats import read_clip
-from twistcore.ordinary_files import read_file
-from twistcore.processes import each, reason
-from twistcore.progress import Counter, uncounted
+from twistcore.files.ordinary import read_file
+from twistcore.formats.clip_files import clips_by_name, no_files_in
+from twistcore.formats.reading import read_clip
+from twistcore.work.processes import each, reason
+from twistcore.work.progress import Counter, uncounted
 
 
 @dataclass(frozen=True)

@@ -10,16 +10,16 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePath
 
-from twistcore.atomic import write_atomically, write_companions
-from twistcore.clip import ChannelJump, rewritten
-from twistcore.clip_files import clips_by_name
-from twistcore.document_values import bytes_of, parsed_json
-from twistcore.encoding import json_text
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.exports_beside import exports_among
 from twistcore.export.replay import replayed, uncorrected
-from twistcore.file_marks import file_mark
-from twistcore.ordinary_files import is_there, real_path
+from twistcore.files.atomic import write_atomically, write_companions
+from twistcore.files.document_values import bytes_of, parsed_json
+from twistcore.files.encoding import json_text
+from twistcore.files.marks import file_mark
+from twistcore.files.ordinary import is_there, real_path
+from twistcore.formats.clip import ChannelJump, rewritten
+from twistcore.formats.clip_files import clips_by_name
 from twistcore.tuning.folder_sessions import read_sessions
 
 WRITTEN = "applied.jsonl"  # in the folder written into: what this command wrote there

@@ -6,18 +6,18 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from twistcore.chain import Chain, uncorrectable_joints
-from twistcore.clip import Clip
+from twistcore.analysis.correction import children_off_axis, refine, stuck_joints
 from twistcore.detection import Interval, Kind
-from twistcore.document_values import shown
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.tracking import check_tracking, tracked_motion
-from twistcore.formats import read_clip
-from twistcore.limb import Limb
-from twistcore.motion import Motion
-from twistcore.progress import Tell
-from twistcore.refinement import children_off_axis, refine, stuck_joints
+from twistcore.files.document_values import shown
+from twistcore.formats.clip import Clip
+from twistcore.formats.reading import read_clip
 from twistcore.review import ReviewState, Session, read_session
+from twistcore.skeleton.chain import Chain, uncorrectable_joints
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Motion
+from twistcore.work.progress import Tell
 
 
 def accepted_motion(

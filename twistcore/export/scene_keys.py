@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, forward_kinematics
-from twistcore.rotation import Array, geodesic_angle
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import Array, geodesic_angle
 
 MOST_REFERENCES = 5
 _SAME = 1e-7  # radians: a global rotation that a correction left as it was

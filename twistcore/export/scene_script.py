@@ -15,9 +15,9 @@ import numpy as np
 
 from twistcore.errors import TwistError
 from twistcore.export.scene_keys import Reference, SceneKeys, scene_keys
-from twistcore.motion import Motion
 from twistcore.review.model import Judged
-from twistcore.rotation import Array
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array
 
 _IMPORTS = {
     "blender": "import bpy",

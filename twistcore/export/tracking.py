@@ -11,10 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.cuts import leading_frames
-from twistcore.document_values import shown_words
 from twistcore.errors import TwistError
-from twistcore.motion import Motion
-from twistcore.progress import Tell, nobody
+from twistcore.files.document_values import shown_words
 from twistcore.quamo.network import Network, read_network
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import Gains
@@ -30,7 +28,9 @@ from twistcore.quamo.track_clip import (
 from twistcore.quamo.tracker import Step
 from twistcore.quamo.weights import weights_file
 from twistcore.review.model import Tracking
-from twistcore.rotation import Array
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array
+from twistcore.work.progress import Tell, nobody
 
 WARNING = (
     "Tracking smears level shifts, removes none and may hide twist errors: decide on the intervals "

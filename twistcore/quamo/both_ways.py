@@ -21,10 +21,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from twistcore.progress import Tell
 from twistcore.quamo.state_space import EXACT, Parts
 from twistcore.quamo.tracker import LOST_COSINE, Controller, State, Step, Track, track
-from twistcore.rotation import Array, normalise
+from twistcore.skeleton.rotation import Array, normalise
+from twistcore.work.progress import Tell
 
 _FORWARDS, _BACKWARDS = 0, 1
 

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.atomic import write_atomically
 from twistcore.errors import FormatError
+from twistcore.files.atomic import write_atomically
 from twistcore.quamo.stability import UnstableGainsError, check_stability
 from twistcore.quamo.state_space import (
     EXACT,
@@ -30,7 +30,7 @@ from twistcore.quamo.state_space import (
 )
 from twistcore.quamo.topology import JOINTS
 from twistcore.quamo.tracker import Controller, State
-from twistcore.rotation import Array, conjugate, exponential, multiply
+from twistcore.skeleton.rotation import Array, conjugate, exponential, multiply
 
 Float32 = NDArray[np.float32]
 

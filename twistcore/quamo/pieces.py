@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.cuts import find_cuts
-from twistcore.motion import Motion
+from twistcore.skeleton.motion import Motion
 
 
 def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from twistcore.errors import NpzError, TwistError
-from twistcore.npz.archive import LARGEST, npy_header, open_archive, room
-from twistcore.npz.pickled_arrays import Unreadable, read_pickle
-from twistcore.ordinary_files import read_file
+from twistcore.files.ordinary import read_file
+from twistcore.formats.npz.archive import LARGEST, npy_header, open_archive, room
+from twistcore.formats.npz.pickled_arrays import Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
 _DICTIONARY = 1 << 27  # bytes; the largest that xz makes of itself takes half of it
@@ -42,7 +42,8 @@ def read_names(path: Path) -> dict[Any, Any]:
     """What a file holds under its names: arrays, dicts, lists, words, numbers.
 
     A pickle is read without running anything (:mod:`pickled_arrays
-    <twistcore.npz.pickled_arrays>`), so are dicts within an .npz. Raises PosesError, OSError.
+    <twistcore.formats.npz.pickled_arrays>`), so are dicts within an .npz. Raises PosesError,
+    OSError.
     """
     if path.stat().st_size > LARGEST:
         raise _too_large(path, LARGEST)

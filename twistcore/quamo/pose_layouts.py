@@ -12,7 +12,7 @@ from twistcore.quamo.pose_files import PosesError, described, printable
 from twistcore.quamo.pose_rotations import check_finite, pose_rotations
 from twistcore.quamo.resample import resampled
 from twistcore.quamo.topology import JOINTS
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 Names: TypeAlias = dict[Any, Any]
 RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from twistcore.quamo.pose_files import PosesError
-from twistcore.rotation import Array, exponential
+from twistcore.skeleton.rotation import Array, exponential
 
 # How far RᵀR may be from I: by rounding, unsaid; and for the nearest rotation to be what was meant.
 _SILENT, _SAID = 1e-3, 0.05

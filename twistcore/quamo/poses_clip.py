@@ -7,16 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.bvh import parse_bvh, read_bvh
-from twistcore.bvh.compose import bvh_text
-from twistcore.clip import LONGEST, SHORTEST, Clip, ClipWarning
 from twistcore.errors import TwistError
-from twistcore.motion import Motion
+from twistcore.formats.bvh import parse_bvh, read_bvh
+from twistcore.formats.bvh.compose import bvh_text
+from twistcore.formats.clip import LONGEST, SHORTEST, Clip, ClipWarning
 from twistcore.quamo.pose_files import PosesError, read_names
 from twistcore.quamo.pose_layouts import Poses, find_poses
 from twistcore.quamo.rest_pose import rest_change
 from twistcore.quamo.topology import JOINTS, find_topology, metres_per_unit, skeleton_24
-from twistcore.rotation import Array, multiply, quaternion_from_axis_angle, rotate
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, multiply, quaternion_from_axis_angle, rotate
 
 # From a file's axes to the clip's, y up: about x, in quarter turns.
 _TURNS = {"y": 0.0, "z": -0.5 * np.pi, "-y": np.pi}

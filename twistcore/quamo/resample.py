@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.rotation import Array, conjugate, exponential, logarithm, multiply
+from twistcore.skeleton.rotation import Array, conjugate, exponential, logarithm, multiply
 
 
 def slerp(a: Array, b: Array, share: Array) -> Array:

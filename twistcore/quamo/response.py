@@ -6,7 +6,7 @@ import numpy as np
 
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.tracker import HandGains, track
-from twistcore.rotation import quaternion_from_axis_angle
+from twistcore.skeleton.rotation import quaternion_from_axis_angle
 
 _STEP = np.radians(30.0)  # small enough to be linear, and what a joint may well do
 _FRAMES = 200

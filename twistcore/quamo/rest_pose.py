@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from twistcore.errors import TwistError
 from twistcore.quamo.topology import ANKLES, JOINTS, PARENTS, SMPL_NAMES, TOES
-from twistcore.rotation import (
+from twistcore.skeleton.rotation import (
     Array,
     conjugate,
     multiply,

@@ -21,7 +21,7 @@ from scipy.linalg import solveh_banded
 
 from twistcore.errors import TwistError
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.rotation import Array, continuous, normalise
+from twistcore.skeleton.rotation import Array, continuous, normalise
 
 # Hz at 25 Hz; chosen on the training subjects by `python -m benchmarks.quamo_tune_rivals FOLDER`.
 CUTOFF = 4.0

@@ -6,7 +6,7 @@ import numpy as np
 
 from twistcore.errors import TwistError
 from twistcore.quamo.state_space import Gains
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 
 class UnstableGainsError(TwistError):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.rotation import Array, conjugate, exponential, multiply
+from twistcore.skeleton.rotation import Array, conjugate, exponential, multiply
 
 NETWORK_DT = 0.04  # seconds: the rate at which gains of a network and κA are meant
 EXACT, FIRST_ORDER = "exact", "first-order"

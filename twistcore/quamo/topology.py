@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import TwistError
-from twistcore.motion import Skeleton
-from twistcore.npz.body import BODIES
-from twistcore.rotation import Array, conjugate, multiply, rotate
+from twistcore.formats.npz.body import BODIES
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
 CMU_UNIT = 0.056444  # metres: lengths of CMU's skeletons are inches divided by 0.45
 

@@ -12,11 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.cuts import leading_frames
-from twistcore.document_values import shown
-from twistcore.encoding import legible
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, Skeleton
-from twistcore.progress import Tell, nobody, part
+from twistcore.files.document_values import shown
+from twistcore.files.encoding import legible
 from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.network import Network
 from twistcore.quamo.pieces import pieces
@@ -25,7 +23,9 @@ from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations, us
 from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
 from twistcore.quamo.tracker import HandGains, Step, Track, track
-from twistcore.rotation import Array
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import Array
+from twistcore.work.progress import Tell, nobody, part
 
 _STILL = 1e-4  # of a quaternion; of the largest way that a place moves
 

@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from twistcore.detection.runs import runs
 from twistcore.errors import TwistError
-from twistcore.progress import Tell, nobody
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import (
     EXACT,
@@ -24,7 +23,8 @@ from twistcore.quamo.state_space import (
     next_translation,
     next_velocity,
 )
-from twistcore.rotation import Array, normalise
+from twistcore.skeleton.rotation import Array, normalise
+from twistcore.work.progress import Tell, nobody
 
 LOST_AFTER = 5  # frames
 LOST_COSINE = np.cos(np.radians(90.0) / 2.0)  # |q·q̂| below it is more than 90° off

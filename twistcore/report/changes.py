@@ -9,18 +9,24 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis, Detection
-from twistcore.bvh import BvhClip
-from twistcore.chain import Chain
-from twistcore.clip import Clip, changed_rotations
+from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
+from twistcore.analysis.correction.protected_measures import (
+    NAMES,
+    UNITS,
+    Hinges,
+    Measure,
+    protected_measures,
+)
 from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.export.compare import Difference
-from twistcore.formats import read_clip
-from twistcore.motion import Motion
-from twistcore.protected_measures import NAMES, UNITS, Hinges, Measure, protected_measures
+from twistcore.formats.bvh import BvhClip
+from twistcore.formats.clip import Clip, changed_rotations
+from twistcore.formats.reading import read_clip
 from twistcore.review import ReviewState
-from twistcore.rotation import geodesic_angle
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import geodesic_angle
 
 _ROWS = 4096  # frames looked at together
 

@@ -9,25 +9,25 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.correction import Corrected, refine
 from twistcore.detection import Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.detection_json import intervals_to_json
-from twistcore.limb import Limb
-from twistcore.notes import NOT_EXAMINED, UNEXAMINED
-from twistcore.refinement import Corrected, refine
 from twistcore.report.changes import (
     found_again,
     joint_changes,
     kept_in,
 )
 from twistcore.report.curve_drawing import ClipCurves, weight
+from twistcore.report.document import Report, moves_to_tell
 from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn, Figure, draw, figure_of
-from twistcore.report.report_document import Report, moves_to_tell
 from twistcore.review.model import Decision, Judged
-from twistcore.rotation import largest_and_rms
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
+from twistcore.skeleton.rotation import largest_and_rms
 
 WORST = 3  # finds that are shown in pictures
 
@@ -46,7 +46,7 @@ def clip_page(
     drawn: Drawn | None = None,
     home: Home | None = None,
 ) -> str:
-    """The page; document: of :func:`report_document.report_to_json`; drawn: pictures of the worst.
+    """The page; document: of :func:`document.report_to_json`; drawn: pictures of the worst.
 
     Without `drawn` nothing is said of pictures.
     """

@@ -6,17 +6,17 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from twistcore.atomic import write_atomically
-from twistcore.clip import Clip
-from twistcore.document_values import parsed_json
-from twistcore.encoding import encoded, json_bytes
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.markers import blender_markers
-from twistcore.file_marks import file_mark
-from twistcore.formats import own_name
-from twistcore.ordinary_files import is_file, read_file
+from twistcore.files.atomic import write_atomically
+from twistcore.files.document_values import parsed_json
+from twistcore.files.encoding import encoded, json_bytes
+from twistcore.files.marks import file_mark
+from twistcore.files.ordinary import is_file, read_file
+from twistcore.formats.clip import Clip
+from twistcore.formats.reading import own_name
 from twistcore.report.clip_page import clip_page, pictures_of
-from twistcore.report.report_document import SCHEMA, Report, intervals_csv, report_to_json
+from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_json
 
 
 def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -> tuple[Path, ...]:

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain
-from twistcore.limb import Limb
-from twistcore.refinement import Corrected
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.correction import Corrected
 from twistcore.review.model import Decision, Judged
-from twistcore.rotation import Array, wrap
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.rotation import Array, wrap
 
 HEIGHT = 100
 MOST_PANELS = 8  # chains drawn of a clip, worst first

@@ -9,10 +9,10 @@ from datetime import UTC, datetime
 from twistcore.batch.gates import Broken
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
+from twistcore.files.version import __version__
 from twistcore.report.clip_page import Home
 from twistcore.report.folder_numbers import BIN, KINDS, ClipRow, FolderNumbers, given
 from twistcore.report.page_templates import GENERATOR, rendered
-from twistcore.version import __version__
 
 __all__ = ["GENERATOR", "folder_page", "known_page"]
 

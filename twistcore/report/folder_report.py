@@ -9,20 +9,20 @@ from hashlib import sha256
 from pathlib import Path, PurePosixPath
 from typing import TypeVar
 
-from twistcore.atomic import write_atomically
 from twistcore.batch.gates import Broken
 from twistcore.batch.manifest import ClipRecord, Manifest
-from twistcore.encoding import encoded
 from twistcore.errors import TwistError
-from twistcore.ordinary_files import open_to_read, real_path
-from twistcore.processes import each, reason
-from twistcore.progress import Counter, uncounted
+from twistcore.files.atomic import write_atomically
+from twistcore.files.encoding import encoded
+from twistcore.files.ordinary import open_to_read, real_path
 from twistcore.report.clip_page import Home, clip_page, figure_of_worst
+from twistcore.report.document import Report, report_to_json
 from twistcore.report.folder_numbers import FolderNumbers, in_order
 from twistcore.report.folder_page import GENERATOR, folder_page, known_page
 from twistcore.report.picture_job import NOT_INSTALLED, Drawn, Figure, draw
 from twistcore.report.recorded_clip import report_of
-from twistcore.report.report_document import Report, report_to_json
+from twistcore.work.processes import each, reason
+from twistcore.work.progress import Counter, uncounted
 
 Made = TypeVar("Made")
 

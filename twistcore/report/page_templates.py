@@ -10,7 +10,7 @@ from urllib.parse import quote
 
 import jinja2
 
-from twistcore.version import __version__
+from twistcore.files.version import __version__
 
 GENERATOR = "twistcore report"  # what a page says first of who wrote it
 

@@ -20,11 +20,11 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.chain import Chain
-from twistcore.encoding import json_bytes
-from twistcore.limb import Limb
-from twistcore.motion import Motion, Skeleton
-from twistcore.with_parent import python_bound
+from twistcore.files.encoding import json_bytes
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.work.with_parent import python_bound
 
 PROGRAM = "inspector.recording.report_pictures"
 SCHEMA = "twistcore.report_pictures/1"

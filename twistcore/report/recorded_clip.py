@@ -7,17 +7,17 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from twistcore.analysis import ALL_KINDS, ClipAnalysis, analyse
+from twistcore.analysis.clip_analysis import ALL_KINDS, ClipAnalysis, analyse
 from twistcore.batch.manifest import ClipRecord
-from twistcore.clip import Clip
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
 from twistcore.export.replay import accepted_motion, chains_of
-from twistcore.formats import read_clip
+from twistcore.formats.clip import Clip
+from twistcore.formats.reading import read_clip
+from twistcore.report.document import Report
 from twistcore.report.folder_numbers import given
-from twistcore.report.report_document import Report
 from twistcore.review import Review, read_session
-from twistcore.rig import AS_FOUND, rig_from_json
+from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 
 
 def report_of(record: ClipRecord, folder: Path) -> Report:

@@ -19,7 +19,7 @@ from twistcore.review.model import (
     carried_over,
     in_order,
 )
-from twistcore.rig import Rig
+from twistcore.skeleton.rig import Rig
 
 
 class Command(ABC):

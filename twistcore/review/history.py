@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from twistcore.analysis import ClipAnalysis, Detection
-from twistcore.chain import Chain
+from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.detection import Interval
-from twistcore.motion import Motion
 from twistcore.review.commands import Command, Decide, Sign
 from twistcore.review.model import Decision, ReviewState, start_review
 from twistcore.review.reasons import with_reasons
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +76,7 @@ class Review:
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
         """Accept what may be without a look at it, in one step; how many that are.
 
-        at_least: confidence, 0…1; see :func:`twistcore.refinement.applied_unasked`.
+        at_least: confidence, 0…1; see twistcore.analysis.correction's `applied_unasked`.
         """
         ids = self.state.unasked(at_least, include_open=include_open)
         if ids:

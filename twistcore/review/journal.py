@@ -17,10 +17,10 @@ from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from twistcore.atomic import free_name, sync_folder, write_atomically
-from twistcore.clip import Clip
 from twistcore.detection import DETECTORS, Interval
-from twistcore.document_values import (
+from twistcore.errors import FormatError, TwistError
+from twistcore.files.atomic import free_name, sync_folder, write_atomically
+from twistcore.files.document_values import (
     bytes_of,
     each,
     flag,
@@ -31,12 +31,10 @@ from twistcore.document_values import (
     texts,
     whole,
 )
-from twistcore.encoding import json_bytes
-from twistcore.errors import FormatError, TwistError
-from twistcore.file_lock import is_held, lock
-from twistcore.limb import Limb
-from twistcore.motion import Motion
-from twistcore.ordinary_files import read_file
+from twistcore.files.encoding import json_bytes
+from twistcore.files.lock import is_held, lock
+from twistcore.files.ordinary import read_file
+from twistcore.formats.clip import Clip
 from twistcore.review.commands import (
     CarryOver,
     ChangeChains,
@@ -63,7 +61,9 @@ from twistcore.review.session import (
     tracking_to_json,
     tracks_otherwise,
 )
-from twistcore.rig import Rig, rig_from_json, rig_to_json
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rig import Rig, rig_from_json, rig_to_json
 
 SCHEMA = "twistcore.journal/1"
 _DAMAGE = FormatError, KeyError, ValueError  # the last two where a command does not fit

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from twistcore.document_values import each, frames, unexpected
+from twistcore.files.document_values import each, frames, unexpected
 from twistcore.review.commands import Command
 from twistcore.review.model import ReviewState, Span
 

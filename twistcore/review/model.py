@@ -10,12 +10,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from twistcore.chain import Chain
+from twistcore.analysis.correction import applied_unasked
 from twistcore.detection import Interval
-from twistcore.motion import Motion
-from twistcore.refinement import applied_unasked
-from twistcore.rig import AS_FOUND, Rig
-from twistcore.rotation import Array, wrap
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rig import AS_FOUND, Rig
+from twistcore.skeleton.rotation import Array, wrap
 
 SEEN = "seen"  # what a lone jump is told to be where it is accepted
 Span = tuple[int, int]  # frames, half-open

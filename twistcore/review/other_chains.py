@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import Interval
 from twistcore.review.commands import ChangeChains
 from twistcore.review.model import ReviewState

@@ -9,10 +9,10 @@ import numpy as np
 from twistcore.detection import Interval, Kind
 from twistcore.detection.interval import circular_median
 from twistcore.detection.limb_flips import BENT, LimbFlips
-from twistcore.medians import median
 from twistcore.review.model import constant, off_line
-from twistcore.rotation import Array
-from twistcore.signals import TwistSignals
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.signals import TwistSignals
 
 _REACH = 0.5  # seconds to either side in which the edges are looked for
 _HALF = 0.05  # seconds to either side where there are none

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import Interval, Kind
 from twistcore.review.model import Judged, ReviewState
 

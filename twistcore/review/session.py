@@ -13,11 +13,10 @@ from typing import Any, overload
 
 import numpy as np
 
-from twistcore.atomic import write_atomically
-from twistcore.chain import Chain
-from twistcore.clip import Clip
 from twistcore.detection import Interval, Kind
-from twistcore.document_values import (
+from twistcore.errors import FormatError, TwistError
+from twistcore.files.atomic import write_atomically
+from twistcore.files.document_values import (
     DEGREES,
     above_zero,
     bytes_of,
@@ -34,16 +33,17 @@ from twistcore.document_values import (
     texts,
     whole,
 )
-from twistcore.encoding import json_bytes
-from twistcore.errors import FormatError, TwistError
-from twistcore.file_kinds import JSON, SESSION, found_instead
-from twistcore.motion import Motion
-from twistcore.ordinary_files import is_there
+from twistcore.files.encoding import json_bytes
+from twistcore.files.kinds import JSON, SESSION, found_instead
+from twistcore.files.ordinary import is_there
+from twistcore.formats.clip import Clip
 from twistcore.review.history import Review
 from twistcore.review.left_out import spans_from_json
 from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
-from twistcore.rig import AS_FOUND, rig_from_json, rig_to_json
-from twistcore.rotation import Array
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rig import AS_FOUND, rig_from_json, rig_to_json
+from twistcore.skeleton.rotation import Array
 
 SCHEMA = "twistcore.session/1"
 # A session that tracks: a program that knows nothing of it must not replay the rest.

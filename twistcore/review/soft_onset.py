@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from twistcore.detection.interval import Interval
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 SOFT = "a soft onset"  # what the evidence of such an interval follows
 BEGUN, THERE = 0.05, 0.9  # of the largest offset: it sets in from the first to the second

@@ -13,9 +13,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from twistcore.atomic import write_atomically
 from twistcore.detection import Interval
-from twistcore.document_values import (
+from twistcore.errors import FormatError
+from twistcore.files.atomic import write_atomically
+from twistcore.files.document_values import (
     DEGREES,
     bytes_of,
     each,
@@ -29,8 +30,7 @@ from twistcore.document_values import (
     text,
     unexpected,
 )
-from twistcore.encoding import csv_text, json_bytes
-from twistcore.errors import FormatError
+from twistcore.files.encoding import csv_text, json_bytes
 from twistcore.review import Decision, Judged
 from twistcore.study.exercise import score
 from twistcore.synthesis import InjectedError

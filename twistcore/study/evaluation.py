@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.chain import SEGMENTS, Chain
-from twistcore.document_values import shown
 from twistcore.errors import ClipMismatchError
-from twistcore.limb import Limb, find_limbs
-from twistcore.motion import Motion
-from twistcore.rotation import Array, geodesic_angle
+from twistcore.files.document_values import shown
+from twistcore.skeleton.chain import SEGMENTS, Chain
+from twistcore.skeleton.limb import Limb, find_limbs
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, geodesic_angle
 from twistcore.synthesis import SUCCESS, Truth, inject
 
 DAMAGE = float(np.radians(1.0))

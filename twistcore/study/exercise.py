@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.chain import Chain, uncorrectable_joints
 from twistcore.detection import Interval
-from twistcore.motion import Motion
 from twistcore.review import Decision, Judged
-from twistcore.signals import twist_signals
+from twistcore.skeleton.chain import Chain, uncorrectable_joints
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.signals import twist_signals
 from twistcore.study.evaluation import match_intervals
 from twistcore.synthesis import PROTOCOLS, InjectedError, draw_errors, generator, inject
 

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.atomic import write_atomically
-from twistcore.bvh import BvhClip, parse_bvh
-from twistcore.clip import Clip, rewritten
 from twistcore.errors import TwistError
-from twistcore.motion import Motion, check_motion
-from twistcore.rotation import Array
+from twistcore.files.atomic import write_atomically
+from twistcore.formats.bvh import BvhClip, parse_bvh
+from twistcore.formats.clip import Clip, rewritten
+from twistcore.skeleton.motion import Motion, check_motion
+from twistcore.skeleton.rotation import Array
 
 _MOST = 3  # decimals of a degree: finer than any capture, coarser than most files
 _ENDS_IN_0 = 0.2  # by chance a tenth of all numbers needs a decimal less

@@ -11,15 +11,15 @@ from typing import overload
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.chain import Chain, chain_named
+from twistcore.analysis.correction import remove_twist
 from twistcore.detection import Kind
-from twistcore.encoding import encoded
 from twistcore.errors import TwistError
-from twistcore.limb import Limb
-from twistcore.motion import HasMotion, Motion, Skeleton, motion_of
-from twistcore.refinement import remove_twist
-from twistcore.rig import AS_FOUND
-from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
+from twistcore.files.encoding import encoded
+from twistcore.skeleton.chain import Chain, chain_named
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
+from twistcore.skeleton.rig import AS_FOUND
+from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 from twistcore.synthesis.offset_shape import Place, filled, filter_reach, shaped, spells
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
 

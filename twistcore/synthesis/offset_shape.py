@@ -8,9 +8,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from twistcore.chain import Chain
-from twistcore.motion import Motion
-from twistcore.rotation import Array, rotate
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, rotate
 from twistcore.synthesis.protocol import Protocol, twist_increments
 
 Place: TypeAlias = tuple[int, int]

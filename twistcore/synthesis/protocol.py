@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.chain import Chain
 from twistcore.errors import TwistError
-from twistcore.motion import Motion
-from twistcore.rotation import (
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import (
     Array,
     conjugate,
     multiply,

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.atomic import write_atomically
 from twistcore.detection import Kind
-from twistcore.document_values import (
+from twistcore.errors import FormatError, TwistError
+from twistcore.files.atomic import write_atomically
+from twistcore.files.document_values import (
     DEGREES,
     MOST_FRAMES,
     above_zero,
@@ -29,10 +30,9 @@ from twistcore.document_values import (
     unexpected,
     whole,
 )
-from twistcore.document_values import frames as frames_of
-from twistcore.encoding import json_bytes
-from twistcore.errors import FormatError, TwistError
-from twistcore.rotation import Array
+from twistcore.files.document_values import frames as frames_of
+from twistcore.files.encoding import json_bytes
+from twistcore.skeleton.rotation import Array
 from twistcore.synthesis.injection import InjectedError
 from twistcore.synthesis.protocol import parse_protocol
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from twistcore.analysis import ClipAnalysis
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.correction import applied_unasked, refine
 from twistcore.detection import Interval, Kind
-from twistcore.motion import Motion
-from twistcore.refinement import applied_unasked, refine
+from twistcore.skeleton.motion import Motion
 
 SURE = 0.9  # confidence from which an interval counts as an error without a person's word
 AUDITOR = "consistency"  # whichever detector is tuned: the paper's has no confidence

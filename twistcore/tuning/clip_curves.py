@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from twistcore.analysis import ClipAnalysis, analyse
-from twistcore.chain import uncorrectable_joints
+from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
-from twistcore.formats import read_clip
-from twistcore.helper import Helper
-from twistcore.motion import Motion
-from twistcore.own_words import with_own_words
+from twistcore.formats.reading import read_clip
 from twistcore.review import read_session
 from twistcore.review.left_out import joined
-from twistcore.rig import AS_FOUND, Rig
+from twistcore.skeleton.chain import uncorrectable_joints
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.own_words import with_own_words
+from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.tuning.cleaning import AUDITOR, Verdicts, cleaned
 from twistcore.tuning.injected_curve import Span, tau_curve
 from twistcore.tuning.tau_curve import TauCurve
@@ -111,7 +111,7 @@ def clip_curves(
 
     None where nothing was looked at: where all frames are left out every τ would cost the same.
     session: of this clip, whose chains, verdicts and frames left out are taken, as the window does;
-    words: a person's, for joints, as :func:`twistcore.joint_names.read_words` has them.
+    words: a person's, for joints, as :func:`twistcore.skeleton.joint_names.read_words` has them.
     """
     clip = read_clip(path)
     rig = with_own_words(rig, clip.motion, words)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 _Z = 1.96  # of a band that holds in 95 of 100 draws
 _TAIL = 0.025

@@ -7,12 +7,12 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path, PurePath
 
-from twistcore.clip_files import clips_in
-from twistcore.document_values import bytes_of, parsed_json
 from twistcore.errors import TwistError
-from twistcore.file_marks import file_mark
-from twistcore.formats import own_name
-from twistcore.ordinary_files import is_file
+from twistcore.files.document_values import bytes_of, parsed_json
+from twistcore.files.marks import file_mark
+from twistcore.files.ordinary import is_file
+from twistcore.formats.clip_files import clips_in
+from twistcore.formats.reading import own_name
 from twistcore.review import Session, read_session
 
 _SESSION = ".twist.json"  # as the program names them; a person may choose another name

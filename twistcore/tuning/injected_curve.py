@@ -10,12 +10,12 @@ from operator import add, is_
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain, limbs
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.correction import applied_unasked
 from twistcore.detection import DEFAULT_METHOD, Analysis, Interval
-from twistcore.encoding import encoded
-from twistcore.refinement import applied_unasked
-from twistcore.rotation import Array, wrap
+from twistcore.files.encoding import encoded
+from twistcore.skeleton.chain import Chain, limbs
+from twistcore.skeleton.rotation import Array, wrap
 from twistcore.synthesis import (
     SUCCESS,
     InjectedError,

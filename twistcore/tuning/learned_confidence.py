@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.detection.prediction import Mask
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import JudgedClip
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from twistcore.atomic import write_atomically
-from twistcore.chain import Chain
 from twistcore.detection import DETECTORS
-from twistcore.document_values import (
+from twistcore.errors import FormatError
+from twistcore.files.atomic import write_atomically
+from twistcore.files.document_values import (
     bytes_of,
     has,
     number,
@@ -23,8 +23,8 @@ from twistcore.document_values import (
     unexpected,
     whole,
 )
-from twistcore.encoding import encoded, legible, toml_string, unescaped
-from twistcore.errors import FormatError
+from twistcore.files.encoding import encoded, legible, toml_string, unescaped
+from twistcore.skeleton.chain import Chain
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
 

@@ -11,7 +11,7 @@ from operator import add
 
 import numpy as np
 
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
 
 SMALLEST_ERROR = float(np.radians(2.0))  # of H6: a larger τ passes errors over that are looked for

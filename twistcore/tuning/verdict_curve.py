@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.detection.prediction import Index
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 from twistcore.tuning.injected_curve import GRID
 from twistcore.tuning.tau_curve import ALARM_PRICE, LOSS_ALLOWED, SMALLEST_ERROR
 from twistcore.tuning.verdicts_of import JudgedClip

@@ -16,17 +16,17 @@ from types import MappingProxyType
 
 import numpy as np
 
-from twistcore.analysis import ClipAnalysis, analyse
-from twistcore.chain import uncorrectable_joints
-from twistcore.clip import Clip
+from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.detection import DETECTORS, Analysis, Interval, Kind
 from twistcore.detection.prediction import Mask
 from twistcore.errors import TwistError
-from twistcore.formats import read_clip
+from twistcore.formats.clip import Clip
+from twistcore.formats.reading import read_clip
 from twistcore.review import Decision, Judged, ReviewState, Session, read_session
 from twistcore.review.left_out import joined
 from twistcore.review.model import APPLIED
-from twistcore.rig import skeleton_mark
+from twistcore.skeleton.chain import uncorrectable_joints
+from twistcore.skeleton.rig import skeleton_mark
 from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
 

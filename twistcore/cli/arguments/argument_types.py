@@ -8,9 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from twistcore.atomic import STANDARD_OUTPUT
 from twistcore.cli.output import shown
-from twistcore.clip_suffixes import CLIP_SUFFIXES, not_written
+from twistcore.files.atomic import STANDARD_OUTPUT
+from twistcore.formats.suffixes import CLIP_SUFFIXES, not_written
 
 if TYPE_CHECKING:
     from twistcore.detection import Kind
@@ -101,7 +101,7 @@ def degrees(text: str) -> float:
 
 def kinds(text: str) -> frozenset[Kind]:
     """Kinds of errors, comma separated, with '-' or ' ' inside, or 'all'."""
-    from twistcore.analysis import ALL_KINDS  # numpy, which not every command needs
+    from twistcore.analysis.clip_analysis import ALL_KINDS  # numpy, which not every command needs
     from twistcore.detection import Kind
 
     known = {kind.value.replace(" ", "-"): frozenset({kind}) for kind in Kind} | {"all": ALL_KINDS}

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from twistcore.detection.evidence.witnesses import ALONG, PACE, Mask, Witnesses, keep_few, wrapped
 from twistcore.detection.interval import Interval
 from twistcore.detection.robust_cost import residual_cost
-from twistcore.medians import median, quantile
-from twistcore.rotation import Array
+from twistcore.skeleton.medians import median, quantile
+from twistcore.skeleton.rotation import Array
 
 BENT = 0.117  # sin² of a bend of 20°: where the azimuth can be trusted at an edge
 _LEAST = 0.3  # an edge that turns by less tells nothing

@@ -13,11 +13,11 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.chain import Chain
 from twistcore.detection.noise_bursts import turns_of
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.motion import Motion
-from twistcore.rotation import Array, multiply, rotate
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, multiply, rotate
 
 Mask = NDArray[np.bool_]
 _K = TypeVar("_K")

@@ -16,7 +16,7 @@ import numpy as np
 
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.detection.prediction import Mask
-from twistcore.rotation import Array, wrap
+from twistcore.skeleton.rotation import Array, wrap
 
 RUN = 1.0  # for a flip at all
 FOLLOWED = 2.5  # for a jump inside it: dearer than another run

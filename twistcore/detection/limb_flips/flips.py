@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.chain import by_person
 from twistcore.detection.cuts import find_cuts
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.limb_flips.explanation import Left, Run, explain, left
@@ -26,10 +25,10 @@ from twistcore.detection.limb_flips.jumps import (
 from twistcore.detection.limb_flips.swivel import Swivel, swivel_of
 from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.prediction import Index, Mask
-from twistcore.limb import Limb, path
-from twistcore.motion import Motion
-from twistcore.progress import Tell, nobody
-from twistcore.rotation import (
+from twistcore.skeleton.chain import by_person
+from twistcore.skeleton.limb import Limb, path
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import (
     Array,
     geodesic_angle,
     multiply,
@@ -37,6 +36,7 @@ from twistcore.rotation import (
     rotate,
     wrap,
 )
+from twistcore.work.progress import Tell, nobody
 
 TAU = float(np.radians(55.0))  # natural departures of 40 CMU clips at 120 Hz reach 51°
 SURE = 1.5  # odds from which a flip is taken out unasked

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from twistcore.detection.prediction import Index, Mask
-from twistcore.medians import medians
-from twistcore.rotation import Array, wrap
+from twistcore.skeleton.medians import medians
+from twistcore.skeleton.rotation import Array, wrap
 
 NEAR = 4  # frames on either side whose median is what a limb does anyway
 _SCALE_SECONDS = 0.2  # on either side: how unsteady the limb is there

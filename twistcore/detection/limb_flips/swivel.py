@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.detection.prediction import Mask
-from twistcore.limb import Limb, path, places
-from twistcore.medians import medians
-from twistcore.motion import Motion
-from twistcore.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
+from twistcore.skeleton.limb import Limb, path, places
+from twistcore.skeleton.medians import medians
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
 
 BENT = 0.03  # of the limb's length: a middle joint nearer to the line has no angle about it
 _FOLDED = 0.02  # of the limb's length: an end nearer to the first joint leaves no line
@@ -41,7 +41,7 @@ class Swivel:
     side: Array
 
     def angle_at(self, to_child: Array, to_end: Array) -> Array:
-        """φ of other places of C and E, as :func:`twistcore.limb.places` gives them, (n,)."""
+        """φ of other places of C and E, as :func:`~twistcore.skeleton.limb.places` has them."""
         line = to_end / np.maximum(np.linalg.norm(to_end, axis=1), 1e-12)[:, None]
         aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
         return _angle(line, aside, self.side)

@@ -14,8 +14,8 @@ import numpy as np
 
 from twistcore.detection.prediction import FLOOR, Mask
 from twistcore.detection.soft_errors.departures import Span
-from twistcore.medians import quantiles
-from twistcore.rotation import Array
+from twistcore.skeleton.medians import quantiles
+from twistcore.skeleton.rotation import Array
 
 NU = 4.0  # degrees of freedom of Student's t, as in robust_cost
 LOCAL_SECONDS = 0.6  # half window of the local scale, or one and a half spans

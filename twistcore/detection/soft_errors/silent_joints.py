@@ -13,8 +13,8 @@ import numpy as np
 from twistcore.detection.prediction import FLOOR, Mask
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.surprise import Surprise
-from twistcore.medians import median
-from twistcore.rotation import Array, multiply, normalise, quaternion_from_axis_angle
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 
 STILL = float(np.radians(2e-4))  # a frame, as six decimals of text leave it
 STANDS = float(np.radians(0.1))  # how far a level that stands may be off

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.medians import median
-from twistcore.rotation import Array
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.rotation import Array
 
 SEEN = float(np.radians(0.05))  # an offset below is none
 # Both joints turn in an error. Where one turns by less than this share of the other, and that is

@@ -25,7 +25,7 @@ from twistcore.detection.soft_errors.silent_joints import (
 from twistcore.detection.soft_errors.soft_error import SoftError, judged
 from twistcore.detection.soft_errors.soft_search import SEED, Search, gains, search_all
 from twistcore.detection.soft_errors.surprise import Surprise
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 ROUNDS = 2
 # Of the searches of a clip, for each frame of each joint, of so many frames at least: departures

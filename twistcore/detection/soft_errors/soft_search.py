@@ -12,7 +12,7 @@ from twistcore.detection.soft_errors.explanations import FREE_AT, PRIOR, Explana
 from twistcore.detection.soft_errors.natural_scale import cost
 from twistcore.detection.soft_errors.soft_error import SoftError
 from twistcore.detection.soft_errors.surprise import SEED_CAP, SMALLEST, Surprise
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 SEED = 18.0  # nats of the three probes of a span
 NEAR = 0.8  # of SEED, at another span of the same place

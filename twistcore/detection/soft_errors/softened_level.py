@@ -12,7 +12,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 Kernel: TypeAlias = Callable[[Array], Array]
 # Of courses (n, frames), with each one's scales so many times wider, (n, 1): weighted residuals

@@ -15,7 +15,7 @@ import numpy as np
 from twistcore.detection.prediction import FLOOR, Index
 from twistcore.detection.soft_errors.departures import Span
 from twistcore.detection.soft_errors.natural_scale import NU, cost
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 SIZING = 6  # rounds by which a size is found
 

@@ -20,7 +20,7 @@ from twistcore.detection.soft_errors.departures import PROBES, Span, bridge, spa
 from twistcore.detection.soft_errors.natural_scale import NU, Natural, cost, natural_scales
 from twistcore.detection.soft_errors.stretch import Stretch, Told, stretch
 from twistcore.detection.twist_increments import twist_increments
-from twistcore.rotation import (
+from twistcore.skeleton.rotation import (
     Array,
     multiply,
     normalise,

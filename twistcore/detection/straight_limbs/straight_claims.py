@@ -7,12 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from twistcore.chain import Chain
-from twistcore.detection.counter_rotation import CounterRotation
-from twistcore.detection.edges import Edges
+from twistcore.detection.counter_twist.counter_rotation import CounterRotation
+from twistcore.detection.counter_twist.edges import Edges
+from twistcore.detection.counter_twist.offsets import offsets_of
+from twistcore.detection.counter_twist.pairing import (
+    PairTable,
+    best_pairs,
+    pair_table,
+    running_sums,
+)
 from twistcore.detection.limbs import Limbs
-from twistcore.detection.offsets import offsets_of
-from twistcore.detection.pairing import PairTable, best_pairs, pair_table, running_sums
 from twistcore.detection.straight_limbs.straight_course import course, scale_of
 from twistcore.detection.straight_limbs.straight_spells import (
     Bend,
@@ -24,8 +28,9 @@ from twistcore.detection.straight_limbs.straight_spells import (
     left_over,
     spells,
 )
-from twistcore.motion import Motion
-from twistcore.rotation import (
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import (
     Array,
     conjugate,
     multiply,

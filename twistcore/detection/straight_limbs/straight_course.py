@@ -13,8 +13,8 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.medians import median
-from twistcore.rotation import Array
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.rotation import Array
 
 Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, what they give
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.runs import runs
-from twistcore.medians import median, quantile
-from twistcore.rotation import Array, rotate, wrap
+from twistcore.skeleton.medians import median, quantile
+from twistcore.skeleton.rotation import Array, rotate, wrap
 
 Mask = NDArray[np.bool_]
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import interpolate, signal
 
-from twistcore.rotation import (
+from twistcore.skeleton.rotation import (
     Array,
     continuous,
     multiply,

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
-from twistcore.bvh import read_bvh
 from twistcore.detection import DETECTORS
 from twistcore.detection.natural_events import NaturalEvent
 from twistcore.errors import TwistError
+from twistcore.formats.bvh import read_bvh
 from twistcore.study.benchmark.clip_scene import AUDITOR, Scene, make_scene
 from twistcore.study.benchmark.filtering_cost import Fidelity, fidelity
 from twistcore.study.benchmark.passes import METHODS, CleanRun, clean_run, clean_tallies, run_item

@@ -8,8 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import ClipAnalysis
-from twistcore.chain import Chain, find_chains, limbs, uncorrectable_joints
+from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import Kind
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.natural_events import (
@@ -19,8 +18,9 @@ from twistcore.detection.natural_events import (
     with_events,
 )
 from twistcore.errors import TwistError
-from twistcore.limb import Limb, find_limbs
-from twistcore.motion import Motion
+from twistcore.skeleton.chain import Chain, find_chains, limbs, uncorrectable_joints
+from twistcore.skeleton.limb import Limb, find_limbs
+from twistcore.skeleton.motion import Motion
 from twistcore.study.evaluation import joints_of
 from twistcore.synthesis import Protocol, apart, prepare
 

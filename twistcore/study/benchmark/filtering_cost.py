@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.rotation import Array, geodesic_angle
+from twistcore.skeleton.rotation import Array, geodesic_angle
 from twistcore.study.benchmark.clip_scene import Scene
 from twistcore.study.evaluation import joints_of
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twistcore.chain import Chain
 from twistcore.detection.evidence import Witnesses
-from twistcore.motion import Motion
-from twistcore.rotation import Array
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array
 
 HINGE = "hinge"
 LABEL = "hinge, frame by frame"

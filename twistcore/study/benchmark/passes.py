@@ -11,19 +11,19 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.analysis import REPAIRED, ClipAnalysis
-from twistcore.chain import Chain
-from twistcore.detection import DETECTORS
-from twistcore.detection.paper import PaperAnalysis, PaperDetector, running_offset
-from twistcore.limb import Limb
-from twistcore.motion import Motion
-from twistcore.refinement import (
+from twistcore.analysis.clip_analysis import REPAIRED, ClipAnalysis
+from twistcore.analysis.correction import (
     applied_unasked,
     carried_by_limb,
     offsets_by_chain,
     remove_twist,
 )
-from twistcore.rotation import Array, continuous, geodesic_angle
+from twistcore.detection import DETECTORS
+from twistcore.detection.paper import PaperAnalysis, PaperDetector, running_offset
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, continuous, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap
 from twistcore.study.benchmark.clip_scene import Scene
 from twistcore.study.benchmark.hinge import HINGE, hinge_offsets

@@ -10,16 +10,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO
 
-from twistcore.clip_files import BVH, clips_by_name
 from twistcore.detection.natural_events import NaturalEvent
-from twistcore.document_values import parsed_json
-from twistcore.encoding import escaped
 from twistcore.errors import FormatError
-from twistcore.processes import each, reason
-from twistcore.progress import TellName, clip_counter
+from twistcore.files.document_values import parsed_json
+from twistcore.files.encoding import escaped
+from twistcore.formats.clip_files import BVH, clips_by_name
 from twistcore.study.benchmark.clip_run import ClipResult, Settings, result_from_json, run_clip
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.tally import Tallies, add_tallies
+from twistcore.work.processes import each, reason
+from twistcore.work.progress import TellName, clip_counter
 
 PART_SCHEMA = "twistcore.benchmark-part/1"
 
@@ -80,7 +80,7 @@ def run_benchmark(
 
     partial: a JSON-lines file, one line a clip, flushed as they come; resume: continue it, else it
     is started anew; counter: as
-    :func:`~twistcore.progress.clip_counter`. Summary.missing says how many clips are not in.
+    :func:`~twistcore.work.progress.clip_counter`. Summary.missing says how many clips are not in.
     FormatError where the file belongs to other settings.
     """
     summary = Summary()

@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 from twistcore.synthesis import SUCCESS
 
 WORSE = 0.5  # degrees

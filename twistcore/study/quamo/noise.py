@@ -13,7 +13,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.rotation import Array, exponential, multiply
+from twistcore.skeleton.rotation import Array, exponential, multiply
 
 SMOOTH_SECONDS = 0.75
 DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera sees depth worst

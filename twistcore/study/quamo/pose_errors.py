@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twistcore.quality.figure_quality import foot_slide, in_contact, mean_distance, root_aligned
-from twistcore.rotation import Array
+from twistcore.analysis.quality.figure import foot_slide, in_contact, mean_distance, root_aligned
+from twistcore.skeleton.rotation import Array
 
 METRICS = ("MPJPE", "P-MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 

@@ -18,7 +18,7 @@ from twistcore.quamo.state_space import (
     next_quaternion,
     next_translation,
 )
-from twistcore.rotation import (
+from twistcore.skeleton.rotation import (
     Array,
     euler_from_quaternion,
     exponential,

@@ -17,7 +17,7 @@ from scipy.signal import butter, savgol_filter, sosfilt, sosfilt_zi, sosfiltfilt
 
 from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed
 from twistcore.quamo.state_space import aligned
-from twistcore.rotation import (
+from twistcore.skeleton.rotation import (
     Array,
     conjugate,
     continuous,

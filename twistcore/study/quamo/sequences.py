@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from twistcore.bvh import read_bvh
-from twistcore.clip_files import BVH, clips_in
 from twistcore.errors import TwistError
-from twistcore.processes import each, reason
+from twistcore.formats.bvh import read_bvh
+from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
+from twistcore.work.processes import each, reason
 
 HELD_OUT = ("01", "05", "06", "14")
 

@@ -14,7 +14,7 @@ from twistcore.errors import TwistError
 from twistcore.quamo import network as net
 from twistcore.quamo.state_space import NETWORK_DT, increment
 from twistcore.quamo.topology import JOINTS, PARENTS
-from twistcore.rotation import Array
+from twistcore.skeleton.rotation import Array
 
 Tensor = Any  # torch's types are not there where torch is not
 Step = Callable[..., tuple[Tensor, Tensor, Tensor, Tensor]]

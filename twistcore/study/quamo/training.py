@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from twistcore.atomic import write_atomically
 from twistcore.errors import TwistError
+from twistcore.files.atomic import write_atomically
 from twistcore.quamo import network as net
 from twistcore.quamo.network import Network, untrained
 from twistcore.quamo.topology import MIRROR
-from twistcore.rotation import Array, exponential, logarithm, multiply
+from twistcore.skeleton.rotation import Array, exponential, logarithm, multiply
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.study.quamo.torch_model import (

@@ -1,0 +1,964 @@
+"""One way from a clip to its intervals: chains, signals and detectors, each asked once and kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from importlib import import_module
+from threading import Lock
+from types import MappingProxyType
+from typing import Any, TypeVar, overload
+from weakref import WeakKeyDictionary
+
+from twistcore.analysis.correction.protected_measures import (
+    Hinges,
+    Measure,
+    protected_measures,
+    shown_at,
+)
+from twistcore.analysis.correction.twist_removal import applied_unasked, refine, refiner
+from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
+from twistcore.detection.capture_faults import fault_intervals, outside_chains
+from twistcore.detection.consistency.notated import NotatedAnalysis
+from twistcore.detection.constant_offsets import constant_offsets
+from twistcore.detection.cuts import border_notes
+from twistcore.detection.frozen_frames import frozen_sentence
+from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
+from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
+from twistcore.detection.lone_jumps import lone_jumps
+from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
+from twistcore.detection.smoothed_spans import SmoothedSpan, smoothed_sentences, smoothed_spans
+from twistcore.detection.soft_errors import left_sentences
+from twistcore.errors import TwistError
+from twistcore.formats.clip import Clip
+from twistcore.skeleton.body import Body, Unexamined
+from twistcore.skeleton.chain import Chain, by_person, chain_named
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.motion import HasMotion, Motion, forward_kinematics, motion_of
+from twistcore.skeleton.notation import Kept, notation_notes
+from twistcore.skeleton.notes import (
+    FROZEN,
+    NOISE,
+    NOT_EXAMINED,
+    RESTLESS_CLIP,
+    SMOOTHED,
+    UNEXAMINED,
+    UNSEARCHED,
+    Note,
+)
+from twistcore.skeleton.people import find_people
+from twistcore.skeleton.rig import AS_FOUND, Rig
+from twistcore.skeleton.rotation import Array
+from twistcore.skeleton.signals import TwistSignals, signals_of_chains
+from twistcore.work.progress import Tell, nobody
+
+SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
+Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
+ALL_KINDS = frozenset(Kind)
+REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
+_FAULTS = frozenset(kind for kind in Kind if kind.of_capture)
+# Lone jumps from which a person is so restless that nothing of theirs is corrected unasked.
+RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
+RESTLESS_DOUBT = "lone jumps all over the clip make every find unsure"
+
+
+class ClipAnalysis:
+    """What is known of a motion before any decision; `analyse` makes one.
+
+    It does not change, computes everything once when it is first needed, and is safe in threads.
+
+    Parameters
+    ----------
+    motion : Motion
+        What is analysed.
+    chains : sequence of Chain
+        The chains and limbs to look at.
+    name : str
+        Name of the clip, for messages.
+    rig : Rig
+        Which chains and limbs the skeleton has.
+    chosen : bool
+        True if these are not all chains, but those asked for.
+    people : sequence of str, optional
+        The people whose chains these are.
+    whole : ClipAnalysis, optional
+        The analysis of all chains, which answers for those asked for as well.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> analysis = tc.analyse(tc.read_clip("assets/walk_injected.bvh"))
+    >>> analysis.chain("left arm"), len(analysis.limbs)
+    (<Chain LeftArm: joints 18 → 19 → 20>, 4)
+    >>> analysis.detect(kinds="limb flip")
+    <Detection walk_injected.bvh: 0 intervals by consistency>
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        chains: Sequence[Chain],
+        name: str = "motion",
+        rig: Rig = AS_FOUND,
+        *,
+        chosen: bool = False,
+        people: Sequence[str] | None = None,
+        whole: ClipAnalysis | None = None,
+    ) -> None:
+        self.motion, self.name, self.rig = motion, name, rig
+        self._whole = whole
+        self.chosen, self._people = chosen, people
+        self.chains = tuple(c for c in chains if not isinstance(c, Limb))
+        self.limbs = tuple(c for c in chains if isinstance(c, Limb))
+        self._by_method: dict[str, Analysis] = {}
+        self._flips: LimbFlipAnalysis | None = None
+        self._helpers: HelperAnalysis | None = None
+        self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
+        self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
+        self._hinges: dict[tuple[str, bool], Hinges] = {}
+        self._sure: dict[str, tuple[Interval, ...]] = {}
+        # What comes of a find whose correction makes something worse, None of any other.
+        self._protected: WeakKeyDictionary[Interval, Interval | None] = WeakKeyDictionary()
+        self._making = Lock()
+
+    def __repr__(self) -> str:
+        done = ", ".join(self._by_method) or "no detector asked yet"
+        return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
+
+    def with_rig(self, rig: Rig) -> ClipAnalysis:
+        """The same motion with all chains and limbs of a rig; TwistError if they are none."""
+        if rig == self.rig:
+            return self
+        other = ClipAnalysis(self.motion, rig.chains(self.motion), self.name, rig)
+        for name in {"poses", "bursts"} & vars(self).keys():  # which no chain changes
+            vars(other)[name] = getattr(self, name)
+        if "signals" in vars(self):  # nor those of another
+            stay = [c for c in other.chains if rig.own(c.name) == self.rig.own(c.name)]
+            known = {c.name: self.signals[c.name] for c in stay if c.name in self.signals}
+            new = [c for c in other.chains if c.name not in known]
+            known |= signals_of_chains(self.motion, new)
+            vars(other)["signals"] = {c.name: known[c.name] for c in other.chains}
+        return other
+
+    @property
+    def every_chain(self) -> tuple[Chain, ...]:
+        """The chains that the detectors look at: those asked for, and all beside them."""
+        return self._whole.chains if self._whole else self.chains
+
+    @property
+    def chains_and_limbs(self) -> tuple[Chain, ...]:
+        """All that may be wrong, and all that a correction needs: chains, then limbs."""
+        return *self.chains, *self.limbs
+
+    def chain(self, name: str) -> Chain:
+        """Return the chain or limb of a name or label; TwistError names those that are near."""
+        return chain_named(self.chains_and_limbs, name, self.name)
+
+    @cached_property
+    def signals(self) -> Mapping[str, TwistSignals]:
+        """θp, θc and m of every chain by name."""
+        return signals_of_chains(self.motion, self.chains)
+
+    @cached_property
+    def reliability(self) -> Mapping[str, float]:
+        """Median of ‖v⊥‖/‖v‖ by chain, 0…1: low where a straight limb leaves θc undefined."""
+        return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
+
+    @cached_property
+    def poses(self) -> tuple[Array, Array]:
+        """Global rotations (frames, joints, 4) and positions (frames, joints, 3)."""
+        return forward_kinematics(self.motion)
+
+    @cached_property
+    def body(self) -> Body:
+        """What the joints were taken for, and the limbs that were found."""
+        return self.rig.body(self.motion)
+
+    @cached_property
+    def not_examined(self) -> str:
+        """Why nothing could be examined in the clip: a clause, or '' where something could."""
+        return why_not_examined(self.motion, self.chains_and_limbs)
+
+    @cached_property
+    def unexamined(self) -> tuple[Unexamined, ...]:
+        """The arms and legs that no chain examines; none where a person chose the chains."""
+        if self.chosen:
+            return ()
+        every = unexamined_limbs(self.body, self.chains)
+        return tuple(u for u in every if self._people is None or u.person in self._people)
+
+    @property
+    def people(self) -> tuple[str, ...]:
+        """The names of the people in the skeleton; () where there is one."""
+        return _people_of(self.motion)
+
+    @cached_property
+    def notes(self) -> tuple[Note, ...]:
+        """What people should know about the clip, found when first asked for."""
+        notes = [Note(UNEXAMINED, str(limb)) for limb in self.unexamined]
+        if self.not_examined:
+            notes = [Note(NOT_EXAMINED, f"The clip could not be examined: {self.not_examined}.")]
+        else:
+            if left_out := frames_note(self.motion):
+                notes.append(Note(UNEXAMINED, left_out))
+            offsets = constant_offsets(self.motion, self._of_limbs)
+            notes += (Note("constant offset", str(offset)) for offset in offsets)
+            notes += self._fault_notes()
+        borders = (Note("border", text) for text in border_notes(self.motion))
+        return (*notes, *notation_notes(self.motion), *borders)
+
+    def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
+        """What a detector knows of the chains; made when it is first asked for.
+
+        tell: how far it is. TwistError for a method that there is not.
+        """
+        tell = tell or nobody
+        _check_method(method)
+        if self._whole is not None:
+            return self._whole.by(method, tell)
+        if kept := self.kept(method):  # also while another one is being made
+            return kept
+        with self._making:
+            if method not in self._by_method:
+                made = DETECTORS[method].analyse(self.motion, self._of_limbs, tell)
+                self._by_method[method] = made
+            return self._by_method[method]
+
+    def kept(self, method: str) -> Analysis | None:
+        """What a detector knows if it was asked before; waits for nothing."""
+        return self._whole.kept(method) if self._whole else self._by_method.get(method)
+
+    def _fault_notes(self) -> Iterator[Note]:
+        """How many bursts and frozen spans there are, bursts that no chain has, smoothed spans."""
+        listed = self.faults
+        if not listed:  # limbs alone were asked for
+            joints = {j for limb in self.limbs for j in (limb.parent, limb.child)}
+            within = [c for c in self.every_chain if c.parent in joints]
+            listed = self._faults_of([c for c in within if not isinstance(c, Helper)])
+        own = [i.kind for faults in listed.values() for i in faults]
+        every = self.every_chain if self._people is None else self.rig.chains(self.motion)
+        limbs = [c for c in every if not isinstance(c, Helper | Limb)]
+        outside = self._of_people(outside_chains(limbs, self.bursts))
+        names, count = self.motion.skeleton.names, own.count(Kind.NOISE_BURST)
+        yield from (Note(NOISE, text) for text in burst_sentences(count, outside, names))
+        if frozen := frozen_sentence(own.count(Kind.FROZEN)):
+            yield Note(FROZEN, frozen)
+        smoothed = self._of_people(smoothed_spans(self.motion))
+        yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
+
+    def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
+        """Faults of joints without those of people who were not asked for."""
+        if self._people is None:
+            return list(faults)
+        others = {
+            joint
+            for person in find_people(self.motion.skeleton)
+            if person.name not in self._people
+            for joint in person.joints
+        }
+        return [fault for fault in faults if fault.joint not in others]
+
+    @property
+    def _of_limbs(self) -> tuple[Chain, ...]:
+        """The chains of limbs, without the helpers next to them."""
+        return tuple(c for c in self.chains if not isinstance(c, Helper))
+
+    @property
+    def helper_rolls(self) -> HelperAnalysis:
+        """What is known of the helpers among the chains; made when it is first asked for."""
+        if self._whole is not None:
+            return self._whole.helper_rolls
+        if self._helpers is not None:  # also while a detector is being made
+            return self._helpers
+        with self._making:
+            if self._helpers is None:
+                helpers = [c for c in self.chains if isinstance(c, Helper)]
+                self._helpers = analyse_helpers(self.motion, helpers)
+            return self._helpers
+
+    @property
+    def flips(self) -> LimbFlipAnalysis:
+        """What is known of the limbs; made when it is first asked for."""
+        if self._whole is not None:
+            return self._whole.flips
+        if self._flips is not None:  # also while a detector is being made
+            return self._flips
+        with self._making:
+            if self._flips is None:
+                self._flips = analyse_limbs(self.motion, self.limbs)
+            return self._flips
+
+    def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
+        """Lone jumps by chain: what is left once all is out that is taken out unasked."""
+        if self._whole is not None:
+            return self._whole.jumps(method)
+        if method not in self._jumps:
+            detector = _ByName(self, method, REPAIRED, final=False)
+            known = (
+                i
+                for name in self._looked_at(REPAIRED)
+                for i in detector.intervals(name, detector.automatic_tau(name))
+            )
+            applied = applied_unasked(known)
+            if applied:
+                refined = refiner(self.motion, self.chains_and_limbs, applied)
+                self._jumps[method] = lone_jumps(self.motion, self._of_limbs, refined)
+            else:
+                self._jumps[method] = self._captured_jumps
+        return self._jumps[method]
+
+    @cached_property
+    def bursts(self) -> tuple[NoiseBurst, ...]:
+        """The bursts of noise of all joints, by start."""
+        return self._whole.bursts if self._whole else noise_bursts(self.motion)
+
+    @cached_property
+    def faults(self) -> Mapping[str, tuple[Interval, ...]]:
+        """Noise bursts and frozen frames by chain: faults of the capture, shown only."""
+        return self._faults_of(self._of_limbs)
+
+    def _faults_of(self, chains: Sequence[Chain]) -> dict[str, tuple[Interval, ...]]:
+        every = [c for c in self.every_chain if not isinstance(c, Helper)]
+        return fault_intervals(self.motion, every, self.bursts, chains)
+
+    def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
+        """Return the people whose joints jump alone dozens of times a minute: no find is sure.
+
+        Of a clip of one person that is ('',) or (). As captured and as corrected: where a few
+        jump from the start no detector need be asked. Jumps in a burst of noise do not count.
+        """
+        if self._whole is not None:
+            return self._whole.restless(method)
+        if method in self._jumps and not self._with_many(self._jumps[method]):
+            return ()
+        if not (often := self._often_jumping):
+            return ()
+        return tuple(p for p in self._with_many(self.jumps(method)) if p in often)
+
+    @cached_property
+    def _captured_jumps(self) -> Mapping[str, tuple[Interval, ...]]:
+        return lone_jumps(self.motion, self._of_limbs)
+
+    @cached_property
+    def _often_jumping(self) -> tuple[str, ...]:
+        return self._with_many(self._captured_jumps)
+
+    def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
+        """The people whose chains have many of these jumps."""
+        least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
+        counts = {
+            person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
+            for person, own in by_person(self._of_limbs).items()
+        }
+        return tuple(person for person, count in counts.items() if count >= least)
+
+    def _in_burst(self, jump: Interval) -> bool:
+        names = self.motion.skeleton.names
+        same = (b for b in self.bursts if names[b.joint] == jump.joint)
+        return any(jump.start < b.stop and b.start < jump.stop for b in same)
+
+    def left_open(self, interval: Interval) -> Interval:
+        """Return a restless person's find, left open; the same one each time."""
+        if interval.open or not interval.repairable:
+            return interval
+        if (kept := self._left.get(interval)) is None:
+            explain = partial(_doubted, interval.explain)
+            kept = self._left[interval] = replace(interval, open=True, explain=explain)
+        return kept
+
+    def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
+        """A find, left to a person if its correction makes something worse; the same each time.
+
+        Of a detector without confidence, as the paper's, all is as it found it.
+        """
+        if self._whole is not None:
+            return self._whole.protected(interval, method)
+        if interval.open or not interval.automatic or interval.confidence is None:
+            return interval
+        if interval not in self._protected:
+            measured = self._measures(interval, method)
+            worse = tuple(m for m in measured if m.worse)
+            explain = partial(_made_worse, interval.explain, worse)
+            left = replace(interval, open=True, explain=explain) if worse else None
+            self._protected.setdefault(interval, left)
+        return self._protected[interval] or interval
+
+    def _measures(self, interval: Interval, method: str) -> tuple[Measure, ...]:
+        """What the correction of a find changes in its limb and the neighbours."""
+        if interval.kind != Kind.COUNTER_TWIST:  # of others no detector of chains is asked
+            hinges = Hinges(self.motion)
+            return protected_measures(self.motion, self.chains_and_limbs, interval, hinges)
+        others, kept = self._corrected_with(interval, method), _kept(self.by(method))
+        if kept is None or kept.even:
+            hinges = self._hinges_by(method, None)
+            measured = protected_measures(self.motion, self._of_limbs, interval, hinges, others)
+            if kept is None or not any(m.worse for m in measured):
+                return measured
+        # Frames between keys, or held ones, were not captured: what they show alone is no fault.
+        own, *others = (shown_at(i, kept.first) for i in (interval, *others))
+        needed = {i.chain for i in (own, *others)}
+        chains = [c.at(kept.first) for c in self._of_limbs if c.name in needed]
+        hinges = self._hinges_by(method, kept)
+        return protected_measures(kept.motion, chains, own, hinges, others)
+
+    def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
+        """Counter-twists that are corrected unasked with another, of chains that share a joint.
+
+        At another τ than the automatic one those of its own chain may be the same error.
+        """
+        own = self.chain(interval.chain)
+        joints = {own.parent, own.child}
+        near = {c.name for c in self._of_limbs if not joints.isdisjoint((c.parent, c.child))}
+        sure = self._sure_by(method)
+        if all(i is not interval for i in sure):
+            near.discard(own.name)
+        return [i for i in sure if i.chain in near and i is not interval]
+
+    def _sure_by(self, method: str) -> tuple[Interval, ...]:
+        """Counter-twists at the automatic τ that are sure enough."""
+        if method not in self._sure:
+            self._sure[method] = applied_unasked(self._twists_by(method))
+        return self._sure[method]
+
+    def _twists_by(self, method: str) -> list[Interval]:
+        """All counter-twists at the automatic τ."""
+        known = self.by(method)
+        names = [c.name for c in self._of_limbs]
+        return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
+
+    def _hinges_by(self, method: str, kept: Kept | None) -> Hinges:
+        """The hinges of the clip, or of its kept frames, told by what no counter-twist is in."""
+        key = method, kept is None
+        if key not in self._hinges:
+            finds, motion = self._twists_by(method), self.motion
+            if kept is not None:
+                motion, finds = kept.motion, [shown_at(i, kept.first) for i in finds]
+            known = getattr(self.by(method), "witnesses", {})
+            self._hinges[key] = Hinges(motion, finds, known)
+        return self._hinges[key]
+
+    def detector(
+        self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] = ALL_KINDS
+    ) -> Analysis:
+        """What is known by the name of a chain or limb, of these kinds.
+
+        Of a chain what :meth:`by`, :meth:`jumps` and :attr:`faults` tell, of a limb :attr:`flips`;
+        nothing is made before it is asked. TwistError for a method that there is not.
+        """
+        _check_method(method)
+        return _ByName(self, method, frozenset(kinds))
+
+    def detect(
+        self,
+        method: str = DEFAULT_METHOD,
+        *,
+        kinds: Collection[Kind | str] | str = ALL_KINDS,
+        tau_radians: Tau | None = None,
+        tau_degrees: Tau | None = None,
+        tell: Tell | None = None,
+    ) -> Detection:
+        """The intervals of these kinds: those of chains, then flips of limbs.
+
+        τ: for all chains, or by the name of a chain or limb; else the automatic one. A limb's is
+        another quantity, as is that of a twist bone: one τ for all is for other chains only; kinds
+        that cannot be repaired have none.
+        tell: how far the detector of chains is. TwistError for a kind, a method or a name that
+        there is not.
+        """
+        wanted = _kinds(kinds)
+        detector = self.detector(method, wanted)
+        if tell is not None:
+            self.by(method, tell)
+        given = self._given(tau_radians, tau_degrees)
+        names = self._looked_at(wanted)
+        tau = {n: given[n] if n in given else detector.automatic_tau(n) for n in names}
+        found = [i for name, t in tau.items() for i in detector.intervals(name, t)]
+        return Detection(self, method, MappingProxyType(tau), tuple(found))
+
+    def tau_of(
+        self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
+    ) -> dict[str, float]:
+        """Return τ in radians by name: one for all chains of limbs, then those of a profile.
+
+        A profile's names that there are not are left out.
+        """
+        names = {c.name for c in self.chains_and_limbs}
+        return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
+
+    def _looked_at(self, kinds: Collection[str]) -> tuple[str, ...]:
+        """The names of the chains, and limbs, that may have finds of these kinds."""
+        chains = self.chains if set(kinds) - {Kind.LIMB_FLIP} else ()
+        return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))
+
+    def _given(self, radians: Tau | None, degrees: Tau | None) -> dict[str, float]:
+        """τ in radians by name, of the chains and limbs that it is given for."""
+        if degrees is not None:
+            if radians is not None:
+                raise TwistError("expected τ in degrees or in radians, found both")
+            return {name: math.radians(t) for name, t in self._given(degrees, None).items()}
+        if isinstance(radians, Mapping):
+            return {self.chain(name).name: float(t) for name, t in radians.items()}
+        return {} if radians is None else {c.name: float(radians) for c in self._of_limbs}
+
+
+@dataclass(frozen=True, eq=False)
+class _ByName:
+    """A detector of chains and that of limb flips as one.
+
+    final: with what the clip as a whole says of its finds; that is known once these are.
+    """
+
+    clip: ClipAnalysis
+    method: str
+    kinds: frozenset[Kind]
+    final: bool = True
+
+    def automatic_tau(self, chain: str) -> float:
+        return self._of(chain).automatic_tau(chain)
+
+    def strength(self, chain: str) -> Array:
+        return self._of(chain).strength(chain)
+
+    def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
+        named = self.clip.chain(chain)
+        is_limb = isinstance(named, Limb)
+        found: list[Interval] = []
+        kind = Kind.LIMB_FLIP if is_limb else Kind.COUNTER_TWIST
+        if isinstance(named, Helper):
+            kind = Kind.HELPER_ROLL
+        if kind in self.kinds:
+            found += self._of(chain).intervals(chain, tau)
+        if found and isinstance(named, Limb) and Kind.COUNTER_TWIST in self.kinds:
+            found = self._unless_not_followed(named, found)
+        found = [self.clip.protected(i, self.method) for i in found]
+        if not isinstance(named, Limb | Helper) and Kind.LONE_JUMP in self.kinds:
+            found += self.clip.jumps(self.method)[chain]
+        if not isinstance(named, Limb | Helper) and not _FAULTS.isdisjoint(self.kinds):
+            found += (i for i in self.clip.faults[chain] if i.kind in self.kinds)
+        unsure = self.final and any(not i.open for i in found)
+        if unsure and named.person in self.clip.restless(self.method):
+            found = [self.clip.left_open(i) for i in found]
+        return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
+
+    def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
+        """Flips but those in which a child did not follow a twist error of the limb's first joint.
+
+        What it does not turn back turns the rest of the limb: one error, not two.
+        """
+        known = self.clip.by(self.method)
+        twists = [
+            i
+            for chain in self.clip.every_chain
+            if chain.parent == limb.parent and not isinstance(chain, Helper)
+            for i in known.intervals(chain.name, known.automatic_tau(chain.name))
+            if i.followed < 1.0 and not i.open
+        ]
+        return [f for f in flips if not any(_same_frames(f, i) for i in twists)]
+
+    def _of(self, name: str) -> Analysis:
+        chain = self.clip.chain(name)
+        if isinstance(chain, Helper):
+            return self.clip.helper_rolls
+        return self.clip.flips if isinstance(chain, Limb) else self.clip.by(self.method)
+
+
+def _doubted(explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
+    """Why a restless person's find was found, and why it is left to a reviewer."""
+    told = explain() if explain else {}
+    return {**told, "doubts": [RESTLESS_DOUBT, *told.get("doubts", ())]}
+
+
+def _kept(analysis: Analysis) -> Kept | None:
+    """The frames by which a clip in coarse notation was examined; None for any other."""
+    return analysis.kept if isinstance(analysis, NotatedAnalysis) else None
+
+
+def _made_worse(
+    explain: Callable[[], dict[str, Any]] | None, worse: Sequence[Measure]
+) -> dict[str, Any]:
+    """Why an interval was found, and what its correction would make worse."""
+    told = explain() if explain else {}
+    doubts = [m.doubt for m in worse]
+    doubts += [d for d in told.get("doubts", ()) if d not in doubts]
+    return {**told, "doubts": doubts, "worse": [m.name for m in worse]}
+
+
+def _same_frames(a: Interval, b: Interval) -> bool:
+    return abs(a.start - b.start) <= 1 and abs(a.stop - b.stop) <= 1
+
+
+@dataclass(frozen=True, eq=False)
+class Detection:
+    """The intervals of a clip, by chain and start, limbs last; `detect` makes one.
+
+    A sequence of :class:`Interval`. With a name for an index, ``found["LeftArm"]``, it is the
+    detection of that chain or limb alone.
+
+    Parameters
+    ----------
+    analysis : ClipAnalysis
+        What was searched.
+    method : str
+        The detector of chains.
+    tau : mapping of str to float
+        τ in radians by the name of each chain and limb that was searched.
+    intervals : tuple of Interval
+        What was found.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> found = tc.detect(tc.read_clip("assets/walk_injected.bvh"))
+    >>> len(found), len(found["LeftForeArm"]), found[-1].start
+    (8, 3, 241)
+    >>> found.to_rows()[0]["kind"]
+    'counter-twist'
+    >>> found.refined()
+    <Motion: 344 frames at 120 fps, 31 joints>
+    """
+
+    analysis: ClipAnalysis
+    method: str
+    tau: Mapping[str, float]
+    intervals: tuple[Interval, ...]
+
+    def __repr__(self) -> str:
+        found = f"{len(self)} interval{'' if len(self) == 1 else 's'}"
+        return f"<Detection {self.analysis.name}: {found} by {self.method}>"
+
+    @property
+    def chains(self) -> tuple[Chain, ...]:
+        """The chains that were looked at for counter-twists."""
+        return tuple(c for c in self.analysis.chains if c.name in self.tau)
+
+    @property
+    def limbs(self) -> tuple[Limb, ...]:
+        """The limbs that were looked at for flips."""
+        return tuple(c for c in self.analysis.limbs if c.name in self.tau)
+
+    @property
+    def chains_and_limbs(self) -> tuple[Chain, ...]:
+        """What was looked at, and what a correction by these intervals needs."""
+        return *self.chains, *self.limbs
+
+    @property
+    def not_examined(self) -> str:
+        """Why nothing could be found in the clip: a clause, or '' where that means something."""
+        return "" if self.intervals else self.analysis.not_examined
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """The notes of the analysis; where something was found, the clip was examined."""
+        notes = self.analysis.notes
+        if self.intervals:
+            notes = tuple(n for n in notes if n.kind != NOT_EXAMINED)
+        left: Mapping[str, Sequence[tuple[int, int]]] = getattr(
+            self.analysis.kept(self.method), "left", {}
+        )
+        looked_at = {name: spans for name, spans in left.items() if name in self.tau}
+        notes = (*notes, *(Note(UNSEARCHED, said) for said in left_sentences(looked_at)))
+        return (*notes, *(Note(RESTLESS_CLIP, said) for said in self._restless_sentences()))
+
+    def _restless_sentences(self) -> Iterator[str]:
+        """A sentence for each restless person whose chains or limbs were looked at."""
+        looked_at = {c.person for c in self.chains_and_limbs}
+        for person in self.analysis.restless(self.method):
+            if person not in looked_at:
+                continue
+            own = by_person(self.analysis.every_chain)[person]
+            jumps = self.analysis.jumps(self.method)
+            count = sum(len(jumps.get(c.name, ())) for c in own)
+            if person:
+                yield (
+                    f"{count} lone jumps of {person} make every find of this person unsure: none "
+                    "of them is corrected unasked."
+                )
+            else:
+                yield f"{count} lone jumps make every find unsure: nothing is corrected unasked."
+
+    def __len__(self) -> int:
+        return len(self.intervals)
+
+    def __iter__(self) -> Iterator[Interval]:
+        return iter(self.intervals)
+
+    @overload
+    def __getitem__(self, at: int) -> Interval: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> tuple[Interval, ...]: ...
+
+    @overload
+    def __getitem__(self, at: str) -> Detection: ...
+
+    def __getitem__(self, at: int | slice | str) -> Interval | tuple[Interval, ...] | Detection:
+        if not isinstance(at, str):
+            return self.intervals[at]
+        name = chain_named(self.chains_and_limbs, at, self.analysis.name).name
+        own = tuple(i for i in self.intervals if i.chain == name)
+        return replace(self, tau=MappingProxyType({name: self.tau[name]}), intervals=own)
+
+    def to_correct(
+        self,
+        motion: Motion | None = None,
+        at_least: float | None = None,
+        *,
+        include_open: bool = False,
+    ) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
+        """The chains and limbs, and the intervals that may be corrected automatically."""
+        del motion  # the intervals know their chains
+        sure = applied_unasked(self, at_least, include_open=include_open)
+        return self.chains_and_limbs, sure
+
+    def refined(self, at_least: float | None = None, *, include_open: bool = False) -> Motion:
+        """Return the motion without the intervals that may be corrected automatically.
+
+        Parameters
+        ----------
+        at_least : float, optional
+            Confidence from which an interval is corrected, 0…1; 0.5 if not given.
+        include_open : bool
+            True to correct open intervals as well.
+
+        Returns
+        -------
+        Motion
+            The corrected motion.
+
+        Examples
+        --------
+        >>> import twistcore as tc
+        >>> found = tc.detect(tc.read_clip("assets/walk_injected.bvh"))
+        >>> len(tc.detect(found.refined()))
+        0
+        """
+        return refine(
+            self.analysis.motion,
+            *self.to_correct(None, at_least, include_open=include_open),
+        )
+
+    def to_rows(self, *, explain: bool = False) -> list[dict[str, Any]]:
+        """Return one dict an interval, with the fields of `twistcore detect --json`.
+
+        Parameters
+        ----------
+        explain : bool
+            True to add `residual_deg` and `evidence`, as `--explain` does.
+
+        Returns
+        -------
+        list of dict
+            Numbers, texts, lists and None only; frames from 0, `stop` is exclusive, angles in
+            degrees.
+
+        Examples
+        --------
+        >>> import twistcore as tc
+        >>> found = tc.detect(tc.read_clip("assets/walk_injected.bvh"))
+        >>> row = found.to_rows()[0]
+        >>> row["chain"], row["start"], row["stop"], round(row["delta_deg"])
+        ('LeftForeArm', 122, 138, -21)
+        """
+        chains = {chain.name: chain for chain in self.chains_and_limbs}
+        names = self.analysis.motion.skeleton.names
+        return [_row(i, chains[i.chain], names, explain=explain) for i in self]
+
+    def to_dataframe(self, *, explain: bool = False) -> Any:
+        """Return :meth:`to_rows` as a pandas DataFrame; TwistError if pandas is not installed."""
+        try:
+            pandas = import_module("pandas")  # optional, and a second to load
+        except ImportError:
+            raise TwistError("to_dataframe needs pandas: expected pip install pandas") from None
+        rows = self.to_rows(explain=explain)
+        return pandas.DataFrame(rows, columns=None if rows else _COLUMNS)
+
+
+def analyse(
+    clip: Clip | Motion | HasMotion,
+    chains: Sequence[Chain | str] | Chain | str | None = None,
+    rig: Rig = AS_FOUND,
+    people: Sequence[str] | str | None = None,
+) -> ClipAnalysis:
+    """Prepare a clip for questions: chains, signals, detectors, each computed once when needed.
+
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to look at.
+    chains : str, Chain or sequence of these, optional
+        Only these chains and limbs, by name or label (`twistcore info` lists them) or as they are;
+        all if not given. Case matters only where two names differ in nothing else. A chain's name
+        brings along the limb that begins with it; a limb's name means that limb alone.
+    rig : Rig, optional
+        Which chains and limbs there are; those found in the clip if not given.
+    people : str or sequence of str, optional
+        Only the chains of these people, by name; everybody's if not given.
+
+    Returns
+    -------
+    ClipAnalysis
+        The analysis, which keeps what it has computed.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+    TwistError
+        If there is no chain, limb or person of a name.
+
+    See Also
+    --------
+    detect : Find the intervals in one step.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> analysis = tc.analyse(tc.read_clip("assets/walk_injected.bvh"))
+    >>> analysis
+    <ClipAnalysis walk_injected.bvh: 10 chains, no detector asked yet>
+    >>> len(analysis.detect()), len(analysis.detect("paper", tau_degrees=20.0))
+    (8, 5)
+    """
+    motion = motion_of(clip)
+    name = where = "motion"
+    if isinstance(clip, Clip):
+        name, where = clip.name, str(clip.path)
+    chains = (chains,) if isinstance(chains, Chain | str) else chains
+    people = (people,) if isinstance(people, str) else people
+    given = [c for c in chains or () if isinstance(c, Chain)]
+    if chains is not None and len(given) == len(chains):
+        return ClipAnalysis(motion, given, name, rig, chosen=True)
+    every = rig.chains(motion)
+    if people is not None:
+        _check_people(motion, people, where)
+        every = tuple(c for c in every if c.person in people)
+    if chains is None:
+        return ClipAnalysis(motion, every, name, rig, people=people)
+    names = (c.name if isinstance(c, Chain) else c for c in chains)
+    wanted = {chain_named(every, name, where).name for name in names}
+    first = {c.name: {c.name, motion.skeleton.names[c.parent]} for c in every}
+    some = [c for c in every if not wanted.isdisjoint(first[c.name])]
+    whole = ClipAnalysis(motion, every, name, rig, people=people)
+    return ClipAnalysis(motion, some, name, rig, chosen=True, people=people, whole=whole)
+
+
+def detect(
+    clip: Clip | Motion | HasMotion,
+    chains: Sequence[Chain | str] | Chain | str | None = None,
+    method: str = DEFAULT_METHOD,
+    *,
+    kinds: Collection[Kind | str] | str = ALL_KINDS,
+    tau_degrees: Tau | None = None,
+    tau_radians: Tau | None = None,
+    tell: Tell | None = None,
+) -> Detection:
+    """Find the intervals in which a joint's rotation is wrong.
+
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to look at.
+    chains : str, Chain or sequence of these, optional
+        Only these chains and limbs, as :func:`analyse` takes them; all if not given.
+    method : {'consistency', 'paper'}
+        The detector of chains.
+    kinds : Kind, str or collection of these
+        What to look for; everything if not given. ``"counter_twist"`` and ``"Counter-Twist"`` are
+        the same.
+    tau_degrees, tau_radians : float or mapping of str to float, optional
+        Threshold τ, in degrees or in radians, for all chains or by the name of a chain or limb;
+        automatic where not given.
+    tell : callable, optional
+        Called now and then with the share of the work that is done, 0…1.
+
+    Returns
+    -------
+    Detection
+        The intervals, by chain and start, limbs last.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+    TwistError
+        If there is no chain, kind or method of a name, or τ is given twice.
+
+    See Also
+    --------
+    analyse : The same in two steps, for several questions about a clip.
+    refine : Remove what was found.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> found = tc.detect(clip)
+    >>> found
+    <Detection walk_injected.bvh: 8 intervals by consistency>
+    >>> found[1]
+    <Interval LeftForeArm 206–213: -109.1°, confidence 0.99>
+    >>> len(tc.detect(clip, "left forearm", kinds="counter_twist"))
+    3
+    """
+    found = analyse(clip, chains)
+    return found.detect(
+        method, kinds=kinds, tau_degrees=tau_degrees, tau_radians=tau_radians, tell=tell
+    )
+
+
+# What `detect --json` has of every interval, in this order.
+_COLUMNS = ("chain", "parent", "child", "start", "stop", "delta_deg", "confidence", "open", "kind")
+
+
+def _row(
+    interval: Interval, chain: Chain, names: Sequence[str], *, explain: bool
+) -> dict[str, Any]:
+    """An interval as `detect --json` has it; names: of the joints."""
+    parent = names[chain.parent]
+    values = (
+        *(parent, parent, names[chain.child], interval.start, interval.stop),
+        *(math.degrees(interval.delta), interval.confidence, interval.open, interval.kind.value),
+    )
+    row: dict[str, Any] = dict(zip(_COLUMNS, values, strict=True))
+    if chain.person:
+        row["person"] = chain.person
+    if isinstance(chain, Limb):
+        row |= {"limb": chain.name, "end": names[chain.end], "carried": interval.carried}
+    if not interval.repairable:
+        row |= interval.evidence or {}
+    if explain:
+        row["residual_deg"] = math.degrees(interval.residual)
+        row["evidence"] = interval.evidence
+    return row
+
+
+def _kinds(kinds: Collection[Kind | str] | str) -> frozenset[Kind]:
+    """Kinds from their words; TwistError for a word that is none."""
+    wanted = []
+    for word in (kinds,) if isinstance(kinds, str) else kinds:
+        try:
+            wanted.append(Kind(word))
+        except ValueError:
+            raise TwistError(f"no kind {word!r}; expected one of {', '.join(Kind)}") from None
+    return frozenset(wanted)
+
+
+def _people_of(motion: Motion) -> tuple[str, ...]:
+    return tuple(person.name for person in find_people(motion.skeleton) if person.name)
+
+
+def _check_people(motion: Motion, people: Sequence[str], where: str) -> None:
+    known = _people_of(motion)
+    if unknown := [name for name in people if name not in known]:
+        there = f"expected one of {', '.join(known)}" if known else "the clip is of one person"
+        raise TwistError(f"{where}: no person {unknown[0]!r}; {there}")
+
+
+def _check_method(method: str) -> None:
+    if method not in DETECTORS:
+        raise TwistError(f"no detector {method!r}; expected one of {', '.join(DETECTORS)}")

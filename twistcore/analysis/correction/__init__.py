@@ -1,0 +1,48 @@
+"""Taking twist errors out of a motion, and how everything looks afterwards."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from twistcore.analysis.correction.corrected import Angles, Corrected
+    from twistcore.analysis.correction.twist_removal import (
+        SURE_ENOUGH,
+        applied_unasked,
+        carried_by_limb,
+        children_off_axis,
+        offsets_by_chain,
+        refine,
+        remove_twist,
+        stuck_joints,
+    )
+
+__all__ = [
+    "SURE_ENOUGH",
+    "Angles",
+    "Corrected",
+    "applied_unasked",
+    "carried_by_limb",
+    "children_off_axis",
+    "offsets_by_chain",
+    "refine",
+    "remove_twist",
+    "stuck_joints",
+]
+
+if not TYPE_CHECKING:
+    # Loaded when first asked for: the analysis of a clip needs what removes a twist, and what
+    # shows the corrected clip needs the analysis.
+    _HOMES = {
+        "corrected": "Angles Corrected",
+        "twist_removal": (
+            "SURE_ENOUGH applied_unasked carried_by_limb children_off_axis "
+            "offsets_by_chain refine remove_twist stuck_joints"
+        ),
+    }
+
+    def __getattr__(name: str) -> object:
+        for module, names in _HOMES.items():
+            if name in names.split():
+                globals()[name] = value = getattr(import_module(f"{__name__}.{module}"), name)
+                return value
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

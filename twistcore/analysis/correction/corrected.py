@@ -1,0 +1,212 @@
+"""A clip with intervals corrected: offsets, poses, ways and angles, each from what it needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.correction.twist_removal import (
+    carried_by_limb,
+    offsets_by_chain,
+    remove_twist,
+)
+from twistcore.detection import Interval
+from twistcore.skeleton.chain import Chain, uncorrectable_joints
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb, places
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import (
+    Array,
+    multiply,
+    quaternion_from_axis_angle,
+    rotate,
+    twist_angle,
+    wrap,
+)
+from twistcore.skeleton.signals import twist_signals
+
+_ZERO = 1e-9
+_SAME_AXIS = 1.0 - 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Angles:
+    """θp, θc, Δθp, Δθc of a chain, radians, each of shape (frames,), as in TwistSignals."""
+
+    theta_p: Array
+    theta_c: Array
+    dtheta_p: Array
+    dtheta_c: Array
+
+
+class Corrected:
+    """A clip without the errors of the intervals taken; :meth:`take` tells which.
+
+    Sums and closed forms are kept from one change to the next, for a τ that is dragged.
+    """
+
+    def __init__(self, analysis: ClipAnalysis) -> None:
+        self._analysis = analysis
+        self._motion, self._chains = analysis.motion, (*analysis.chains, *analysis.limbs)
+        # Nothing shows what an export cannot write.
+        self._free = {c.name for c in self._chains if not uncorrectable_joints(self._motion, c)}
+        self._free_carried = {
+            c.name for c in self._chains if not uncorrectable_joints(self._motion, c, carried=True)
+        }
+        self._none = np.zeros(self._motion.frames)
+        self._none.flags.writeable = False
+        self._offsets: dict[str, Array] = {}
+        self._carried: dict[str, Array] = {}
+        self._summed: dict[str, list[Interval]] = {}  # what each of them is the sum of
+        self._forms: dict[str, _ClosedForm | None] = {}
+
+    def take(self, intervals: Iterable[Interval]) -> None:
+        """Correct these and no others; the sums of chains that are as they were stand."""
+        chosen: dict[str, list[Interval]] = {}
+        for interval in intervals:
+            if interval.chain in (self._free_carried if interval.carried else self._free):
+                chosen.setdefault(interval.chain, []).append(interval)
+        for chain in [c for c in self._summed if self._summed[c] != chosen.get(c)]:
+            del self._summed[chain], self._offsets[chain]
+            self._carried.pop(chain, None)
+        for chain, own in chosen.items():
+            if chain not in self._summed:
+                self._offsets |= offsets_by_chain(own, self._motion.frames)
+                self._carried |= carried_by_limb(own, self._motion.frames)
+                self._summed[chain] = own
+
+    def offset(self, chain: str) -> Array:
+        """What is taken out of the twist of a chain's parent, radians, (frames,)."""
+        return self._offsets.get(chain, self._none)
+
+    def carried(self, limb: str) -> Array:
+        """The part of a limb's offset in which its end turned along, radians, (frames,)."""
+        return self._carried.get(limb, self._none)
+
+    def pose(self, frame: int) -> tuple[Array, Array]:
+        """Global rotations (joints, 4) and positions (joints, 3) of a frame."""
+        rotations, positions = self._poses(frame, frame + 1)
+        return rotations[0], positions[0]
+
+    def ways(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
+        """Places of joints in frames [start, stop), (frames, joints, 3).
+
+        Computed from the corrected rotations, not taken for granted.
+        """
+        return self._poses(start, stop)[1][:, joints]
+
+    def _poses(self, start: int, stop: int) -> tuple[Array, Array]:
+        offsets = {name: o[start:stop] for name, o in self._offsets.items()}
+        if not any(o.any() for o in offsets.values()):
+            rotations, positions = self._analysis.poses
+            return rotations[start:stop], positions[start:stop]
+        carried = {name: o[start:stop] for name, o in self._carried.items()}
+        # Where a bone's direction varies position channels tell it, and the part has its own.
+        part = self._motion.sliced(start, stop)
+        return forward_kinematics(remove_twist(part, self._chains, offsets, carried))
+
+    def angles(self, chain: Chain) -> Angles:
+        """θp and θc of a chain: by the closed form where there is one, else anew."""
+        if chain.name not in self._forms:
+            exact = not isinstance(chain, Helper) and _has_closed_form(
+                self._analysis, chain, self._free
+            )
+            form = _ClosedForm(self._analysis, chain, self._free) if exact else None
+            self._forms[chain.name] = form
+        if (form := self._forms[chain.name]) and not self._flipped(chain):
+            return form.angles(self)
+        motion = remove_twist(self._motion, self._chains, self._offsets, self._carried)
+        s = twist_signals(motion, chain)
+        return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
+
+    def swivel(self, limb: Limb) -> Array:
+        """φ of a limb, radians, (frames,): its offset less; its height off the line stays.
+
+        A chain above whose child is P turns the frame that φ is told in: there it is told anew.
+        """
+        swivel = self._analysis.flips.limbs[limb.name].swivel
+        angle, children = swivel.angle, self._motion.skeleton.children
+        for chain in self._analysis.chains:
+            at = np.flatnonzero(self.offset(chain.name))
+            if len(at) and limb.parent in children[chain.parent]:
+                axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+                ahead = quaternion_from_axis_angle(axis, self.offset(chain.name)[at])
+                child, end = (rotate(ahead, p) for p in places(self._motion.at(at), limb))
+                angle = angle.copy()
+                angle[at] = swivel.angle_at(child, end)
+        return wrap(angle - self.offset(limb.name))
+
+    def _flipped(self, chain: Chain) -> bool:
+        """Whether a limb that is turned back has a joint of the chain for its first or its end."""
+        ends = {chain.parent, chain.child}
+        return any(
+            isinstance(limb, Limb)
+            and limb.name in self._offsets
+            and not ends.isdisjoint((limb.parent, limb.end))
+            for limb in self._chains
+        )
+
+
+class _ClosedForm:
+    """The angles of one chain after correction, from the offsets alone.
+
+    A correction turns P back by the offset about its own axis and C on by the same, so θp loses
+    the offset and the child's azimuth gains it: no quaternion of P or C is needed again. A chain
+    above whose child is P turns P from the left; only there, only in the frames it corrects, is
+    θp taken from quaternions anew.
+    """
+
+    def __init__(self, analysis: ClipAnalysis, chain: Chain, free: set[str]) -> None:
+        self._chain, self._motion = chain, analysis.motion
+        self._signals = analysis.signals[chain.name]
+        children = analysis.motion.skeleton.children
+        self._above = [
+            c
+            for c in analysis.chains
+            if c is not chain and c.name in free and chain.parent in children[c.parent]
+        ]
+        defined = self._signals.azimuth_reliability > _ZERO
+        self._defined = defined & np.roll(defined, 1)
+
+    def angles(self, corrected: Corrected) -> Angles:
+        """With what is taken out of this chain and of those above."""
+        own = corrected.offset(self._chain.name)
+        theta_p = self._signals.theta_p
+        for chain in self._above:
+            turned = corrected.offset(chain.name)
+            at = np.flatnonzero(turned)
+            if len(at):
+                theta_p = theta_p.copy()
+                axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+                ahead = quaternion_from_axis_angle(axis, turned[at])
+                parent = self._motion.rotations[at, self._chain.parent]
+                theta_p[at] = twist_angle(multiply(ahead, parent), self._chain.axis)
+        theta_p = wrap(theta_p - own)
+        step = np.diff(own, prepend=own[:1])
+        dtheta_c = np.where(self._defined, wrap(self._signals.dtheta_c + step), 0.0)
+        dtheta_c[:1] = 0.0
+        return Angles(
+            theta_p=theta_p,
+            theta_c=np.cumsum(dtheta_c),
+            dtheta_p=wrap(np.diff(theta_p, prepend=theta_p[:1])),
+            dtheta_c=dtheta_c,
+        )
+
+
+def _has_closed_form(analysis: ClipAnalysis, chain: Chain, free: set[str]) -> bool:
+    """Not where an axis varies, or C is turned about another axis than its own bone."""
+    others = [c for c in analysis.chains if c is not chain and c.name in free]
+    below = [c for c in others if c.parent == chain.child]
+    return (
+        chain.axis.ndim == 1
+        and not any(c.parent == chain.parent for c in others)
+        and all(_parallel(c.axis, chain.arm) for c in below)
+    )
+
+
+def _parallel(axis: Array, arm: Array) -> bool:
+    return axis.ndim == arm.ndim == 1 and bool(abs(axis @ arm) > _SAME_AXIS)

@@ -1,0 +1,343 @@
+"""What a correction must not make worse: measured on the limb and its neighbours, before and after.
+
+Five measures that need no eye. Each is taken in the frames around the interval alone, but for the
+hinge, which the rest of the clip tells.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.analysis.correction.twist_removal import refine
+from twistcore.detection.evidence import Witnesses, usual_side
+from twistcore.detection.evidence.judgement import MIDDLE
+from twistcore.detection.evidence.witnesses import wrapped
+from twistcore.detection.interval import Interval
+from twistcore.detection.lone_jumps import may_be_too_fast, own_axis, too_fast, turns_about
+from twistcore.skeleton.body import ancestors
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb, bones, path, places
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import Array, multiply, rotate
+
+HINGE, TURNS, ROLL, PATH, ENDS = "hinge", "impossible turns", "next joint's roll", "path", "ends"
+NAMES = HINGE, TURNS, ROLL, PATH, ENDS
+UNITS = {HINGE: "°", TURNS: "frames", ROLL: "° a frame", PATH: "%", ENDS: "%"}
+EXACT = 3.0  # degrees within which 95 % of a clip is on a joint's hinge
+TOLERANCE = {HINGE: 1.0, TURNS: 0.0, ROLL: 5.0, PATH: 0.1, ENDS: 0.1}
+SHARE = {ROLL: 0.5}  # of what it was before: where that is more than the tolerance
+_LAST = {"Arm": "ForeArm", "UpLeg": "Leg"}  # the last bone of a limb by its first
+_BESIDE = 3  # frames on either side of an interval
+_BENT = 30.0  # degrees: below it a straight limb is told by its course, not by its hinge
+
+
+@dataclass(frozen=True)
+class Measure:
+    """One measure of one correction.
+
+    name: one of NAMES; unit: of UNITS; before, after: as captured and corrected; worse: whether it
+    grew by more than its tolerance; joint: where it was measured, by the skeleton's name; word:
+    what people call that.
+    """
+
+    name: str
+    unit: str
+    before: float
+    after: float
+    worse: bool
+    joint: str
+    word: str
+
+    @property
+    def growth(self) -> float:
+        """By how much it got worse; negative where it got better."""
+        return self.after - self.before
+
+    @property
+    def doubt(self) -> str:
+        """What would get worse by it, as people read it."""
+        if self.name == HINGE:
+            return f"the {self.word} would leave its hinge by {self.growth:.0f}°"
+        if self.name == TURNS:
+            if self.growth <= 1.0:
+                return f"{self.joint} would turn faster than any body does in one more frame"
+            more = f"{self.growth:.0f}"
+            return f"{self.joint} would turn faster than any body does in {more} more frames"
+        if self.name == ROLL:
+            then, now = (f"{turn:.0f}°" for turn in (self.after, self.before))
+            return f"the {self.word} would turn by {then} in one frame instead of {now}"
+        if self.name == PATH:
+            share = 100.0 * self.growth / max(self.before, 1e-9)
+            return f"the path of the {self.word} would get {share:.0f} % longer"
+        return f"{self.joint} would move by {self.after:.1f} % of the height"
+
+
+@dataclass(frozen=True, eq=False)
+class Hinges:
+    """The sides to which the joints of a clip bend, made when first asked for.
+
+    motion: of the clip; finds: all its intervals, whose frames say nothing of a hinge; known:
+    signals of chains that were made before.
+    """
+
+    motion: Motion
+    finds: Sequence[Interval] = ()
+    known: Mapping[str, Witnesses] = field(default_factory=dict)
+    _exact: dict[str, Array | None] = field(default_factory=dict)
+
+    def off(self, chain: Chain) -> Array | None:
+        """How far a joint is off its hinge, degrees, (frames,); None where it has no exact one.
+
+        NaN where the limb is too straight to show it.
+        """
+        if chain.name not in self._exact:
+            self._exact[chain.name] = self._made(chain)
+        return self._exact[chain.name]
+
+    def _made(self, chain: Chain) -> Array | None:
+        signals = self.known.get(chain.name)
+        if signals is None or signals.frames != self.motion.frames:
+            signals = Witnesses.of(self.motion, chain)
+        busy = np.zeros(self.motion.frames, dtype=bool)
+        for find in self.finds:
+            if find.chain == chain.name:
+                busy[max(find.start - 1, 0) : find.stop + 1] = True
+        side = usual_side(signals, busy)
+        if side is None or side.furthest > EXACT:
+            return None
+        return np.where(signals.bend > _BENT, side.off, np.nan)
+
+
+def shown_at(interval: Interval, frames: NDArray[np.intp]) -> Interval:
+    """An interval of a clip among some of its frames, ascending; empty where none is in it."""
+    start, stop = np.searchsorted(frames, [interval.start, interval.stop]).tolist()
+    return interval.with_offset(start, interval.offset[frames[start:stop] - interval.start])
+
+
+def protected_measures(
+    motion: Motion,
+    chains: Iterable[Chain],
+    interval: Interval,
+    hinges: Hinges | None = None,
+    others: Sequence[Interval] = (),
+) -> tuple[Measure, ...]:
+    """What a correction changes in the limb and its neighbours.
+
+    Measured, with how much of it is not yet worse:
+
+    - *hinge*: how far the joint that is turned is off its exact hinge, in the mean over the frames
+      in which the limb is bent by more than 30°; only where 95 % of the clip is within 3° of one.
+      Not yet worse by 1°.
+    - *impossible turns*: frames in which a joint of the limb turns about its own axis faster than
+      any body does (:func:`lone_jumps.limit`). Not one more.
+    - *next joint's roll*: the fastest turn of the joint below about its own bone, degrees a frame:
+      of C after a counter-twist, of the limb's end after a flip. 5° more, or half as much again.
+    - *path*: of a flip, the length of the middle joint's path, % of the limb. 0.1 % more.
+    - *ends*: how far a joint moves that should stay, % of the skeleton's height. 0.1 %.
+      Leaves beside the bone, as helpers are, turn with it.
+
+    chains: of the motion, limbs among them; hinges: made once a clip for all its corrections, else
+    from the motion alone; others: what is corrected as well, before and after. Nothing is measured
+    of what cannot be corrected.
+    """
+    every = tuple(chains)
+    chain = next((c for c in every if c.name == interval.chain), None)
+    nothing = not interval.frames or not interval.repairable
+    if chain is None or isinstance(chain, Helper) or nothing:
+        return ()
+    around = _Around(motion, every, chain, interval, others)
+    if not around.changed:
+        return ()
+    hinges = hinges or Hinges(motion, (interval, *others))
+    measured = [
+        _off_hinge(around, every, hinges),
+        _impossible(around),
+        _roll(around),
+        _path(around),
+        _ends(around),
+    ]
+    return tuple(m for m in measured if m is not None)
+
+
+class _Around:
+    """The frames around an interval, as captured and corrected."""
+
+    def __init__(
+        self,
+        motion: Motion,
+        chains: Sequence[Chain],
+        chain: Chain,
+        interval: Interval,
+        others: Sequence[Interval],
+    ) -> None:
+        low, high = max(interval.start - _BESIDE, 0), min(interval.stop + _BESIDE, motion.frames)
+        self.low, self.interval, self.chain = low, interval, chain.sliced(low, high)
+        self.captured = part = motion.sliced(low, high)
+        own = _within(interval, low, high)
+        self.others = [
+            _within(i, low, high)
+            for i in others
+            if i is not interval and i.start < high and i.stop > low
+        ]
+        needed = {interval.chain, *(i.chain for i in self.others)}
+        here = [c.sliced(low, high) for c in chains if c.name in needed]
+        before = refine(part, here, self.others) if self.others else part
+        after = refine(part, here, [*self.others, own])
+        self.changed = not np.array_equal(before.rotations, after.rotations)
+        self.both = before, after
+        self.skeleton = motion.skeleton
+        self.next_joint = chain.grandchild if isinstance(chain, Limb) else chain.child
+        self.joints = chain.parent, *path(motion.skeleton, chain.parent, self.next_joint)
+
+    @cached_property
+    def own(self) -> Array:
+        """Rotations of the limb's joints in their parents' frames, (frames, 2, joints, 4)."""
+        return np.stack([m.rotations[:, self.joints] for m in self.both], axis=1)
+
+    @cached_property
+    def from_above(self) -> Array:
+        """The same in the frame that P hangs in."""
+        out = self.own.copy()
+        for k in range(1, len(self.joints)):
+            out[:, :, k] = multiply(out[:, :, k - 1], out[:, :, k])
+        return out
+
+    @cached_property
+    def in_room(self) -> Array:
+        """The same in the room."""
+        above = np.zeros((self.captured.frames, 2, 4))
+        above[..., 0] = 1.0
+        for joint in ancestors(self.skeleton, self.chain.parent)[::-1]:
+            own = np.stack([m.rotations[:, joint] for m in self.both], axis=1)
+            above = multiply(above, own)
+        return multiply(above[:, :, None], self.from_above)
+
+    @cached_property
+    def axes(self) -> Array:
+        """Each joint's own axis, (joints, 3); 0 for one that has none."""
+        axes = (own_axis(self.skeleton, joint) for joint in self.joints)
+        return np.array([np.zeros(3) if a is None else a for a in axes])
+
+    @cached_property
+    def turns(self) -> Array:
+        """Turns about each joint's own axis in its parent's frame, (frames, 2, joints)."""
+        return turns_about(self.own, self.axes)
+
+    @cached_property
+    def places(self) -> list[tuple[Array, Array]]:
+        """Where a limb's C and E are from P, in the frame of P's parent, before and after."""
+        assert isinstance(self.chain, Limb)
+        return [places(m, self.chain) for m in self.both]
+
+    def measure(self, name: str, before: float, after: float, joint: int) -> Measure:
+        """What was measured at a joint, with whether it is worse."""
+        worse = after > before + max(TOLERANCE[name], SHARE.get(name, 0.0) * before)
+        joint_name = self.skeleton.names[joint]
+        return Measure(name, UNITS[name], before, after, worse, joint_name, self._word(joint))
+
+    def _word(self, joint: int) -> str:
+        """What people call a joint of the limb."""
+        segment = self.chain.segment
+        if isinstance(self.chain, Limb):
+            if joint == self.chain.child:
+                return self.chain.middle_word
+            segment = _LAST.get(segment, "")
+        return MIDDLE.get(segment, "joint")
+
+
+def _within(interval: Interval, low: int, high: int) -> Interval:
+    """The part of an interval in frames [low, high), counted from low."""
+    start, stop = max(interval.start, low), min(interval.stop, high)
+    offset = interval.offset[start - interval.start : stop - interval.start]
+    return interval.with_offset(start - low, offset)
+
+
+def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Measure | None:
+    """Degrees by which the joint that is turned is off its exact hinge, while the limb is bent."""
+    interval = around.interval
+    chain = next((c for c in chains if _turns_in(c, around.next_joint)), None)
+    if chain is None or (off := hinges.off(chain)) is None:
+        return None
+    there = np.abs(interval.offset) > 0.5 * abs(interval.largest)
+    off = off[interval.start : interval.stop]
+    there &= np.isfinite(off)
+    if not there.any():
+        return None
+    inside = slice(interval.start - around.low, interval.stop - around.low)
+    here = chain.sliced(around.low, around.low + around.captured.frames)
+    azimuth = [
+        Witnesses.of(m, here).azimuth[inside][there] for m in (around.captured, *around.both)
+    ]
+    before, after = (
+        float(np.sqrt(np.mean(wrapped(off[there] + a - azimuth[0]) ** 2))) for a in azimuth[1:]
+    )
+    return around.measure(HINGE, before, after, around.next_joint)
+
+
+def _turns_in(chain: Chain, joint: int) -> bool:
+    """Whether a chain shows to which side a joint bends."""
+    return not isinstance(chain, Limb | Helper) and chain.child == joint and chain.grandchild >= 0
+
+
+def _impossible(around: _Around) -> Measure:
+    """Frames in which a joint of the limb turns about its own axis faster than any body does."""
+    counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
+    if may_be_too_fast(around.turns, fps).any():  # which is seldom, and soon known
+        in_room = turns_about(around.in_room, around.axes)
+        counts = too_fast(in_room, around.turns, fps).sum(axis=0)
+    before, after = counts.sum(axis=1).tolist()
+    joint = around.joints[int(np.argmax(counts[1] - counts[0]))]
+    return around.measure(TURNS, float(before), float(after), joint)
+
+
+def _roll(around: _Around) -> Measure | None:
+    """The fastest turn of the next joint about its own bone, in its parent's frame."""
+    if not around.axes[-1].any():
+        return None
+    before, after = np.degrees(np.abs(around.turns[:, :, -1]).max(axis=0)).tolist()
+    return around.measure(ROLL, before, after, around.next_joint)
+
+
+def _path(around: _Around) -> Measure | None:
+    """The length of the middle joint's path in the frame of the limb's parent, % of the limb."""
+    if not isinstance(limb := around.chain, Limb):
+        return None
+    whole = sum(bones(around.captured, limb))
+    before, after = (
+        100.0 * float(np.linalg.norm(np.diff(child, axis=0), axis=1).sum()) / whole
+        for child, _ in around.places
+    )
+    return around.measure(PATH, before, after, limb.child)
+
+
+def _ends(around: _Around) -> Measure:
+    """How far a joint moves that the correction should leave in its place, % of the height."""
+    chain, skeleton = around.chain, around.skeleton
+    largest: dict[int, float] = {}
+    turning: Sequence[int] = around.joints
+    if isinstance(chain, Limb):
+        (_, before), (_, after) = around.places
+        largest[chain.end] = float(np.linalg.norm(after - before, axis=1).max())
+        turning = () if around.interval.carried else (chain.end,)
+    for joint in turning:
+        q = around.from_above[:, :, around.joints.index(joint)]
+        for child in skeleton.children[joint]:
+            place = around.captured.translation(child)
+            if place.any() and (joint != chain.parent or _carries(skeleton, child, chain)):
+                ends = rotate(q, place if place.ndim == 1 else place[:, None])
+                moved = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+                largest[child] = float(moved.max())
+    joint = max(largest, key=lambda j: largest[j], default=chain.child)
+    share = 100.0 * largest.get(joint, 0.0) / skeleton.height
+    return around.measure(ENDS, 0.0, share, joint)
+
+
+def _carries(skeleton: Skeleton, joint: int, chain: Chain) -> bool:
+    """Whether a child of P is no mere helper: a leaf beside the bone turns with its skin."""
+    return joint == chain.child or bool(skeleton.children[joint])

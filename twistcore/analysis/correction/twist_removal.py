@@ -1,0 +1,321 @@
+"""Taking errors out of a motion and nothing else [Choi26 Eq. 14-15], of limbs too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from operator import attrgetter
+from types import MappingProxyType
+from typing import Any, Protocol, cast, overload, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.detection.interval import Interval
+from twistcore.errors import TwistError
+from twistcore.skeleton.chain import Chain, uncorrectable_joints
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb, path, places
+from twistcore.skeleton.motion import HasMotion, Motion, motion_of
+from twistcore.skeleton.rig import AS_FOUND
+from twistcore.skeleton.rotation import (
+    Array,
+    conjugate,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+    rotate,
+    wrap,
+)
+
+SURE_ENOUGH = 0.5  # confidence from which an interval is corrected unasked, if nobody names one
+_FOLDED = 1e-6  # of the skeleton's height: a line so short has no direction
+_ON_AXIS = np.sin(np.radians(0.5))
+
+
+def applied_unasked(
+    intervals: Iterable[Interval],
+    at_least: float | None = None,
+    *,
+    include_open: bool = False,
+    confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
+) -> tuple[Interval, ...]:
+    """The intervals that may be corrected without a person's word: the one rule for that.
+
+    No lone jump, for there is nothing to take out, and no roll of a helper, for nothing measures
+    how sure that is. Closed ones, or also open ones, with a confidence of `at_least`, 0…1, or of
+    :data:`SURE_ENOUGH` where nobody names one. A detector that knows no confidence, as the
+    paper's, is then taken at its word; one that is named leaves
+    its intervals out. confidence: another than the detector's own.
+    """
+    return tuple(
+        i
+        for i in intervals
+        if i.automatic and (include_open or not i.open) and _sure(confidence(i), at_least)
+    )
+
+
+def _sure(confidence: float | None, at_least: float | None) -> bool:
+    if confidence is None:
+        return not at_least
+    return confidence >= (SURE_ENOUGH if at_least is None else at_least)
+
+
+def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
+    """Sum of the offsets of all intervals, radians in (−π, π], shape (frames,), by chain name."""
+    total: dict[str, Array] = {}
+    for interval in intervals:
+        if interval.chain not in total:
+            total[interval.chain] = np.zeros(frames)
+        total[interval.chain][interval.start : interval.stop] += interval.offset
+    return {chain: wrap(offset) for chain, offset in total.items()}
+
+
+def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
+    """As :func:`offsets_by_chain`, of the limb flips in which the limb's end turned along."""
+    return offsets_by_chain((i for i in intervals if i.carried), frames)
+
+
+@runtime_checkable
+class Correctable(Protocol):
+    """What knows which intervals to correct: a detection or a review."""
+
+    def to_correct(self, motion: Motion) -> tuple[Sequence[Chain], Sequence[Interval]]:
+        """Chains and limbs, and the intervals of these to correct."""
+        ...
+
+
+@overload
+def refine(clip: Motion | HasMotion, found: Correctable | Iterable[Interval], /) -> Motion: ...
+
+
+@overload
+def refine(
+    clip: Motion | HasMotion, chains: Sequence[Chain], intervals: Iterable[Interval]
+) -> Motion: ...
+
+
+def refine(
+    clip: Motion | HasMotion,
+    chains: Correctable | Iterable[Interval] | Sequence[Chain],
+    intervals: Iterable[Interval] | None = None,
+) -> Motion:
+    """Remove errors from a motion; frames and joints without one keep their rotations bit by bit.
+
+    Call it as ``refine(clip, found)`` or as ``refine(clip, chains, intervals)``.
+
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to correct. It is not changed.
+    found : Detection, Review or iterable of Interval
+        What to remove: of a detection the intervals that are sure enough to be corrected
+        automatically, of a review the accepted ones, of an iterable all. Their chains are found in
+        the clip.
+    chains : sequence of Chain
+        The chains and limbs that the intervals name.
+    intervals : iterable of Interval
+        What to remove. Intervals of other chains, and those that cannot be corrected because a
+        joint lacks rotation channels, are left out.
+
+    Returns
+    -------
+    Motion
+        The corrected motion, with the same skeleton, positions and number of frames.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion, or `found` is none of the above.
+    TwistError
+        If an interval ends behind the last frame.
+
+    See Also
+    --------
+    Detection.refined : The same as a method.
+    write_clip : Write the result.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> found = tc.detect(clip)
+    >>> len(found), len(tc.detect(tc.refine(clip, found)))
+    (8, 0)
+
+    With a choice of intervals:
+
+    >>> some = [i for i in found if i.chain == "LeftForeArm"]
+    >>> len(tc.detect(tc.refine(clip, some)))
+    5
+    """
+    motion = motion_of(clip)
+    if intervals is None:
+        every, intervals = _to_correct(motion, chains)
+    else:
+        every, intervals = cast("Sequence[Chain]", chains), list(intervals)
+    if beyond := next((i for i in intervals if i.stop > motion.frames), None):
+        raise TwistError(f"expected intervals within {motion.frames} frames, found {beyond!r}")
+    # The positions stay the same array, by which a writer sees that none has moved.
+    return motion.with_rotations(refiner(motion, every, intervals)(0, motion.frames).rotations)
+
+
+def refiner(
+    motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]
+) -> Callable[[int, int], Motion]:
+    """Return a function that makes the frames [start, stop) of :func:`refine` alone."""
+    by_name, frames = {chain.name: chain for chain in chains}, motion.frames
+    intervals = [
+        i
+        for i in intervals
+        if i.chain in by_name and not stuck_joints(motion, by_name[i.chain], [i])
+    ]
+    offsets, carried = offsets_by_chain(intervals, frames), carried_by_limb(intervals, frames)
+
+    def refined(start: int, stop: int) -> Motion:
+        at = slice(start, stop)
+        return remove_twist(
+            motion.sliced(start, stop),
+            [chain.at(at) for chain in chains],
+            {name: offset[at] for name, offset in offsets.items()},
+            {name: offset[at] for name, offset in carried.items()},
+        )
+
+    return refined
+
+
+def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[Interval]]:
+    """The chains of a motion and the intervals to remove, where no chains are given."""
+    if isinstance(found, Correctable):
+        return found.to_correct(motion)
+    intervals = [*found] if isinstance(found, Iterable) else [found]
+    for thing in intervals:
+        if not isinstance(thing, Interval):
+            raise TypeError(f"expected a detection, a review or intervals, found {thing!r:.80}")
+    return AS_FOUND.chains(motion), intervals
+
+
+def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:
+    """Joints without three rotation channels for which some of the chain's intervals stay."""
+    carried = {i.carried for i in intervals if i.chain == chain.name}
+    return uncorrectable_joints(motion, chain, carried=all(carried)) if carried else ()
+
+
+def remove_twist(
+    motion: Motion,
+    chains: Sequence[Chain],
+    offsets: Mapping[str, Array],
+    carried: Mapping[str, Array] = MappingProxyType({}),
+) -> Motion:
+    """Take offsets out of chains, and out of limbs; frames with offset 0 keep their bits.
+
+    offsets: radians, (frames,), by name; carried: the part of a limb's in which its end turned
+    along. Of a chain, q'_P = q_P ⊗ R_a(−offset) and, for every child X of P,
+    q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X: all global rotations below P stay, and all joint positions but those
+    of children beside the axis (:func:`children_off_axis`). Of a limb, q'_P = R_u(−offset) ⊗ q_P
+    about its line u in the frame of P's parent; E keeps its place, and its global rotation but for
+    what it was carried; C keeps its own rotation and moves. Corrections commute: no twist moves a
+    limb's line in the room.
+    """
+    rotations = motion.rotations.copy()
+    for chain in chains:
+        offset = offsets.get(chain.name)
+        if offset is None or uncorrectable_joints(motion, chain, carried=True):
+            continue
+        at, along = np.flatnonzero(offset), carried.get(chain.name)
+        if uncorrectable_joints(motion, chain):  # an end that was carried need not be turned
+            at = at[offset[at] == along[at]] if along is not None else at[:0]
+        if not len(at):
+            continue
+        if isinstance(chain, Limb):
+            kept = offset[at] if along is None else offset[at] - along[at]
+            _turn_limb(motion, rotations, chain, at, offset[at], kept)
+            continue
+        if isinstance(chain, Helper):
+            _turn_helper(motion, rotations, chain, at, offset[at])
+            continue
+        axis = _bone(motion, chain, at)
+        parent = rotations[at, chain.parent]
+        back = quaternion_from_axis_angle(axis, -offset[at])
+        rotations[at, chain.parent] = normalise(multiply(parent, back))
+        # q'_P⁻¹ ⊗ q_P = R_a(offset), whatever q_P is.
+        ahead = quaternion_from_axis_angle(axis, offset[at])
+        for child in motion.skeleton.children[chain.parent]:
+            rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
+    return motion.with_rotations(rotations)
+
+
+def _turn_helper(
+    motion: Motion, rotations: Array, helper: Helper, at: NDArray[np.intp], offset: Array
+) -> None:
+    """Turn a helper back about the bone it lies in; what hangs on it keeps its orientation."""
+    axis = helper.axis if helper.axis.ndim == 1 else helper.axis[at]
+    before = rotations[at, helper.parent]
+    after = normalise(multiply(quaternion_from_axis_angle(axis, -offset), before))
+    rotations[at, helper.parent] = after
+    ahead = multiply(conjugate(after), before)
+    for child in motion.skeleton.children[helper.parent]:
+        rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
+
+
+def _turn_limb(
+    motion: Motion,
+    rotations: Array,
+    limb: Limb,
+    at: NDArray[np.intp],
+    offset: Array,
+    kept: Array,
+) -> None:
+    """Turn a limb back about its line in the frames `at`, and its end forward by `kept`.
+
+    The line is told in the frame of P's parent as it is by now: no correction of a twist moves a
+    joint, but one of the chain above turns that frame. A folded limb, whose end lies on its first
+    joint, has no line and stays.
+    """
+    _, to_end = places(motion.at(at).with_rotations(rotations[at]), limb)
+    length = np.linalg.norm(to_end, axis=1)
+    line = to_end / np.maximum(length, 1e-12)[:, None]
+    there = length > _FOLDED * motion.skeleton.height
+    offset, kept = np.where(there, offset, 0.0), np.where(there, kept, 0.0)
+    above = rotations[at, limb.parent]
+    for joint in path(motion.skeleton, limb.parent, limb.end)[:-1]:
+        above = multiply(above, rotations[at, joint])
+    back = quaternion_from_axis_angle(line, -offset)
+    ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)
+    # An end that went along keeps its bits, and so its text.
+    for joint, turn, by in ((limb.parent, back, offset), (limb.end, ahead, kept)):
+        turned = np.flatnonzero(by)
+        frames = at[turned]
+        rotations[frames, joint] = normalise(multiply(turn[turned], rotations[frames, joint]))
+
+
+def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
+    """Unit axis to turn about in the frames `at`, (3,) or (n, 3).
+
+    With position channels the child's very place in each frame, though it vary by less than the
+    1° that detection passes over: turning about a mean would move the child.
+    """
+    if chain.child in motion.positioned:
+        place = motion.translation(chain.child)[at]
+        if (np.linalg.norm(place, axis=1) > 1e-6 * motion.skeleton.height).all():
+            return normalise(place)
+    return chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+
+
+def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
+    """Children of P beside the bone axis, whose place a correction moves.
+
+    Distance from the axis by joint name, in the file's unit; empty for an ordinary limb.
+    """
+    out: dict[str, float] = {}
+    if isinstance(chain, Limb):  # its children go with it, as the limb goes
+        return out
+    skeleton = motion.skeleton
+    axis = np.atleast_2d(chain.axis)
+    for child in skeleton.children[chain.parent]:
+        if child == chain.child:
+            continue
+        place = np.atleast_2d(motion.translation(child))
+        away = float(np.linalg.norm(np.cross(place, axis), axis=-1).max())
+        if away > _ON_AXIS * max(float(np.linalg.norm(place, axis=-1).max()), 1e-12):
+            out[skeleton.names[child]] = away
+    return out

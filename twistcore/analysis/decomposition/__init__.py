@@ -1,0 +1,28 @@
+"""A frame taken apart as [Choi26 §3] does, quantity by quantity, captured or altered."""
+
+from twistcore.analysis.decomposition.altered_frame import WhatIf, altered, staged
+from twistcore.analysis.decomposition.frame_correction import FrameCorrection, correct_frame
+from twistcore.analysis.decomposition.frame_quantities import UNDEFINED, Decomposition, decompose
+from twistcore.analysis.decomposition.rotation_forms import (
+    LOCK,
+    EulerChannels,
+    euler_channels,
+    other_order,
+    unwrapped_twist,
+)
+
+__all__ = [
+    "LOCK",
+    "UNDEFINED",
+    "Decomposition",
+    "EulerChannels",
+    "FrameCorrection",
+    "WhatIf",
+    "altered",
+    "correct_frame",
+    "decompose",
+    "euler_channels",
+    "other_order",
+    "staged",
+    "unwrapped_twist",
+]

@@ -1,0 +1,129 @@
+"""A frame as it might be: what a person alters in it, and the one-frame motion it then is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.analysis.correction import remove_twist
+from twistcore.analysis.decomposition.directions import angle_between, at_frame, beside, direction
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import (
+    Array,
+    multiply,
+    normalise,
+    quaternion_from_axis_angle,
+    rotate,
+    swing_twist,
+    twist_angle,
+)
+
+
+@dataclass(frozen=True)
+class WhatIf:
+    """How a frame is altered; angles in radians, None: as captured.
+
+    twist: by which P is twisted about its bone; counter: C turns back by as much, else it goes
+    along; toward: the unit vector w that the bone is pointed to, in the coordinates that P's
+    rotation is given in; swing: the angle α between a and w, set after `toward`; bend: the angle
+    between v and a; nudge: by which the bone and v are tipped sideways, out of the planes in which
+    α and the bend are measured; applied: the share, 0…1, of offset(t) that is taken off (Eq. 15).
+    """
+
+    twist: float = 0.0
+    counter: bool = False
+    swing: float | None = None
+    bend: float | None = None
+    nudge: float = 0.0
+    toward: tuple[float, float, float] | None = None
+    applied: float = 0.0
+
+    @property
+    def changes(self) -> bool:
+        """Whether anything is other than captured."""
+        return self != WhatIf(counter=self.counter)
+
+
+def altered(
+    motion: Motion,
+    chain: Chain,
+    frame: int,
+    what_if: WhatIf,
+    *,
+    offset: float = 0.0,
+    stage: float | None = None,
+) -> Motion:
+    """One frame of the motion, altered; a Motion of length 1.
+
+    First bend, swing and nudge, which leave the twist's own quaternion alone, then the twist. With
+    `counter` every child of P turns back, which is what a twist error does (Eq. 14). Then as much
+    of `offset`, radians, is taken off as the what-if applies. stage: how much of P's rotation is
+    there, the children carried: 0 none, 1 the whole swing, 2 the whole twist on top of it.
+    """
+    one = motion.sliced(frame, frame + 1)
+    here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))
+    rotations = one.rotations.copy()
+    q, q_child = rotations[0, chain.parent], rotations[0, chain.child]
+    rotations[0, chain.parent] = normalise(_swung(q, here.axis, what_if))
+    rotations[0, chain.child] = normalise(_bent(q_child, here, what_if))
+    if not what_if.counter:
+        along = quaternion_from_axis_angle(here.axis, what_if.twist)
+        rotations[0, chain.parent] = normalise(multiply(rotations[0, chain.parent], along))
+    back = what_if.applied * offset - (what_if.twist if what_if.counter else 0.0)
+    one = remove_twist(one.with_rotations(rotations), [here], {chain.name: np.array([back])})
+    if stage is None:
+        return one
+    rotations = one.rotations.copy()
+    rotations[0, chain.parent] = staged(rotations[0, chain.parent], here.axis, stage)
+    return one.with_rotations(rotations)
+
+
+def staged(q: Array, axis: Array, stage: float) -> Array:
+    """A rotation on its way from none, by its swing (stage 0…1), to all of it (1…2), (4,)."""
+    swing, twist = swing_twist(q, axis)
+    normal, angle = _swing_turn(swing)
+    part = quaternion_from_axis_angle(normal, float(np.clip(stage, 0.0, 1.0)) * angle)
+    rolled = float(np.clip(stage - 1.0, 0.0, 1.0)) * float(twist_angle(twist, axis))
+    return normalise(multiply(part, quaternion_from_axis_angle(axis, rolled)))
+
+
+def _swing_turn(swing: Array) -> tuple[Array, float]:
+    """The unit normal of a swing, zeros where it has none, and its angle in [0, π]."""
+    vector = swing[1:] * (1.0 if swing[0] >= 0.0 else -1.0)
+    return direction(vector), float(2.0 * np.arctan2(np.linalg.norm(vector), abs(swing[0])))
+
+
+def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
+    """P's rotation with another swing and the same twist, tipped by the nudge."""
+    swing, twist = swing_twist(q, axis)
+    normal, angle = _swing_turn(swing)
+    if what_if.toward is not None:
+        w = normalise(what_if.toward)
+        across, angle = np.cross(axis, w), angle_between(axis, w)
+        normal = direction(across) if direction(across).any() else normal
+    if not normal.any():
+        normal = beside(axis)
+    if what_if.swing is not None:
+        angle = what_if.swing
+    if what_if.swing is not None or what_if.toward is not None:
+        q = multiply(quaternion_from_axis_angle(normal, angle), twist)
+    return multiply(_tip(rotate(q, axis), normal, what_if.nudge), q)
+
+
+def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
+    """C's rotation with another angle between v and a, tipped by the nudge."""
+    v = rotate(q, chain.arm)
+    normal = direction(np.cross(chain.axis, v))
+    if not normal.any():
+        normal = beside(chain.axis)
+    if what_if.bend is not None:
+        turn = what_if.bend - angle_between(chain.axis, v)
+        q = multiply(quaternion_from_axis_angle(normal, turn), q)
+    return multiply(_tip(rotate(q, chain.arm), normal, what_if.nudge), q)
+
+
+def _tip(tip: Array, normal: Array, angle: float) -> Array:
+    """The rotation that moves a unit vector by so much towards another, square to it."""
+    return quaternion_from_axis_angle(np.cross(tip, normal), angle)

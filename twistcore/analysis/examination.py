@@ -1,0 +1,122 @@
+"""What of a motion cannot be examined, and why: never passed over in silence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from twistcore.detection.cuts import (
+    SHORTEST_SEGMENT,
+    find_cuts,
+    leading_frames,
+    segments_between,
+    trailing_frames,
+)
+from twistcore.skeleton.body import Body, Unexamined, ancestors
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Motion
+
+FEWEST_FRAMES = 5
+_STILL = 1e-6  # of a quaternion's component: rounding of a joint that never turns
+_MOST_PIECES = 5  # that a note lists
+
+
+def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
+    """Why nothing in a motion could be examined: a clause, or '' where something could."""
+    if not chains:
+        return "no arm or leg was found in its skeleton"
+    if motion.frames < max(FEWEST_FRAMES, round(SHORTEST_SEGMENT * motion.fps)):
+        if motion.frames == 1:
+            return "1 frame is too few to tell error from motion"
+        return f"{motion.frames} frames are too few to tell error from motion"
+    joints = sorted({j for c in chains for j in (c.parent, c.child)})
+    if np.ptp(motion.rotations[:, joints], axis=0).max() < _STILL:
+        return "no joint of its arms and legs moves"
+    if not segments_between(find_cuts(motion), motion.fps):
+        return "every piece between two cuts is too short to tell error from motion"
+    return ""
+
+
+def frames_note(motion: Motion) -> str:
+    """A sentence about frames left out because their piece between two cuts is too short, or ''.
+
+    A T-pose at either end and a blend out of it or into it are left out, too, but not listed here.
+    """
+    frames = unexamined_frames(motion)
+    if not frames:
+        return ""
+    count = sum(stop - start for start, stop in frames)
+    some = [str(a) if b - a == 1 else f"{a}–{b - 1}" for a, b in frames[:_MOST_PIECES]]
+    listed = ", ".join(some) + (" …" if len(frames) > len(some) else "")
+    if count == 1:
+        return f"Frame {listed} was not examined for twists: it lies alone between two cuts."
+    return (
+        f"{count} frames were not examined for twists, since their pieces between two cuts are too "
+        f"short: {listed}."
+    )
+
+
+def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
+    """Frames [start, stop) in pieces too short to examine, without a T-pose at either end."""
+    left_out = np.ones(motion.frames, dtype=bool)
+    for start, stop in segments_between(find_cuts(motion), motion.fps):
+        left_out[start:stop] = False
+    left_out[: leading_frames(motion)] = False
+    left_out[motion.frames - trailing_frames(motion) :] = False
+    edges = np.flatnonzero(np.diff(left_out, prepend=False, append=False)).tolist()
+    return tuple((a, b) for k, (a, b) in enumerate(pairwise(edges)) if k % 2 == 0)
+
+
+def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
+    """The limbs of a body that no chain examines; chains: those of a person among them."""
+    found = {(bone.parent, bone.child) for line in body.lines for bone in line.bones}
+    covered = {
+        (c.person, body.names[c.parent].side or body.names[c.child].side, _kind_of(body, c))
+        for c in chains
+        if not (c.segment or isinstance(c, Helper)) and (c.parent, c.child) not in found
+    }
+    return tuple(u for u in body.missing if (u.person, u.side, u.kind) not in covered)
+
+
+def joints_outside(body: Body, chains: Sequence[Chain]) -> Mapping[str, tuple[str, ...]]:
+    """Names of the joints that no chain examines, by the part of the body.
+
+    The parts are the root, the trunk (all that limbs hang on), what is below the hands and below
+    the feet (without names: below the limbs), and others, such as neck and head.
+    """
+    skeleton = body.skeleton
+    inside = {j for c in chains for j in (c.parent, c.child)}
+    inside.update(c.end for c in chains if isinstance(c, Limb))
+    parts: list[str] = []
+    ends = {line.bones[-1].child: _BELOW.get(line.kind, "below the limbs") for line in body.lines}
+    trunk = {j for line in body.lines for j in ancestors(skeleton, line.bones[0].parent)}
+    for joint, parent in enumerate(skeleton.parents.tolist()):
+        part = "trunk" if joint in trunk else "others"
+        if parent < 0:
+            part = "root"
+        elif parent in ends:
+            part = ends[parent]
+        elif parts[parent].startswith("below"):
+            part = parts[parent]
+        parts.append(part)
+    found: dict[str, list[str]] = {}
+    for joint, part in enumerate(parts):
+        if joint not in inside:
+            found.setdefault(part, []).append(skeleton.names[joint])
+    return {part: tuple(found[part]) for part in _PARTS if part in found}
+
+
+_BELOW = {"arm": "below the hands", "leg": "below the feet"}
+_PARTS = ("root", "trunk", *_BELOW.values(), "below the limbs", "others")
+
+
+def _kind_of(body: Body, chain: Chain) -> str:
+    """'arm' or 'leg' by the names of a chain's joints, '' where they do not say."""
+    roles = {role for j in (chain.parent, chain.child) for role in body.names[j].roles}
+    if roles & {"shoulder", "arm", "forearm", "hand"}:
+        return "arm"
+    return "leg" if roles & {"upleg", "leg", "foot", "toe"} else ""

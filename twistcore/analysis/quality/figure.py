@@ -1,0 +1,109 @@
+"""What can be told of a whole figure without a truth: jitter, foot slide, deviation.
+
+Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import TwistError
+from twistcore.quamo.resample import sample_times
+from twistcore.quamo.topology import ANKLES, TOES, find_topology, metres_per_unit
+from twistcore.skeleton.motion import Motion, forward_kinematics
+from twistcore.skeleton.rotation import Array
+
+SLIDE_MM = 20.0
+CONTACT_MM = 30.0
+
+
+@dataclass(frozen=True)
+class Quality:
+    """What can be told without a truth; none of it is an error.
+
+    deviation: mean distance from the input, mm, root-aligned, or None for the input itself; jitter:
+    mean size of the third difference, mm a frame³; foot_slide: per cent of frame pairs, contact
+    taken from the motion itself.
+    """
+
+    deviation: float | None
+    jitter: float
+    foot_slide: float
+
+
+def quality(places: Array, given: Array | None = None) -> Quality:
+    """Evidence of quality of positions (frames, 24, 3) in mm; given: the input to compare with."""
+    third = np.diff(places, n=3, axis=0)
+    return Quality(
+        None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
+        float(np.linalg.norm(third, axis=-1).mean()) if len(third) else 0.0,
+        foot_slide(places, in_contact(places)),
+    )
+
+
+def quality_before_and_after(
+    before: Motion, after: Motion, unit: float | None = None
+) -> tuple[Quality, Quality] | None:
+    """Jitter, foot slide and deviation at 25 Hz in mm; None where the 24 joints are not there."""
+    try:
+        topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
+    except TwistError:
+        return None
+    times = sample_times(before.frames, before.frame_time)
+    given, found = (_places_mm(m, topology.joints, times, scale) for m in (before, after))
+    return quality(given), quality(found, given)
+
+
+def figure_quality(motion: Motion) -> Quality | None:
+    """Of a motion by itself, at 25 Hz in mm; None where the 24 joints are not there."""
+    try:
+        topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)
+    except TwistError:
+        return None
+    times = sample_times(motion.frames, motion.frame_time)
+    return quality(_places_mm(motion, topology.joints, times, scale))
+
+
+def in_contact(places: Array) -> NDArray[np.bool_]:
+    """Feet on the ground, (frames, 2): ankle and toe below a low height of their own + 3 cm.
+
+    That height is the 2nd percentile over the clip, of each foot's ankle and toe apart.
+    """
+    out = np.ones((len(places), 2), dtype=np.bool_)
+    for foot in range(2):
+        for joint in (ANKLES[foot], TOES[foot]):
+            height = places[:, joint, 1]
+            out[:, foot] &= height < np.percentile(height, 2.0) + CONTACT_MM
+    return out
+
+
+def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
+    """Per cent of frame pairs in which a foot on the ground moves ≥ 20 mm level, feet summed."""
+    slides = 0
+    for foot in range(2):
+        middle = 0.5 * (places[:, ANKLES[foot]] + places[:, TOES[foot]])[:, [0, 2]]
+        moved = np.linalg.norm(np.diff(middle, axis=0), axis=1)
+        slides += int(((moved >= SLIDE_MM) & contact[1:, foot] & contact[:-1, foot]).sum())
+    return 100.0 * slides / max(len(places) - 1, 1)
+
+
+def root_aligned(places: Array) -> Array:
+    """Places with the root in the origin."""
+    return places - places[:, :1]
+
+
+def mean_distance(a: Array, b: Array) -> float:
+    """Mean distance of places (…, 3), 0 where there are none."""
+    return float(np.linalg.norm(a - b, axis=-1).mean()) if len(a) else 0.0
+
+
+def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: float) -> Array:
+    low = np.floor(times).astype(np.intp)
+    high = np.minimum(low + 1, motion.frames - 1)
+    # Of most captures half of the frames lie next to no sample.
+    below, above = (forward_kinematics(motion.at(k))[1][:, joints] for k in (low, high))
+    share = (times - low)[:, None, None]
+    return 1000.0 * scale * (below + share * (above - below))

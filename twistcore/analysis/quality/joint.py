@@ -1,0 +1,145 @@
+"""What can be told of every joint without a truth: jitter, speed, jumps of numbers, foot slide.
+
+None of it is an error. The whole figure's numbers are in `figure`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.analysis.quality.figure import CONTACT_MM, SLIDE_MM
+from twistcore.detection.cuts import leading_frames
+from twistcore.errors import TwistError
+from twistcore.formats.clip import Clip
+from twistcore.quamo.state_space import NETWORK_DT
+from twistcore.quamo.topology import metres_per_unit
+from twistcore.skeleton.joint_names import FEET, TOES
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.people import find_people, joint_names
+from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
+
+SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s: 20 mm between two frames of 25 Hz
+_SHORTEST = 4  # frames that have a third difference
+_TALL = 1.75  # metres: a person, where a clip does not say how long its unit is
+_JUMP = 90.0  # degrees by which a written angle moves more than the joint turns
+
+
+@dataclass(frozen=True, eq=False)
+class JointQuality:
+    """Evidence of every joint over time; NaN where there is no value, as in a T-pose at the start.
+
+    jitter: |third difference| of the local rotation, degrees a frame³, (frames, joints), at the
+    second of the four frames; speed: local angular speed, degrees/s, on the way to a frame; excess:
+    by how much the largest step of a written Euler angle exceeds what the joint turned on the way
+    to a frame, degrees, 0 or more; flipped: the frame's quaternion, made of these angles, lies in
+    the other hemisphere than the one before; slide: level speed of a foot's joint while it is on
+    the ground, m/s; feet: joints that have it.
+    """
+
+    jitter: Array
+    speed: Array
+    excess: Array
+    flipped: NDArray[np.bool_]
+    slide: Array
+    feet: tuple[int, ...]
+
+    @property
+    def usual_jitter(self) -> Array:
+        """Median, degrees a frame³, (joints,): a twist error's edges are no jitter."""
+        known = self.jitter[np.isfinite(self.jitter).all(axis=1)]
+        if not len(known):
+            return np.zeros(self.jitter.shape[1])
+        return np.median(known, axis=0)
+
+    @property
+    def top_speed(self) -> Array:
+        """Degrees/s, (joints,)."""
+        top: Array = np.nan_to_num(self.speed).max(axis=0)
+        return top
+
+    @property
+    def jumps(self) -> NDArray[np.int64]:
+        """Frames at which the numbers jump by > 90° or flip and the pose does not; (joints,)."""
+        far = np.nan_to_num(self.excess) > _JUMP
+        count: NDArray[np.int64] = (far | self.flipped).sum(axis=0)
+        return count
+
+    @property
+    def slides(self) -> Array:
+        """Share of frames in which a joint of a foot slides, per cent, (joints,); NaN elsewhere."""
+        share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
+        out = np.full(share.shape, np.nan)
+        out[list(self.feet)] = share[list(self.feet)]
+        return out
+
+
+def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
+    """Evidence of a clip's joints; positions: global, (frames, joints, 3), the file's length unit.
+
+    up: the axis that points up. Lengths are metres where the unit is known or the skeleton looks
+    like one of CMU's, else those of a figure of 1.75 m.
+    """
+    motion = clip.motion
+    frames, joints = positions.shape[:2]
+    turn = np.full((frames, joints, 3), np.nan)
+    q = motion.rotations
+    first = leading_frames(motion)
+    turn[first + 1 :] = np.degrees(logarithm(multiply(q[first + 1 :], conjugate(q[first:-1]))))
+    jitter = np.full((frames, joints), np.nan)
+    if frames >= _SHORTEST:
+        jitter[1:-2] = np.linalg.norm(np.diff(turn[1:], n=2, axis=0), axis=-1)
+    flipped = np.zeros((frames, joints), dtype=np.bool_)
+    flipped[first + 1 :] = np.einsum("tji,tji->tj", q[first + 1 :], q[first:-1]) < 0.0
+    feet = foot_joints(motion.skeleton)
+    slide = np.full((frames, joints), np.nan)
+    scale = _metres(motion.skeleton)
+    for joint in feet:
+        slide[first:, joint] = _slide(scale * positions[first:, joint], motion.frame_time, up)
+    return JointQuality(
+        jitter=jitter,
+        speed=np.linalg.norm(turn, axis=-1) / motion.frame_time,
+        excess=np.maximum(_written_steps(clip, joints) - np.linalg.norm(turn, axis=-1), 0.0),
+        flipped=flipped,
+        slide=slide,
+        feet=feet,
+    )
+
+
+def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
+    """Ankles and toes, by their names."""
+    stems = {*FEET, *TOES}
+    return tuple(
+        k
+        for k, name in enumerate(joint_names(skeleton, find_people(skeleton)))
+        if name.side and any(name.stem.startswith(stem) for stem in stems)
+    )
+
+
+def _slide(places: Array, dt: float, up: int) -> Array:
+    """Level speed (frames,) on the way to a frame, m/s, NaN where the joint is off the ground."""
+    height = places[:, up]
+    low = height < np.percentile(height, 2.0) + 0.001 * CONTACT_MM
+    level = np.delete(places, up, axis=1)
+    speed = np.full(len(places), np.nan)
+    speed[1:] = np.linalg.norm(np.diff(level, axis=0), axis=1) / dt
+    speed[1:][~(low[1:] & low[:-1])] = np.nan
+    return speed
+
+
+def _metres(skeleton: Skeleton) -> float:
+    try:
+        return metres_per_unit(skeleton)
+    except TwistError:
+        return _TALL / skeleton.height
+
+
+def _written_steps(clip: Clip, joints: int) -> Array:
+    out = np.full((clip.frames, joints), np.nan)
+    for joint in range(joints):
+        angles = clip.angles(joint)
+        if angles.shape[1]:
+            out[1:, joint] = np.abs(np.diff(angles, axis=0)).max(axis=1)
+    return out

@@ -1,0 +1,318 @@
+"""Why the consistency detector has no interval at a frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twistcore.analysis.why_not.given_up import BESIDE, SoftErrors, soft_below
+from twistcore.analysis.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
+from twistcore.detection import Interval
+from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
+from twistcore.detection.counter_twist.counter_rotation import AGREE_SHARE, SIGNIFICANT
+from twistcore.detection.counter_twist.edges import Edges
+from twistcore.detection.counter_twist.pairing import OPEN_GAIN, PRIOR, PairTable
+from twistcore.detection.prediction import Mask
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.rotation import wrap
+
+ONE_JOINT = 0.25  # of the larger turn: the other joint does not answer it
+UNDONE = 4.0  # σ by which an increment differs from what is left of it: an image was taken out
+_NEAR = 4  # frames on either side that tell how a joint turns anyway
+_EACH = 0.5 * PRIOR  # nats that each of two edges must bring
+
+
+@dataclass(frozen=True)
+class _Edge:
+    """A reading of an edge in its table: frames [start, stop), what turned, radians."""
+
+    table: PairTable
+    index: int
+    start: int
+    stop: int
+    jump: float
+    sigma: float
+    gain: float
+    x: float
+    y: float
+
+
+def no_counter_twist(
+    place: Place,
+    analysis: ConsistencyAnalysis,
+    edges_in: EdgesIn,
+    chains: Sequence[Chain],
+) -> Reason:
+    """Why no interval has its edge at a frame.
+
+    edges_in: of others; chains: all that were analysed.
+    """
+    t, own = place.frame, analysis.chains[place.chain.name]
+    if analysis.cut[t]:
+        return place.reason(Why.CUT, _cut(place, analysis.cut))
+    table = next((p for p in own.tables if p.low < t < p.high), None)
+    if table is None:
+        low = int(np.flatnonzero(analysis.cut[:t])[-1])
+        later = np.flatnonzero(analysis.cut[t:])
+        high = t + int(later[0]) if len(later) else len(analysis.cut)
+        because = f"{place.span(low, high)} between cuts are too few to tell error from motion"
+        return place.reason(Why.SHORT, because, start=low, stop=high)
+    if place.strength < place.tau:
+        return soft_below(place, own) or _below(place, analysis, edges_in(t, t + 1), chains)
+    for interval in analysis.taken_for_motion(place.chain.name, place.tau):
+        if interval.start - BESIDE <= t <= interval.stop + BESIDE:
+            return _motion(place, interval)
+    edge = _edge_at(place, own, table)
+    if near := edges_in(edge.start, edge.stop) if edge else edges_in(t, t + 1):
+        return _image(place, near, edge)
+    soft = SoftErrors(place, analysis, chains)
+    given = soft.with_edge_in(edge.start, edge.stop) if edge else soft.with_edge_in(t, t + 1)
+    if given is not None:
+        return soft.instead_of(given, _numbers(edge) if edge else {})
+    if edge is None:
+        return _thinned(place, own)
+    return _single(place, edge) or _unpaired(place, own, edge, soft)
+
+
+def _motion(place: Place, interval: Interval) -> Reason:
+    """The joints turn against each other, but all the evidence speaks for motion."""
+    told = interval.evidence or {}
+    why = "; ".join(told.get("doubts", ()))
+    frames = place.span(interval.start, interval.stop)
+    because = f"all the evidence takes {signed(interval.shown)} in {frames} for motion"
+    return place.reason(
+        Why.MOTION,
+        f"{because}: {why}" if why else because,
+        start=interval.start,
+        stop=interval.stop,
+        evidence=told.get("evidence"),
+    )
+
+
+def _cut(place: Place, cut: Mask) -> str:
+    """What stands at a frame that no motion leads into."""
+    t = place.frame
+    low, high = t, t + 1
+    while low and cut[low - 1]:
+        low -= 1
+    while high < len(cut) and cut[high]:
+        high += 1
+    if high - low > 1:
+        return f"{place.span(low, high)} are a cut, or a blend with a rest pose: no motion"
+    if t == 0:
+        return "it is the first frame: no motion leads into it"
+    return "the whole body jumps there, as at a cut: no motion leads into it"
+
+
+# --- below τ --------------------------------------------------------------------------------------
+
+
+def _below(
+    place: Place,
+    analysis: ConsistencyAnalysis,
+    near: Sequence[tuple[Interval, Chain]],
+    chains: Sequence[Chain],
+) -> Reason:
+    """The strength is below τ: what keeps it there, where more than τ turns."""
+    own, t = analysis.chains[place.chain.name], place.frame
+    c, row = own.limb, own.row
+    rx, ry = float(c.rx[row, t]), float(c.ry[row, t])
+    sigma_x, sigma_y = float(c.sigma_x[row, t]), float(c.sigma_y[row, t])
+    x, y = float(c.x[row, t]), float(c.y[row, t])
+    numbers = _degrees(x=x, y=y, residual_x=rx, residual_y=ry, sigma_x=sigma_x, sigma_y=sigma_y)
+    of, error = _whose_image(own, t, place.tau), _error_beside(place, analysis, near, chains)
+    if of and error:
+        because = f"{place.joints[of - 1]} turns as the image of {error}, which does not count"
+        return place.reason(Why.IMAGE, because, **numbers)
+    beyond = _turns(place, rx, ry)
+    most, least = max(abs(rx), abs(ry)), min(abs(rx), abs(ry))
+    if most >= place.tau and least <= ONE_JOINT * most:
+        return place.reason(Why.ONE_JOINT, f"only one joint turns there ({beyond})", **numbers)
+    if most >= place.tau and not c.event[row, t] and abs(wrap(rx + ry)) > AGREE_SHARE * most:
+        return place.reason(Why.UNEQUAL, f"the turns do not cancel ({beyond})", **numbers)
+    if min(abs(x), abs(y)) >= place.tau and x * y < 0.0:
+        because = (
+            f"{_turns(place, x, y)}, but their motion predicts it to within {signed(rx)} and "
+            f"{signed(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
+        )
+        return place.reason(Why.MOTION, because, **numbers)
+    return place.reason(Why.BELOW, f"{beyond} beyond their motion", **numbers)
+
+
+def _error_beside(
+    place: Place,
+    analysis: ConsistencyAnalysis,
+    near: Sequence[tuple[Interval, Chain]],
+    chains: Sequence[Chain],
+) -> str:
+    """The error of another that turns a joint of the chain at the frame; '' for none."""
+    if near:
+        interval, other = near[0]
+        return place.error(interval, other)
+    joints = {place.chain.parent, place.chain.child}
+    jumps = {}
+    for chain in chains:
+        if chain.name != place.chain.name and joints & {chain.parent, chain.child}:
+            c, row = analysis.chains[chain.name].limb, analysis.chains[chain.name].row
+            jump, sigma = float(c.d[row, place.frame]), float(c.sigma[row, place.frame])
+            if abs(jump) > SIGNIFICANT * sigma:
+                jumps[chain.label] = jump
+    if not jumps:
+        return ""
+    label = max(jumps, key=lambda name: abs(jumps[name]))
+    return f"the jump of {label} there ({signed(jumps[label])})"
+
+
+def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
+    """Whose turn at a frame was undone as an image, 1 the parent's, 2 the child's; 0 none."""
+    c, row = own.limb, own.row
+    around = slice(max(t - _NEAR, 1), t + _NEAR + 1)
+    for joint, (v, r, s) in enumerate(
+        ((c.x[row], c.rx[row], c.sigma_x[row]), (c.y[row], c.ry[row], c.sigma_y[row])), start=1
+    ):
+        captured = float(wrap(v[t] - median(v[around])))
+        undone = abs(float(wrap(captured - r[t])))
+        if abs(captured) >= tau and undone > max(UNDONE * s[t], 0.5 * abs(captured)):
+            return joint
+    return 0
+
+
+# --- past τ ---------------------------------------------------------------------------------------
+
+
+def _edge_at(place: Place, own: ChainAnalysis, table: PairTable) -> _Edge | None:
+    """The reading past τ that the curve has at the frame, else the clearest over it."""
+    e, t = table.edges, place.frame
+    at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
+    if not len(at):
+        return None
+    shown = (e.peak[at] == t) & (np.abs(np.abs(e.jump[at]) - place.strength) < 1e-9)
+    k = int(at[np.lexsort((-e.gain[at], ~shown))[0]])
+    span = slice(int(e.start[k]), int(e.stop[k]))
+    c, row = own.limb, own.row
+    x, y = (float(wrap(r[row, span].sum())) for r in (c.rx, c.ry))
+    jump, sigma, gain = (float(v[k]) for v in (e.jump, e.sigma, e.gain))
+    return _Edge(table, k, span.start, span.stop, jump, sigma, gain, x, y)
+
+
+def _image(place: Place, near: Sequence[tuple[Interval, Chain]], edge: _Edge | None) -> Reason:
+    interval, other = near[0]
+    because = f"it belongs to {place.error(interval, other)}"
+    numbers = _numbers(edge) if edge else {}
+    return place.reason(Why.IMAGE, because, of=interval.chain, **numbers)
+
+
+def _thinned(place: Place, own: ChainAnalysis) -> Reason:
+    """A frame past τ in a run that as a whole is not."""
+    e, t = own.edges, place.frame
+    at = np.flatnonzero((e.start <= t) & (t < e.stop))
+    if not len(at):
+        return place.reason(Why.MOTION, "it is no edge")
+    k = int(at[np.argmax(np.abs(e.jump[at]))])
+    span = place.span(int(e.start[k]), int(e.stop[k]))
+    because = f"over {span} as a whole only {signed(float(e.jump[k]))} are left"
+    return place.reason(Why.MOTION, because, jump_deg=math.degrees(e.jump[k]))
+
+
+def _single(place: Place, edge: _Edge) -> Reason | None:
+    """One joint alone, two that do not cancel, or motion: what is no counter-twist at all."""
+    turns = _turns(place, edge.x, edge.y)
+    span = place.span(edge.start, edge.stop) if edge.stop - edge.start > 1 else ""
+    sizes = abs(edge.x), abs(edge.y)
+    numbers = _numbers(edge)
+    if min(sizes) <= ONE_JOINT * max(sizes):
+        only = place.joints[int(sizes[1] > sizes[0])]
+        because = (
+            f"only {only} turns there over {span} ({turns}): no counter-twist"
+            if span
+            else f"only {only} turns there ({turns}): no counter-twist"
+        )
+        return place.reason(Why.ONE_JOINT, because, **numbers)
+    if edge.gain >= _EACH:
+        return None
+    open_by = float(wrap(edge.x + edge.y))
+    if abs(open_by) > AGREE_SHARE * max(sizes):
+        alike = (
+            "both joints turn the same way" if edge.x * edge.y > 0.0 else "the turns do not cancel"
+        )
+        alike = f"{alike} over {span}" if span else alike
+        because = f"{alike} ({turns}; {signed(open_by)} left)"
+        return place.reason(Why.UNEQUAL, because, open_deg=math.degrees(open_by), **numbers)
+    taken = "it is taken for motion"
+    taken = f"{taken} over {span}" if span else taken
+    because = (
+        f"{taken} ({turns}): {abs(edge.jump) / edge.sigma:.1f} σ of {size(edge.sigma, 2)}, "
+        f"evidence {edge.gain:.1f} of the {_EACH:.0f} that an edge needs"
+    )
+    return place.reason(Why.MOTION, because, **numbers)
+
+
+def _unpaired(place: Place, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
+    """A clear jump: no other takes it back, or one does that serves another interval."""
+    e, numbers = edge.table.edges, _numbers(edge)
+    turns = _turns(place, edge.x, edge.y)
+    passing = {k: g for k, g in edge.table.partners(edge.index).items() if _passes(place, e, k)}
+    if passing:
+        best = max(passing, key=lambda k: passing[k])
+        first, last = sorted((edge.index, best), key=lambda k: int(e.start[k]))
+        span = int(e.start[first]), int(e.stop[last])
+        rivals = [i for i in own.intervals(place.tau) if i.start < span[1] and span[0] <= i.stop]
+        partner = f"its best partner, {signed(float(e.jump[best]))} at {_peak(place, e, best)}"
+        if not rivals:
+            given = (i for i in soft.given_up() if i.start < span[1] and span[0] <= i.stop)
+            return soft.instead_of(next(given, None), numbers, f"{partner},")
+        named = " and ".join(place.named(i) for i in rivals)
+        because = f"{partner}, gives way to what explains more, {named}"
+        return place.reason(Why.OTHER, because, partner=int(e.peak[best]), **numbers)
+    alone = (
+        f"alone it is too unsure (evidence {edge.gain:.0f} of {OPEN_GAIN:.0f})"
+        if edge.gain < OPEN_GAIN
+        else "alone another reading of these frames goes before it"
+    )
+    back = wrap(e.jump + edge.jump)
+    apart = (e.stop <= edge.start) | (e.start >= edge.stop)
+    asked = np.flatnonzero((np.abs(e.jump) >= place.tau) & apart & (np.abs(back) < abs(edge.jump)))
+    if not len(asked):
+        because = f"no other jump past τ takes it back ({turns}); {alone}"
+        return place.reason(Why.NO_PARTNER, because, **numbers)
+    k = int(asked[np.lexsort((np.abs(e.peak[asked] - place.frame), np.abs(back[asked])))[0]])
+    rest, away = float(back[k]), abs(int(e.peak[k]) - place.frame)
+    partner = f"{signed(float(e.jump[k]))} at {_peak(place, e, k)}"
+    if abs(rest) > ONE_JOINT * abs(edge.jump):
+        because = f"no jump takes it back ({turns}): the nearest, {partner}, leaves {signed(rest)}"
+    else:
+        because = (
+            f"the jump that would take it back ({turns}), {partner}, leaves {signed(rest)} and is "
+            f"{away} frames away: evidence {edge.gain:.0f} and {float(e.gain[k]):.0f} are too "
+            f"little for an interval"
+        )
+    numbers |= {"partner": int(e.peak[k]), "open_deg": math.degrees(rest)}
+    return place.reason(Why.NO_PARTNER, f"{because}; {alone}", **numbers)
+
+
+def _passes(place: Place, edges: Edges, k: int) -> bool:
+    return abs(float(edges.jump[k])) >= place.tau
+
+
+def _peak(place: Place, edges: Edges, k: int) -> str:
+    return place.called(int(edges.peak[k]))
+
+
+def _turns(place: Place, x: float, y: float) -> str:
+    """What both joints do."""
+    parent, child = place.joints
+    return f"{parent} {signed(x)}, {child} {signed(y)}"
+
+
+def _numbers(edge: _Edge) -> dict[str, Any]:
+    degrees = _degrees(jump=edge.jump, sigma=edge.sigma, residual_x=edge.x, residual_y=edge.y)
+    return {"start": edge.start, "stop": edge.stop, "gain": edge.gain, **degrees}
+
+
+def _degrees(**angles: float) -> dict[str, float]:
+    return {f"{name}_deg": math.degrees(angle) for name, angle in angles.items()}

@@ -1,0 +1,190 @@
+"""Frames of chains and limbs, each asked why nothing is found there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from twistcore.analysis.clip_analysis import REPAIRED, Detection
+from twistcore.analysis.why_not.counter_twist import no_counter_twist
+from twistcore.analysis.why_not.given_up import BESIDE
+from twistcore.analysis.why_not.limb_flip import no_limb_flip
+from twistcore.analysis.why_not.paper_event import no_event
+from twistcore.analysis.why_not.reason import EdgesIn, Place, Reason, Why, signed
+from twistcore.detection import Interval, Kind
+from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
+from twistcore.detection.consistency.notated import NotatedAnalysis
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Skeleton
+
+_ENOUGH = 0.5  # of a strength: by so much a soft error must change to account for it
+
+
+def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
+    """Why no interval has its edge at a frame of a chain or limb.
+
+    found: the intervals that there are, such as a review's, with their τ; first: what people call
+    the clip's first frame, for the sentence alone. TwistError for a name that the clip lacks.
+    """
+    clip = found.analysis
+    chain, tau = clip.chain(name), found.tau[name]
+    detector = clip.detector(found.method)
+    names = clip.motion.skeleton.names
+    joints = names[chain.parent], names[chain.child]
+    strength = float(detector.strength(name)[frame])
+    place = Place(chain, joints, frame, strength, tau, clip.motion.fps, first)
+    if (own := _at(found, name, frame)) is not None:
+        return _in_interval(place, own)
+    for interval in clip.detector(found.method, REPAIRED).intervals(name, tau):
+        if _covers(interval, frame):
+            text = f"{place.named(interval)}, found here, is left out, or elsewhere in the review"
+            return place.reason(Why.MOVED, text)
+    near = partial(_edges_near, found, chain, strength)
+    if isinstance(chain, Limb):
+        return no_limb_flip(place, clip.flips.limbs[name], near)
+    if isinstance(chain, Helper):
+        return _no_helper_roll(place, float(clip.helper_rolls.own[name][frame]))
+    analysis = clip.by(found.method)
+    if isinstance(analysis, NotatedAnalysis):
+        return _in_notation(place, analysis, near, clip.chains)
+    if isinstance(analysis, ConsistencyAnalysis):
+        return no_counter_twist(place, analysis, near, clip.chains)
+    return no_event(place, clip.signals[name])
+
+
+def _no_helper_roll(place: Place, own: float) -> Reason:
+    """Why a helper has no edge at a frame; own: its turn that nothing explains, radians."""
+    helper, driver = place.joints
+    if place.strength < place.tau:
+        return place.reason(Why.BELOW, f"{helper} does not jump about its bone")
+    if own == 0.0:
+        return place.reason(Why.IMAGE, f"{driver}, or the joint that both hang on, turns there too")
+    return place.reason(Why.NO_PARTNER, f"no later jump of {helper} turns it back")
+
+
+def _in_notation(
+    place: Place, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
+) -> Reason:
+    """The reason as the kept frames have it, or all frames where linear keys do not tell it."""
+    kept, frame = analysis.kept, place.frame
+    at = kept.of(frame)
+    if analysis.fine is not None:
+        by_key = analysis.coarse.strength(place.chain.name)[at] if kept.end(at) == frame else 0.0
+        if by_key < place.strength or not by_key:
+            return no_counter_twist(place, analysis.fine, near, chains)
+    elif kept.end(at) != frame:
+        because = f"it repeats {place.called(kept.end(at))}"
+        return place.reason(Why.MOTION if place.strength >= place.tau else Why.BELOW, because)
+
+    def near_kept(start: int, stop: int) -> list[tuple[Interval, Chain]]:
+        found = near(kept.begin(start), kept.end(stop - 1) + 1)
+        return [
+            (replace(i, start=kept.of(i.start), stop=kept.of(i.stop - 1) + 1), c) for i, c in found
+        ]
+
+    counted = replace(place, frame=at, fps=kept.motion.fps, kept=kept)
+    own = [c.at(kept.first) for c in chains]
+    return no_counter_twist(counted, analysis.coarse, near_kept, own)
+
+
+def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
+    """The reason of every one of :func:`unexplained_peaks`; first: as :func:`why_not` has it."""
+    return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
+
+
+def unexplained_peaks(found: Detection, name: str) -> list[int]:
+    """Frames of all peaks of the strength past τ that are in no interval and at no edge of one.
+
+    A peak is the highest frame, the first of equals, of a run of frames at τ and above.
+    """
+    strength = found.analysis.detector(found.method).strength(name)
+    past = np.concatenate([[False], strength >= found.tau[name], [False]])
+    borders = np.flatnonzero(past[1:] != past[:-1]).reshape(-1, 2)
+    peaks = [a + int(np.argmax(strength[a:b])) for a, b in borders.tolist()]
+    covered = np.zeros(len(strength), dtype=np.bool_)  # asked of each peak it would be quadratic
+    for i in found:
+        if i.chain == name:
+            covered[max(0, i.start - BESIDE) : i.stop + BESIDE + 1] = True
+    return [t for t in peaks if not covered[t]]
+
+
+def _covers(interval: Interval, frame: int) -> bool:
+    return interval.start - BESIDE <= frame <= interval.stop + BESIDE
+
+
+def _at(found: Detection, name: str, frame: int) -> Interval | None:
+    """The interval of a chain or limb that a frame is in, else beside; the shortest of several."""
+    there = [i for i in found if i.chain == name and _covers(i, frame)]
+    return min(there, key=lambda i: (not i.start <= frame < i.stop, i.frames), default=None)
+
+
+def _in_interval(place: Place, interval: Interval) -> Reason:
+    lone = not interval.repairable
+    strength, tau = place.strength, place.tau
+    reason = place.reason(Why.INTERVAL, "", start=interval.start, stop=interval.stop)
+    here, past = reason.text.partition(" is ")[0], strength >= tau
+    if interval.start <= place.frame < interval.stop:
+        frames = place.span(interval.start, interval.stop).partition(" ")[2]
+        called = place.called(place.frame).capitalize()
+        size = signed(interval.shown)
+        what = {
+            Kind.COUNTER_TWIST: f"counter-twist {frames} ({size})",
+            Kind.LIMB_FLIP: f"limb flip {frames} ({size})",
+            Kind.HELPER_ROLL: f"helper roll {frames} of {interval.joint} ({size})",
+            Kind.LONE_JUMP: f"lone jump {frames} of {interval.joint} ({size})",
+            Kind.NOISE_BURST: f"noise burst {frames} of {interval.joint}",
+            Kind.FROZEN: f"frozen frames {frames} of {interval.joint}",
+        }[interval.kind]
+        side = f"{here} is above τ" if past else f"{here} is below τ"
+        text = f"{called} lies in an interval: {what}. {side}."
+    else:
+        side = f"{here}, above τ" if past else f"{here}, below τ"
+        named = place.named(interval)
+        text = f"{side}, is beside {named}." if lone else f"{side}, is at an edge of {named}."
+    return Reason(place.chain.name, place.frame, Why.INTERVAL, strength, tau, text, reason.numbers)
+
+
+def _edges_near(
+    found: Detection, chain: Chain, strength: float, start: int, stop: int
+) -> list[tuple[Interval, Chain]]:
+    """Intervals of others that turn a joint of the chain and have an edge at [start, stop).
+
+    Soft ones also where they change there by enough for what the strength tells of.
+    """
+    others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
+    skeleton = found.analysis.motion.skeleton
+    own = {skeleton.names[j] for j in _turned(chain)}
+    near = []
+    for i in found:
+        other = others.get(i.chain)
+        at = any(start - BESIDE <= edge < stop + BESIDE for edge in (i.start, i.stop))
+        at |= i.soft_ended and _change(i, start, stop) >= _ENOUGH * strength
+        if other is not None and not i.kind.of_capture and at and own & _wrong(i, other, skeleton):
+            near.append((i, other))
+    return sorted(near, key=lambda pair: pair[0].kind == Kind.LONE_JUMP)  # what explains it first
+
+
+def _change(interval: Interval, start: int, stop: int) -> float:
+    """How far an offset goes over frames [start, stop) and those beside, radians."""
+    low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
+    return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
+
+
+def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
+    """Names of the joints that an error of a chain or limb turns."""
+    if not interval.repairable:
+        return {interval.joint}
+    joints = chain.changed_joints(skeleton) if isinstance(chain, Limb) else _turned(chain)
+    return {skeleton.names[j] for j in joints}
+
+
+def _turned(chain: Chain) -> tuple[int, ...]:
+    """The joints whose turns tell of an error."""
+    if isinstance(chain, Limb):
+        return chain.parent, chain.child, chain.end
+    return chain.parent, chain.child

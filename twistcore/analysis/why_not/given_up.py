@@ -1,0 +1,75 @@
+"""Intervals between jumps that are given up because an error that sets in softly explains more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from twistcore.analysis.why_not.reason import Place, Reason, Why, signed
+from twistcore.detection import Interval
+from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
+from twistcore.skeleton.chain import Chain
+
+BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
+
+
+@dataclass(frozen=True, eq=False)
+class SoftErrors:
+    """What is given up in a chain, and the soft errors of it and its neighbours that stand."""
+
+    place: Place
+    analysis: ConsistencyAnalysis
+    chains: Sequence[Chain]
+
+    def given_up(self) -> Iterator[Interval]:
+        """Intervals between jumps of the chain at τ that soft errors stand for."""
+        own = self.analysis.chains[self.place.chain.name]
+        return (i for i in own.between_edges(self.place.tau) if own.gives_way(i))
+
+    def with_edge_in(self, start: int, stop: int) -> Interval | None:
+        """The first that is given up and has an edge in or beside frames [start, stop)."""
+        near = range(start - BESIDE, stop + BESIDE)
+        return next((i for i in self.given_up() if i.start in near or i.stop in near), None)
+
+    def instead_of(
+        self, given: Interval | None, numbers: Mapping[str, Any], what: str = "it"
+    ) -> Reason:
+        """The reason: what explains more than an interval that was given up, or than any.
+
+        what: is an edge of it.
+        """
+        place, found = self.place, list(self._standing())
+        low, high = (given.start, given.stop) if given else (place.frame, place.frame)
+        would_be = f"{what} would be an edge of {place.named(given) if given else 'an interval'}"
+        if not found:
+            because = f"{would_be}, which gives way to what sets in softly"
+            return place.reason(Why.OTHER, because, **numbers)
+        _, interval, chain = min(
+            ((max(i.start - high, low - i.stop, 0), i, c) for i, c in found), key=lambda s: s[0]
+        )
+        if chain.name == place.chain.name:
+            because = f"{would_be}, which explains less than {place.named(interval)}"
+            return place.reason(Why.OTHER, because, **numbers)
+        because = f"{would_be}, which gives way to {place.error(interval, chain)}"
+        return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
+
+    def _standing(self) -> Iterator[tuple[Interval, Chain]]:
+        """Those of the chain first."""
+        chain = self.place.chain
+        joints = {chain.parent, chain.child}
+        near = [c for c in self.chains if joints & {c.parent, c.child}]
+        for c in sorted(near, key=lambda c: c.name != chain.name):
+            for s in self.analysis.chains[c.name].standing:
+                if s.strength >= self.place.tau:
+                    yield s.interval, c
+
+
+def soft_below(place: Place, own: ChainAnalysis) -> Reason | None:
+    """Where the curve at a frame is the size of a whole error: it is below τ."""
+    for s in own.standing:
+        if s.peak == place.frame and s.strength == place.strength:
+            span = place.span(s.interval.start, s.interval.stop)
+            because = f"that is all of the error of {span} ({signed(s.interval.shown)})"
+            return place.reason(Why.BELOW, because, start=s.interval.start, stop=s.interval.stop)
+    return None

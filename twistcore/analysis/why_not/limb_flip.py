@@ -1,0 +1,119 @@
+"""Why no flip of a limb has its edge at a frame."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from twistcore.analysis.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
+from twistcore.detection.limb_flips import LimbFlips
+from twistcore.detection.limb_flips.explanation import LONGEST, NEVER_CLOSED
+from twistcore.detection.limb_flips.jumps import Jump
+from twistcore.skeleton.rotation import wrap
+
+
+def no_limb_flip(place: Place, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
+    """Why no flip has its edge at a frame; edges_in: of others."""
+    t = place.frame
+    numbers: dict[str, Any] = {
+        "turn_deg": math.degrees(flips.departures[t]),
+        "scale_deg": math.degrees(_scale(flips, t)),
+        "end_step": float(flips.steps_at(np.array([t]))[0]),
+    }
+    if t == 0 or not flips.capture[t]:
+        because = (
+            "it is the first frame: no motion leads into it"
+            if t == 0
+            else "many limbs jump there, or a pose is cut or blended to: no motion leads into it"
+        )
+        return place.reason(Why.CUT, because, **numbers)
+    jumps = flips.jumps(place.tau)
+    if place.strength < place.tau:
+        return _below(place, flips, jumps, numbers)
+    if near := edges_in(t, t + 1):
+        interval, other = near[0]
+        because = f"it belongs to {place.error(interval, other)}"
+        return place.reason(Why.IMAGE, because, of=interval.chain, **numbers)
+    jump = next(j for j in jumps if j.sharp and j.start == t)
+    return _left(place, flips, jumps, jump, numbers)
+
+
+def _scale(flips: LimbFlips, frame: int) -> float:
+    return float(flips.scale_at(np.array([frame]))[0])
+
+
+def _below(
+    place: Place, flips: LimbFlips, jumps: Sequence[Jump], numbers: dict[str, Any]
+) -> Reason:
+    soft = [j for j in jumps if not j.sharp and j.start <= place.frame < j.stop]
+    if soft:
+        whole = max(soft, key=lambda j: abs(j.turn))
+        because = (
+            f"over {place.span(whole.start, whole.stop)} the limb turns {signed(whole.turn)} about "
+            f"its line, but no sharp jump nearby takes that back at less than it costs"
+        )
+        return place.reason(Why.BELOW, because, soft_deg=math.degrees(whole.turn), **numbers)
+    because = (
+        f"the limb turns {signed(float(flips.departures[place.frame]))} about its line beyond what "
+        f"it does around (σ {size(_scale(flips, place.frame))})"
+    )
+    return place.reason(Why.BELOW, because, **numbers)
+
+
+def _left(
+    place: Place, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
+) -> Reason:
+    """A jump past τ that stays: what it costs so, and what the best flip with it would."""
+    left = flips.left(jumps, jump)
+    numbers = numbers | {"cost_left": left.cost}
+    if left.run is None:
+        return _no_partner(place, flips, jumps, jump, numbers)
+    run = left.run
+    span = place.span(run.start, run.stop)
+    numbers |= {
+        "start": run.start,
+        "stop": run.stop,
+        "cost_flip": left.price,
+        "spares": left.spared,
+    }
+    if left.price < left.spared:
+        because = f"the flip in {span} that it could be an edge of gives way to one that saves more"
+        return place.reason(Why.OTHER, because, **numbers)
+    moves = f"the limb departs by {size(jump.scale)} around"
+    if jump.step > 0.03:
+        moves = f"{moves} and its end moves {100.0 * jump.step:.0f} % of its length"
+    because = (
+        f"it is taken for motion: {moves}, and the flip in {span} that it could be an edge of "
+        f"costs {left.price:.1f}, its jumps left as they are {left.spared:.1f}"
+    )
+    return place.reason(Why.MOTION, because, **numbers)
+
+
+def _no_partner(
+    place: Place,
+    flips: LimbFlips,
+    jumps: Sequence[Jump],
+    jump: Jump,
+    numbers: dict[str, Any],
+) -> Reason:
+    """No other jump within reach closes it."""
+    reach = LONGEST * flips.fps
+    others = [
+        (abs(float(wrap(j.turn + jump.turn))), j)
+        for j in jumps
+        if j is not jump and max(j.start - jump.stop, jump.start - j.stop) <= reach
+    ]
+    if not others:
+        because = f"no other jump within {LONGEST:.0f} s takes it back"
+        return place.reason(Why.NO_PARTNER, because, **numbers)
+    open_by, best = min(others, key=lambda o: o[0])
+    because = (
+        f"no jump takes it back: the nearest in size, {signed(best.turn)} at "
+        f"{place.called(best.start)}, leaves {size(open_by)}"
+    )
+    if open_by < NEVER_CLOSED:
+        because = f"{because}, and no flip may lie between the two"
+    return place.reason(Why.NO_PARTNER, because, open_deg=math.degrees(open_by), **numbers)

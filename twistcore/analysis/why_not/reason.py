@@ -1,0 +1,164 @@
+"""What a frame is answered with: one word, one sentence, and the numbers that it is made of."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from twistcore.detection import Interval, Kind
+from twistcore.detection.lone_jumps import limit
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.notation import Kept
+
+
+class Why(StrEnum):
+    """Why a frame is no edge of an interval, in a word; as files have it."""
+
+    INTERVAL = "interval"  # it is in one, or at its edge
+    MOVED = "moved"  # the detector has one here, which the review has elsewhere
+    BELOW = "below tau"
+    CUT = "cut"  # all joints jump at once: a T-pose, a cut
+    SHORT = "short piece"  # too few frames between two cuts
+    IMAGE = "image"  # an error of another chain or limb turns a joint of this one
+    ONE_JOINT = "one joint"
+    UNEQUAL = "unequal"  # both turn, but do not cancel
+    MOTION = "motion"  # predicted so, within what the motion departs by
+    NO_PARTNER = "no partner"
+    OTHER = "other interval"  # its partner serves an interval that explains more
+
+
+_FRAMES = ("start", "stop", "partner")  # numbers that are frames
+
+# The cause lies elsewhere or is named already: nothing for a person to look at twice.
+_SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Why.IMAGE})
+
+
+# Intervals of others that turn a joint of the chain and have an edge in frames [start, stop).
+EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
+
+
+@dataclass(frozen=True)
+class Reason:
+    """Why no interval has its edge at a frame of a chain or limb.
+
+    strength, tau: radians, strength as the curve has it at the frame; text: the sentence; numbers:
+    by name as JSON has them, angles in degrees; suspicious: past τ, and a person should look.
+    """
+
+    chain: str
+    frame: int
+    why: Why
+    strength: float
+    tau: float
+    text: str
+    numbers: Mapping[str, Any]
+    suspicious: bool = False
+
+    def to_json(self) -> dict[str, Any]:
+        """The reason by name; frames from 0, degrees."""
+        return {
+            "chain": self.chain,
+            "frame": self.frame,
+            "strength_deg": math.degrees(self.strength),
+            "tau_deg": math.degrees(self.tau),
+            "reason": self.why.value,
+            "text": self.text,
+            "suspicious": self.suspicious,
+            "numbers": dict(self.numbers),
+        }
+
+
+@dataclass(frozen=True)
+class Place:
+    """A frame that is asked about.
+
+    joints: names of the chain's parent and child; first: what people call the clip's first frame;
+    kept: the frames that are counted, where not all of the clip's are.
+    """
+
+    chain: Chain
+    joints: tuple[str, str]
+    frame: int
+    strength: float
+    tau: float
+    fps: float
+    first: int = 0
+    kept: Kept | None = None
+
+    def in_clip(self, frame: int) -> int:
+        """A frame as the clip counts it, from 0."""
+        return frame if self.kept is None else self.kept.end(frame)
+
+    def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
+        """The sentence: the strength against τ as the curve has it, then the cause."""
+        strength, tau = apart(self.strength, self.tau)
+        past = self.strength >= self.tau
+        here = self.called(self.frame)
+        text = (
+            f"{strength} at {here} is above τ = {tau}, but {because}."
+            if past
+            else f"{strength} at {here} is below τ = {tau}: {because}."
+        )
+        numbers |= {k: self.in_clip(numbers[k]) for k in _FRAMES if k in numbers}
+        alone = why == Why.ONE_JOINT and self.strength < limit(self.fps)  # a body may do that
+        suspicious = past and why not in _SETTLED and not alone
+        return Reason(
+            self.chain.name,
+            self.in_clip(self.frame),
+            why,
+            self.strength,
+            self.tau,
+            text,
+            numbers,
+            suspicious,
+        )
+
+    def called(self, frame: int) -> str:
+        """A frame as people count."""
+        return f"frame {self.in_clip(frame) + self.first}"
+
+    def span(self, start: int, stop: int) -> str:
+        """Frames [start, stop) as tables have them: 'frames 323–329', up to 329."""
+        if stop - start == 1:
+            return self.called(start)
+        return f"frames {self.in_clip(start) + self.first}–{self.in_clip(stop) + self.first}"
+
+    def named(self, interval: Interval) -> str:
+        """An interval, or what has no offset by its kind and joint."""
+        span = self.span(interval.start, interval.stop)
+        if interval.kind == Kind.NOISE_BURST:
+            return f"the noise burst of {interval.joint} in {span}"
+        if interval.kind == Kind.FROZEN:
+            return f"the frozen span of {interval.joint} in {span}"
+        if interval.kind == Kind.LONE_JUMP:
+            return f"the lone jump of {interval.joint} in {span} ({signed(interval.residual)})"
+        return f"the interval of {span} ({signed(interval.shown)})"
+
+    def error(self, interval: Interval, other: Chain) -> str:
+        """What is wrong with another chain or limb."""
+        if not interval.repairable:
+            return self.named(interval)
+        span = self.span(interval.start, interval.stop)
+        return f"the error of {other.label} in {span} ({signed(interval.shown)})"
+
+
+def signed(angle: float) -> str:
+    """Radians as '+1.2°'."""
+    return f"{math.degrees(angle):+.1f}°".replace("-", "−")
+
+
+def size(angle: float, digits: int = 1) -> str:
+    """Radians as '1.2°', without a sign."""
+    return f"{abs(math.degrees(angle)):.{digits}f}°"
+
+
+def apart(one: float, other: float) -> tuple[str, str]:
+    """Two sizes in as many digits as tell them apart."""
+    for digits in range(1, 6):
+        said = size(one, digits), size(other, digits)
+        if said[0] != said[1]:
+            break
+    return said

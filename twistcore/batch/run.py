@@ -1,0 +1,257 @@
+"""A run over many clips: what is new is processed, and noted as it comes."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field, replace
+from functools import partial
+from pathlib import Path
+from typing import Protocol
+
+from twistcore.batch.clip_task import Outcome, Task
+from twistcore.batch.corrected_files import is_intact, remove_parts, write_corrected
+from twistcore.batch.inputs import Source, renamed
+from twistcore.batch.manifest import DONE, FAILED, ClipRow, Manifest, now
+from twistcore.batch.parameters import Parameters
+from twistcore.batch.run_plan import Plan, make_plan, shard
+from twistcore.errors import TwistError
+from twistcore.files.lock import lock
+from twistcore.work.memory import SPARE
+from twistcore.work.processes import reason
+
+LOCK = "manifest.lock"
+
+# Of processor time; the most restless motion takes some seconds for every megabyte.
+_PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
+# To note a clip takes some 8 ms, to note many no more: on a cluster they come faster than that.
+_TOGETHER_S = 0.1
+_IN_VAIN = 20  # clips one after the other that could not be noted: the disk stays full
+
+
+class CarryOut(Protocol):
+    """Ways of carrying tasks out: processes here, or a cluster."""
+
+    def __call__(
+        self, tasks: Sequence[Task], seconds: Callable[[Task], float]
+    ) -> Iterator[tuple[Task, Outcome | Exception]]:
+        """Every task with its outcome, as it comes, or with what kept it from one.
+
+        seconds: of processor time that a task may take. Raises TwistError where no task can be
+        carried out any more.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a clip may take.
+
+    seconds: of processor time, None for five minutes, and another for every megabyte; memory: bytes
+    beyond what a clip of its size should need.
+    """
+
+    seconds: float | None = None
+    memory: int = SPARE
+
+    def seconds_of(self, task: Task) -> float:
+        """For a task."""
+        return (
+            _PATIENCE_S + _PER_MEGABYTE_S * task.size / 1e6
+            if self.seconds is None
+            else self.seconds
+        )
+
+
+@dataclass
+class Summary:
+    """What a run did.
+
+    done: clips that came out; known: that were done before; failed: a sentence for each that did
+    not; unreadable: how many of these for what is in the clip; stopped: why the run ended before
+    all were tried, else ''; left: how many were not tried.
+    """
+
+    done: int = 0
+    known: int = 0
+    failed: list[str] = field(default_factory=list)
+    unreadable: int = 0
+    stopped: str = ""
+    left: int = 0
+
+
+Tell = Callable[[Source, bool], None]  # a clip is through; whether it came out
+
+
+def run_batch(
+    folder: Path,
+    sources: Iterable[Source],
+    parameters: Parameters,
+    carry_out: CarryOut,
+    *,
+    limits: Limits = Limits(),
+    part: tuple[int, int] = (1, 1),
+    begin: Callable[[Plan], Tell] = lambda _plan: lambda _source, _fine: None,
+) -> Summary:
+    """Process the clips that a folder's manifest does not know yet; the folder is made.
+
+    part: which of how many shards; begin: told what is to be done, says whom to tell of each clip.
+    Raises TwistError where another run writes into the folder, or its manifest is damaged.
+    """
+    with _locked(folder), Manifest.open(folder, create=True) as manifest:
+        rows = manifest.rows()
+        named = renamed(sources, {row.source: row.name for row in rows.values()})
+        mine = shard(named, *part)
+        plan = make_plan(manifest, mine, parameters, partial(is_intact, folder))
+        with manifest.transaction():
+            manifest.put_parameters(parameters)
+            manifest.put_rows(plan.notes)
+        summary = Summary(known=plan.known, left=len(plan.todo))
+        summary.failed = [row.reason for row in plan.failed]
+        summary.unreadable = len(plan.failed)
+        if plan.todo:
+            if parameters.refine:
+                remove_parts(folder)
+            run = _Run(folder, manifest, plan, parameters, summary, begin(plan))
+            run.go(carry_out, limits)
+        return summary
+
+
+class _Run:
+    """The run while it lasts: outcomes go into files, then into the manifest, then are told."""
+
+    def __init__(
+        self,
+        folder: Path,
+        manifest: Manifest,
+        plan: Plan,
+        parameters: Parameters,
+        summary: Summary,
+        tell: Tell,
+    ) -> None:
+        self.folder, self.manifest, self.summary, self.tell = folder, manifest, summary, tell
+        self.parameters, self.mark = parameters, parameters.mark
+        self.rows = plan.rows
+        self.todo = {source.path: source for source in plan.todo}
+        self.in_vain = 0
+        self.pending: list[tuple[Source, ClipRow, Outcome]] = []
+        self.noted = time.monotonic()
+
+    def go(self, carry_out: CarryOut, limits: Limits) -> None:
+        tasks = [
+            Task(s.path, s.name, s.size, self.parameters, limits.memory) for s in self.todo.values()
+        ]
+        found = carry_out(tasks, limits.seconds_of)
+        try:
+            for task, outcome in found:
+                self._take(self.todo[task.source], outcome)
+                if time.monotonic() - self.noted > _TOGETHER_S:
+                    self._note()
+                if self.in_vain >= _IN_VAIN:
+                    raise TwistError("the manifest cannot be written any more")
+        except TwistError as error:
+            self.summary.stopped = str(error)
+        except KeyboardInterrupt:
+            self.summary.stopped = "stopped"
+        finally:
+            self._note()
+            close = getattr(found, "close", None)
+            if close is not None:
+                close()
+
+    def _take(self, source: Source, outcome: Outcome | Exception) -> None:
+        if isinstance(outcome, Exception):
+            outcome = Outcome(reason=reason(source.name, outcome), again=True)
+        row = ClipRow(
+            source.path,
+            source.name,
+            DONE if outcome.result is not None else FAILED,
+            outcome.reason,
+            outcome.again,
+            self.mark,
+            outcome.sha256,
+            outcome.bytes,
+            outcome.signature,
+            outcome.seconds,
+            outcome.peak_bytes,
+            now(),
+        )
+        known = self.rows.get(source.path)
+        if outcome.corrected is not None:
+            try:
+                row = write_corrected(
+                    self.folder, row, known, outcome.corrected, outcome.companions
+                )
+            except (TwistError, OSError) as error:
+                row = _failed(row, _written_not(source.name, error))
+        if known is not None and not row.corrected:  # that file is there, and ours, all the same
+            row = replace(row, corrected_sha256=known.corrected_sha256)
+        self.pending.append((source, row, outcome))
+
+    def _note(self) -> None:
+        """Put down what came since the last time: all at once, or else what can be."""
+        pending, self.pending = self.pending, []
+        try:
+            self._put(pending)
+            noted = [(source, row) for source, row, _ in pending]
+            self.in_vain = 0
+        except TwistError:
+            noted = [(one[0], self._noted_alone(one)) for one in pending]
+        self.noted = time.monotonic()
+        for (source, row), (_, _, outcome) in zip(noted, pending, strict=True):
+            fine = row.state == DONE
+            self.summary.left -= 1
+            self.summary.done += fine
+            if not fine:
+                self.summary.failed.append(row.reason)
+                self.summary.unreadable += outcome.unseen or not row.again
+            self.tell(source, fine)
+
+    def _noted_alone(self, one: tuple[Source, ClipRow, Outcome]) -> ClipRow:
+        """The row as it is by now: one that could not be put down has failed."""
+        source, row, _ = one
+        try:
+            self._put([one])
+        except TwistError as error:
+            self.in_vain += 1
+            row = _failed(row, f"{source.name}: is done, but cannot be noted: {error}")
+            # A row for it stands there already: there may be room.
+            with suppress(TwistError), self.manifest.transaction():
+                self.manifest.put_rows([row])
+        else:
+            self.in_vain = 0
+        return row
+
+    def _put(self, some: Sequence[tuple[Source, ClipRow, Outcome]]) -> None:
+        if not some:
+            return
+        with self.manifest.transaction():
+            self.manifest.put_rows(row for _, row, _ in some)
+            for _, row, outcome in some:
+                if row.state == DONE and outcome.result is not None:
+                    self.manifest.put_result(row, outcome.result)
+
+
+def _failed(row: ClipRow, why: str) -> ClipRow:
+    return replace(row, state=FAILED, reason=" ".join(why.splitlines()), again=True)
+
+
+def _written_not(name: str, error: TwistError | OSError) -> str:
+    if isinstance(error, OSError):
+        return f"{name}: the corrected clip cannot be written ({error.strerror})"
+    return f"{name}: {error}"
+
+
+@contextmanager
+def _locked(folder: Path) -> Iterator[None]:
+    """The folder, made if need be, for this run alone."""
+    folder.mkdir(parents=True, exist_ok=True)
+    handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
+    try:
+        if not lock(handle):
+            raise TwistError(f"{folder}: another run of twistcore batch writes into it")
+        yield
+    finally:
+        os.close(handle)

@@ -1,0 +1,323 @@
+"""What the consistency detector knows of chains, before any τ."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
+from typing import Any
+
+import numpy as np
+
+from twistcore.detection.consistency.confidence import confidence
+from twistcore.detection.consistency.pieces import shows
+from twistcore.detection.counter_twist.counter_rotation import CounterRotation
+from twistcore.detection.counter_twist.edges import Edges
+from twistcore.detection.counter_twist.offsets import Course, offsets_of
+from twistcore.detection.counter_twist.pairing import Pair, PairTable, best_pairs, unpaired
+from twistcore.detection.evidence import (
+    Background,
+    Find,
+    Judgement,
+    Terms,
+    Witnesses,
+    judgement_of,
+    terms_of,
+    unanswered,
+)
+from twistcore.detection.interval import Interval
+from twistcore.detection.prediction import Mask
+from twistcore.detection.straight_limbs import STRAIGHT
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.rotation import Array, wrap
+
+# Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints.
+# Where no edge of an interval shows so in both, one joint jumps alone: that is only shown.
+SHOWN_IN_BOTH = 0.35
+# Nats below which an interval is only shown where angles are rounded: a wide σ lets two small jumps
+# of natural motion close, and the confidence, fitted on fine captures, takes that for a good sign.
+ROUNDED_GAIN = 5.0
+_FOLLOWS = ("its edges", "its events", "every frame")
+SMALLEST_TAU = float(np.radians(1.5))
+_BACKGROUNDS = 2  # kept: what they derive is as long as the clip
+TAU_IN_SIGMA = 6.0  # an automatic τ: where natural motion's own σ would fill the table, higher
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """An interval that no τ makes anew; τ is compared with its strength, at frame `peak`."""
+
+    interval: Interval
+    strength: float
+    peak: int
+
+
+@dataclass(frozen=True, eq=False)
+class ChainAnalysis:
+    """What is known of one chain before any τ.
+
+    standing: errors of straight limbs, whose jumps no table has, and soft ones; instead: frames
+    [low, high) in which soft errors stand for what jumps, and `replaced`, would explain; left:
+    frames [low, high) of its limb that the search for soft errors did not look at, its budget
+    spent; rounded: whether the clip's angles are written in coarse steps.
+    """
+
+    name: str
+    fps: float
+    limb: CounterRotation
+    row: int
+    edges: Edges
+    step: Mask
+    tables: tuple[PairTable, ...]  # one a segment between cuts
+    standing: tuple[Standing, ...] = ()
+    instead: tuple[tuple[int, int], ...] = ()
+    left: tuple[tuple[int, int], ...] = ()
+    rounded: bool = False
+    _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)  # τ moves: most stay
+    _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
+
+    def automatic_tau(self) -> float:
+        """τ of :func:`automatic_tau`, radians."""
+        return self._automatic_tau
+
+    @cached_property
+    def _automatic_tau(self) -> float:
+        return automatic_tau(self.limb, self.row)
+
+    def strength(self) -> Array:
+        """|d| at events, the |jump| of an edge at its peak, else 0; radians, (frames,)."""
+        curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
+        np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
+        for s in self.standing:
+            curve[s.peak] = max(curve[s.peak], s.strength)
+        return curve
+
+    def intervals(self, tau: float) -> tuple[Interval, ...]:
+        """Intervals at τ radians, by start."""
+        found = [i for i in self.between_edges(tau) if not self.gives_way(i)]
+        past = [s.interval for s in self.standing if s.strength >= tau]
+        return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
+
+    def gives_way(self, interval: Interval) -> bool:
+        """Whether soft errors stand for an interval between jumps."""
+        return any(_meet(interval, frames) for frames in self.instead)
+
+    def with_soft(
+        self, soft: Sequence[Standing], instead: Sequence[tuple[int, int]]
+    ) -> ChainAnalysis:
+        """The same with soft errors; `instead`: frames in which these stand for all else."""
+        kept = (
+            s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
+        )
+        return replace(self, standing=(*kept, *soft), instead=tuple(instead))
+
+    def between_edges(self, tau: float) -> tuple[Interval, ...]:
+        """Intervals that jumps are paired into at τ radians, by start."""
+        found: list[Interval] = []
+        for table in self.tables:
+            # τ matters by the edges it lets pass, and of sorted jumps their number says which.
+            passing = int((np.abs(table.edges.jump) >= tau).sum())
+            if not passing:
+                continue
+            key = table.low, passing
+            if key not in self._solved:
+                self._solved[key] = self._solve(table, tau)
+            found += self._solved[key]
+        return tuple(found)
+
+    def _solve(self, table: PairTable, tau: float) -> list[Interval]:
+        """Intervals of a segment at τ radians, by start."""
+        pairs = best_pairs(table, tau, self.fps)
+        applied = len(pairs)
+        pairs += unpaired(table, pairs, tau)
+        new = [p for p in pairs if (table.low, p) not in self._known]
+        courses = offsets_of(new, table, self.limb, self.row, self.step)
+        for pair, course in zip(new, courses, strict=True):
+            self._known[table.low, pair] = self._interval(pair, table, course)
+        known = [self._known[table.low, p] for p in pairs]
+        found = known[:applied] + [replace(i, open=True) for i in known[applied:]]
+        return sorted(found, key=lambda i: (i.start, i.stop))
+
+    def _interval(self, pair: Pair, table: PairTable, course: Course) -> Interval:
+        at = [k for k in pair[:2] if k >= 0]
+        jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
+        sigma = math.hypot(*sigmas)
+        # At a clip's end one edge tells all: what its pair gains has the price of an end taken off.
+        gain = pair.gain if len(at) > 1 else max(pair.gain, float(table.edges.gain[at[0]]))
+        margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
+        offset, residual = course.offset, course.residual
+        return Interval(
+            self.name,
+            course.start,
+            course.start + len(offset),
+            offset,
+            confidence=confidence(
+                gain,
+                abs(residual) / sigma,
+                margin,
+                len(offset),
+                beyond_tau=min(map(abs, jumps)) >= self.automatic_tau(),
+            ),
+            open=not any(_shown_in_both(self.limb, self.row, table.edges, k) for k in at)
+            or (self.rounded and gain < ROUNDED_GAIN),
+            residual=residual,
+            explain=partial(_explained, self.limb, self.row, table.edges, pair, course),
+            followed=course.followed,
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class ConsistencyAnalysis:
+    """All chains before any τ.
+
+    cut: steps that are no motion, that into frame 0 too, (frames,); own_twist: of the first of two
+    pieces of one bone, as `pieces.own_twist` has it, by chain; witnesses: what the finds of a chain
+    are judged by.
+    """
+
+    chains: Mapping[str, ChainAnalysis]
+    cut: Mask
+    own_twist: Mapping[str, Array] = field(default_factory=dict)
+    witnesses: Mapping[str, Witnesses] = field(default_factory=dict)
+    _backgrounds: dict[str, Background] = field(default_factory=dict)  # the latest few
+    _judging: threading.RLock = field(default_factory=threading.RLock)
+    # By id: kept alive, with what it is once judged, and whether that is motion.
+    _judged: dict[int, tuple[Interval, Interval, bool]] = field(default_factory=dict)
+
+    def automatic_tau(self, chain: str) -> float:
+        """max(1.5°, 6·median σ of the chain), radians."""
+        return self.chains[chain].automatic_tau()
+
+    def strength(self, chain: str) -> Array:
+        """m_c(t), radians ≥ 0, (frames,)."""
+        return self.chains[chain].strength()
+
+    def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
+        """Intervals of a chain at τ radians, by start, but those that are motion."""
+        return tuple(i for i, motion in self._found(chain, tau) if not motion)
+
+    def taken_for_motion(self, chain: str, tau: float) -> tuple[Interval, ...]:
+        """What would be intervals at τ radians, but that all the evidence speaks for motion."""
+        return tuple(i for i, motion in self._found(chain, tau) if motion)
+
+    def _found(self, chain: str, tau: float) -> Iterator[tuple[Interval, bool]]:
+        found = self.chains[chain].intervals(tau)
+        if (twist := self.own_twist.get(chain)) is not None:
+            found = tuple(i for i in found if shows(twist, i))
+        return map(self.with_evidence, found)
+
+    def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
+        """The interval with no more confidence than all the evidence gives it; if it is motion.
+
+        On a straight limb the course itself is the evidence, as long as both bones turn at its
+        ends and no noise is there: little else tells.
+        """
+        if interval.chain not in self.witnesses:
+            return interval, False
+        with self._judging:
+            return self._with_evidence(interval)
+
+    def _with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
+        if id(interval) not in self._judged:
+            own, motion, known = interval, False, self.witnesses[interval.chain]
+            straight = (interval.evidence or {}).get("follows") == STRAIGHT
+            terms = terms_of(self._background(interval.chain), Find.of(interval))
+            if not straight or terms.noise > 0.0 or unanswered(terms):
+                own, motion = judged(interval, terms, known.segment, straight=straight)
+            self._judged[id(interval)] = interval, own, motion and not straight
+        return self._judged[id(interval)][1:]
+
+    @property
+    def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
+        """Frames [low, high) that the search for soft errors did not look at, by chain."""
+        return {name: chain.left for name, chain in self.chains.items() if chain.left}
+
+    def _background(self, chain: str) -> Background:
+        """The rest of a chain beside its intervals at its automatic τ."""
+        if chain not in self._backgrounds:
+            own, known = self.chains[chain], replace(self.witnesses[chain], _series={})
+            while len(self._backgrounds) >= _BACKGROUNDS:
+                del self._backgrounds[next(iter(self._backgrounds))]
+            finds = (Find.of(i) for i in own.intervals(own.automatic_tau()))
+            self._backgrounds[chain] = Background.of(known, finds)
+        return self._backgrounds[chain]
+
+
+def judged(
+    interval: Interval, terms: Terms, segment: str, *, straight: bool = False
+) -> tuple[Interval, bool]:
+    """The interval with the smaller of its confidence and what all the evidence gives it.
+
+    And whether that takes it for motion.
+    """
+    found = judgement_of(terms, segment, straight=straight)
+    least = min(interval.confidence or 0.0, found.probability)
+    explain = partial(_with_judgement, interval.explain, found)
+    left = interval.open or found.small
+    return replace(interval, confidence=least, explain=explain, open=left), found.motion
+
+
+def _with_judgement(
+    explain: Callable[[], dict[str, Any]] | None, found: Judgement
+) -> dict[str, Any]:
+    """Why an interval was found, and what all the evidence comes to."""
+    return {
+        **(explain() if explain else {}),
+        "evidence": found.score,
+        "evidence_terms": dict(found.terms),
+        "doubts": list(found.doubts),
+        **({"small": True} if found.small else {}),
+    }
+
+
+def automatic_tau(counter: CounterRotation, row: int) -> float:
+    """max(1.5°, 6·median σ of the chain), radians."""
+    return max(SMALLEST_TAU, TAU_IN_SIGMA * median(counter.sigma[row]))
+
+
+def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
+    return interval.start < frames[1] and frames[0] < interval.stop
+
+
+def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
+    """Whether both joints turn at an edge, one way or the other: near ±180° signs say nothing."""
+    at = row, slice(edges.start[k], edges.stop[k])
+    x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
+    return min(x, y) >= SHOWN_IN_BOTH * max(x, y)
+
+
+def _explained(
+    limb: CounterRotation, row: int, edges: Edges, pair: Pair, course: Course
+) -> dict[str, Any]:
+    """Why an interval was found; degrees."""
+    at = [k for k in pair[:2] if k >= 0]
+    return {
+        "gain": pair.gain,
+        "follows": _FOLLOWS[pair.follows],
+        "edges": [_edge_explained(limb, row, edges, k) for k in at],
+        "closing_residual_deg": math.degrees(course.residual),
+        "closing_sigma_deg": math.degrees(math.hypot(*edges.sigma[at])),
+        "child_follows": course.followed,
+    }
+
+
+def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
+    """Sums over the edge's frames, degrees: x, y as captured, their residuals and scales."""
+    start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
+    at = row, slice(start, stop)
+    sums = {
+        "x": limb.x[at], "y": limb.y[at], "residual_x": limb.rx[at], "residual_y": limb.ry[at],
+        "sigma_x": limb.sigma_x[at], "sigma_y": limb.sigma_y[at],
+    }  # fmt: skip
+    apart = abs(float(wrap(limb.rx[at].sum() + limb.ry[at].sum())))
+    return {
+        **{f"{name}_deg": math.degrees(v.sum()) for name, v in sums.items()},
+        "start": start,
+        "stop": stop,
+        "jump_deg": math.degrees(jump),
+        "sigma_deg": math.degrees(edges.sigma[k]),
+        "gain": float(edges.gain[k]),
+        "agreement": max(0.0, 1.0 - apart / max(abs(jump), 1e-12)),
+    }

@@ -1,0 +1,366 @@
+"""The consistency detector: the default [MATH.md §4]."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from types import MappingProxyType
+
+import numpy as np
+
+from twistcore.detection.consistency.chain_analysis import (
+    ChainAnalysis,
+    ConsistencyAnalysis,
+    Standing,
+    automatic_tau,
+)
+from twistcore.detection.consistency.notated import NotatedAnalysis, is_clear
+from twistcore.detection.consistency.pieces import own_twist
+from twistcore.detection.counter_twist.counter_rotation import CounterRotation, counter_rotation
+from twistcore.detection.counter_twist.edges import find_edges
+from twistcore.detection.counter_twist.pairing import pair_table, running_sums
+from twistcore.detection.cuts import find_cuts, segments_between
+from twistcore.detection.evidence import Witnesses
+from twistcore.detection.limbs import Limbs
+from twistcore.detection.noise_bursts import noise_near
+from twistcore.detection.prediction import Mask
+from twistcore.detection.runs import runs
+from twistcore.detection.soft_errors import Known, SoftError, budget_of, search, soft_interval
+from twistcore.detection.straight_limbs import (
+    Jumps,
+    StraightError,
+    interval_of,
+    straight_limb,
+    without_errors,
+)
+from twistcore.skeleton.chain import Chain, by_person
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.notation import Keys, linear_keys, without_held
+from twistcore.skeleton.people import find_people
+from twistcore.skeleton.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
+from twistcore.work.progress import Tell, nobody, part
+
+LONG = 20_000  # frames
+
+
+class ConsistencyDetector:
+    """Counter-rotation beyond what natural motion explains, paired into intervals that close."""
+
+    name = "consistency"
+
+    def analyse(
+        self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
+    ) -> ConsistencyAnalysis | NotatedAnalysis:
+        """Everything that does not depend on τ; tell: how far it is."""
+        if (held := without_held(motion)) is not None:
+            own = [c.at(held.first) for c in chains]
+            return NotatedAnalysis(held, _analysed(held.motion, own, tell or nobody))
+        if (keys := linear_keys(motion)) is not None:
+            return _by_keys(motion, chains, keys, tell or nobody)
+        return _analysed(motion, chains, tell or nobody)
+
+
+def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) -> NotatedAnalysis:
+    """What jumps in any frame, then what the keys show without that."""
+    fine = _analysed(motion, chains, part(tell, 0.0, 0.5), keys)
+    rotations = motion.rotations.copy()
+    for chain in chains:
+        for i in fine.intervals(chain.name, fine.automatic_tau(chain.name)):
+            if is_clear(i):
+                at = slice(i.start, i.stop)
+                axis = chain.axis if chain.axis.ndim == 1 else chain.axis[at]
+                turn = quaternion_from_axis_angle(axis, i.offset)
+                rotations[at, chain.parent] = multiply(rotations[at, chain.parent], conjugate(turn))
+                rotations[at, chain.child] = multiply(turn, rotations[at, chain.child])
+    kept = keys.alone(motion.with_rotations(rotations))
+    own = [c.at(kept.first) for c in chains]
+    return NotatedAnalysis(kept, _analysed(kept.motion, own, part(tell, 0.5, 1.0)), fine)
+
+
+def _analysed(
+    motion: Motion, chains: Sequence[Chain], tell: Tell, keys: Keys | None = None
+) -> ConsistencyAnalysis:
+    """All chains of a motion; keys: linear ones, between which jumps alone are sought."""
+    cut = find_cuts(motion)
+    segments = segments_between(cut, motion.fps)
+    cut[:1] = True
+    out: dict[str, ChainAnalysis] = {}
+    searched: list[_Softened] = []
+    people = by_person(chains)
+    joints = _joints_by_person(motion.skeleton, people)
+    for person, own in people.items():  # each alone, so that a choice of people changes nothing
+        for lines in _alike(_lines(own)):
+            count = sum(map(len, lines))
+            budget = count / len(own) * budget_of(motion.frames, joints[person])
+            share = part(tell, len(out) / len(chains), (len(out) + count) / len(chains))
+            found = _line_analyses(lines, motion, cut, segments, keys, budget, share)
+            searched.append(found)
+            out |= {c.name: c for c in found.chains()}
+    pieces = {c.name: own_twist(motion, c) for c in chains if not c.ends}
+    noise = {
+        person: noise_near(motion, {j for c in of for j in (c.parent, c.child)})
+        for person, of in people.items()
+    }
+    witnesses = {c.name: Witnesses.of(motion, c, noise[c.person]) for c in chains}
+    analysis = ConsistencyAnalysis(out, cut, pieces, witnesses)
+    for found in searched:
+        if found.errors and (given_up := found.given_up(analysis)):
+            out |= {c.name: c for c in found.chains(given_up)}
+    return ConsistencyAnalysis(out, cut, pieces, witnesses)
+
+
+def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]]) -> dict[str, int]:
+    """How many joints each person has; chains of nobody in a clip of several have their own."""
+    if not any(people):
+        return dict.fromkeys(people, len(skeleton))
+    joints = {
+        person: len({j for c in of for j in (c.parent, c.child)}) for person, of in people.items()
+    }
+    joints |= {person.name: len(person.joints) for person in find_people(skeleton)}
+    return joints
+
+
+@dataclass(frozen=True, eq=False)
+class _Softened:
+    """Chains of alike lines, and what sets in softly in them.
+
+    plain: without that, by row; count: of limbs; errors: each with how it stands in its chain;
+    replaced: what is known by jumps and explained by errors that set in softly.
+    """
+
+    plain: Sequence[ChainAnalysis]
+    count: int
+    errors: Sequence[tuple[SoftError, Standing]] = ()
+    replaced: Sequence[Known] = ()
+
+    def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
+        """The chains with soft errors; given_up: errors, by number, for which nothing gives way.
+
+        True where the error itself is left out, too.
+        """
+        if not self.errors and not self.replaced:
+            return list(self.plain)
+        instead: dict[int, list[tuple[int, int]]] = {c.row: [] for c in self.plain}
+        stand = [e for k, (e, _) in enumerate(self.errors) if k not in given_up]
+        for e in stand:
+            for row in (e.row - self.count, e.row, e.row + self.count):
+                if row in instead:
+                    instead[row].append((e.start, e.stop))
+        for k in self.replaced:
+            once = any(_meets(self.count, k, e) for e, _ in self.errors)
+            if not once or any(_meets(self.count, k, e) for e in stand):
+                instead[k.row].append((k.start, k.stop))
+        kept = [own for k, own in enumerate(self.errors) if not given_up.get(k)]
+        return [
+            c.with_soft([own for e, own in kept if e.row == c.row], instead[c.row])
+            for c in self.plain
+        ]
+
+    def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
+        """Errors, by number, that all the evidence takes for motion, or for less sure than jumps.
+
+        True for the latter: they would be listed where the intervals between these jumps are. For
+        motion nothing gives way, and it is left to :meth:`ConsistencyAnalysis.taken_for_motion`.
+        """
+        out = {}
+        for k, (error, own) in enumerate(self.errors):
+            judged, motion = analysis.with_evidence(own.interval)
+            if motion:
+                out[k] = False
+            elif not is_clear(judged) and any(self._surer(analysis, c, error) for c in self.plain):
+                out[k] = True
+        return out
+
+    def _surer(self, analysis: ConsistencyAnalysis, chain: ChainAnalysis, error: SoftError) -> bool:
+        """Whether an interval between jumps gives way to an error that it is surer than."""
+        if abs(chain.row - error.row) not in (0, self.count):
+            return False
+        found = chain.intervals(chain.automatic_tau())
+        near = (i for i in found if i.start < error.stop and error.start < i.stop)
+        return any(is_clear(analysis.with_evidence(i)[0]) for i in near)
+
+
+def _meets(count: int, known: Known, error: SoftError) -> bool:
+    """Whether what jumps and what sets in softly overlap in one chain, or in two beside another."""
+    near = abs(known.row - error.row) in (0, count)
+    return near and known.start < error.stop and error.start < known.stop
+
+
+def _line_analyses(
+    lines: list[list[Chain]],
+    motion: Motion,
+    cut: Mask,
+    segments: Sequence[tuple[int, int]],
+    keys: Keys | None,
+    budget: float,
+    tell: Tell,
+) -> _Softened:
+    """Lines of equal length: jumps, then straight limbs, then what sets in softly.
+
+    budget: of the search for that.
+    """
+    fps, limbs = motion.fps, _limbs(lines, motion, keys)
+    strung = [c for same in zip(*lines, strict=True) for c in same]
+    jumps = find_jumps(limbs, fps, cut, segments, tell)
+    straight = {}
+    for row, chain in enumerate(strung if keys is None else ()):
+        by_itself = partial(_by_itself, limbs, jumps, row)
+        if found := straight_limb(motion, chain, jumps[row], by_itself):
+            straight[row] = found
+    if straight:  # an error of one chain shows in those beside it
+        jumps = find_jumps(
+            without_errors(limbs, {r: s.offset for r, s in straight.items()}),
+            fps,
+            cut,
+            segments,
+            tell,
+        )
+    analyses = []
+    for row, chain in enumerate(strung):
+        own: Jumps = jumps[row]
+        standing: tuple[Standing, ...] = ()
+        if row in straight:
+            own = straight[row].leaves(own)
+            standing = tuple(_standing_straight(chain.name, e) for e in straight[row].errors)
+        analyses.append(
+            ChainAnalysis(
+                chain.name,
+                fps,
+                own.counter,
+                row,
+                own.edges,
+                own.step,
+                own.tables,
+                standing,
+                rounded=limbs.step > 0.0,
+            )
+        )
+    if keys is not None:
+        return _Softened(analyses, limbs.count)
+    return _with_soft(limbs, fps, cut, analyses, budget)
+
+
+def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
+    """Increments of a chain without the images of what jumps in those beside it."""
+    beside = (r for r in (row - limbs.count, row + limbs.count) if 0 <= r < len(jumps))
+    images = {r: offset for r in beside if (offset := jumps[r].offset()).any()}
+    if not images:
+        return jumps[row].counter.x[row], jumps[row].counter.y[row]
+    x, y = without_errors(limbs, images).increments()
+    return x[row], y[row]
+
+
+def _with_soft(
+    limbs: Limbs, fps: float, cut: Mask, chains: list[ChainAnalysis], budget: float
+) -> _Softened:
+    """Chains with what sets in softly, beside their intervals at the automatic τ.
+
+    It is sought as if the children had turned back in full: what they did not is no error of its
+    own. Where it then stands for such an error itself, nothing is known of that child.
+    """
+    jumps = [
+        (c.row, i, any(i is s.interval for s in c.standing))
+        for c in chains
+        for i in c.intervals(c.automatic_tau())
+        if not i.open
+    ]
+    known = [Known(row, i.start, i.offset, firm) for row, i, firm in jumps]
+    short = {
+        k: (row, i.start, (i.followed - 1.0) * i.offset)
+        for k, (row, i, _) in zip(known, jumps, strict=True)
+        if i.followed < 1.0
+    }
+    while True:
+        turned = limbs.turned(list(short.values())) if short else limbs
+        searched = search(turned, fps, cut, known, budget)
+        soft, replaced = searched.found, searched.replaced
+        if short.keys().isdisjoint(replaced):
+            break
+        short = {k: turn for k, turn in short.items() if k not in replaced}
+    chains = [
+        replace(c, left=tuple(runs(at))) if (at := searched.left[c.row % limbs.count]).any() else c
+        for c in chains
+    ]
+    names = {c.row: c.name for c in chains}
+    errors = [(e, _standing(names[e.row], e)) for e in soft]
+    return _Softened(chains, limbs.count, errors, replaced if soft else ())
+
+
+def _standing_straight(chain: str, error: StraightError) -> Standing:
+    # Its transition may reach beyond it, where the curve has no interval.
+    peak = min(max(error.peak, error.start), error.stop - 1)
+    return Standing(interval_of(chain, error), error.strength, peak)
+
+
+def _standing(chain: str, error: SoftError) -> Standing:
+    steepest = int(np.abs(np.diff(error.offset, prepend=0.0)).argmax())
+    size = float(np.abs(error.offset).max())
+    return Standing(soft_interval(chain, error), size, error.start + steepest)
+
+
+def find_jumps(
+    limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
+) -> list[Jumps]:
+    """Return the jumps of all chains of limbs, by row; segments: of :func:`segments_between`."""
+    counter = _counter_rotation(limbs, fps, cut, tell)
+    out = []
+    for row in range(len(counter.x)):
+        tell(1.0)
+        edges, step = find_edges(counter, row)
+        sums = running_sums(counter, row, step)
+        tables = tuple(pair_table(edges, sums, low, high) for low, high in segments)
+        out.append(Jumps(counter, row, edges, step, tables, automatic_tau(counter, row), fps))
+    return out
+
+
+def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> CounterRotation:
+    """Of all limbs at once, which is quicker; of long clips one by one, which takes less memory."""
+    if limbs.count == 1 or limbs.frames < LONG:
+        return counter_rotation(limbs, fps, cut, tell)
+    parts = [
+        vars(
+            counter_rotation(
+                limbs.only(i), fps, cut, part(tell, i / limbs.count, (i + 1.0) / limbs.count)
+            )
+        )
+        for i in range(limbs.count)
+    ]
+    shape = len(limbs) * limbs.count, limbs.frames
+    together = {}
+    for name in list(parts[0]):
+        together[name] = np.stack([p.pop(name) for p in parts], axis=1).reshape(shape)
+    return CounterRotation(**together)
+
+
+def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
+    """Chains strung together where one's child is the next one's parent."""
+    left = list(chains)
+    lines: list[list[Chain]] = []
+    while left:
+        line = [next((c for c in left if not any(o.child == c.parent for o in left)), left[0])]
+        left.remove(line[0])
+        while follower := next((c for c in left if c.parent == line[-1].child), None):
+            line.append(follower)
+            left.remove(follower)
+        lines.append(line)
+    return lines
+
+
+def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
+    """Lines of equal length, with or without axes per frame, together."""
+    kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
+    for line in lines:
+        kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)
+    return list(kinds.values())
+
+
+def _limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
+    """Rotations and axes of lines of equal length; keys: linear ones."""
+    parents = [[line[0].parent for line in lines]]
+    children = [[c.child for c in same] for same in zip(*lines, strict=True)]
+    joints = motion.rotations.transpose(1, 0, 2)[np.array(parents + children)]
+    varying = any(c.axis.ndim > 1 for line in lines for c in line)
+    shape = (motion.frames, 3) if varying else (3,)
+    axes = [[np.broadcast_to(c.axis, shape) for c in same] for same in zip(*lines, strict=True)]
+    return Limbs(joints, np.array(axes), motion.angle_step, keys)

@@ -1,0 +1,111 @@
+"""Errors of clips with held frames or linear keys, in the clip's own frames.
+
+Held frames are left out, so that an error begins in the frame in which it appears. Of a clip with
+linear keys the keys are examined, since nothing was captured in between. Errors that jump from one
+frame to the next are sought in all frames first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
+from twistcore.detection.interval import Interval
+from twistcore.skeleton.notation import Kept
+from twistcore.skeleton.rotation import Array
+
+CLEAR = 0.5  # confidence
+
+
+@dataclass(frozen=True, eq=False)
+class NotatedAnalysis:
+    """What is known of a clip by some of its frames.
+
+    coarse: of the kept frames; fine: of all frames, jumps alone, None where frames are held.
+    """
+
+    kept: Kept
+    coarse: ConsistencyAnalysis
+    fine: ConsistencyAnalysis | None = None
+    _known: dict[Interval, Interval] = field(default_factory=dict)  # τ moves: most stay
+
+    def automatic_tau(self, chain: str) -> float:
+        """τ in radians when nobody names one: the larger of both, and what keys can tell."""
+        both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
+        return max(self.kept.smallest, *both)
+
+    def strength(self, chain: str) -> Array:
+        """m_c(t), radians ≥ 0, (frames,): of kept frames where they are, and of all."""
+        curve = np.zeros(self.kept.frames)
+        curve[self.kept.first] = self.coarse.strength(chain)
+        return curve if self.fine is None else np.maximum(curve, self.fine.strength(chain))
+
+    def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
+        """Intervals of a chain at τ radians, by start; what jumps goes before what keys show."""
+        found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]
+        if self.fine is not None:
+            sharp = self.fine.intervals(chain, tau)
+            clear = [i for i in sharp if is_clear(i)]
+            found = [*clear, *(i for i in found if not any(_meet(i, s) for s in clear))]
+            found += (i for i in sharp if not any(_meet(i, s) for s in found))
+        return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
+
+    @property
+    def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
+        """Frames [low, high) that the search for soft errors did not look at, by chain."""
+        begin, end = self.kept.begin, self.kept.end
+        return {
+            name: tuple((begin(low), end(high)) for low, high in spans)
+            for name, spans in self.coarse.left.items()
+        }
+
+    def _in_clip(self, interval: Interval) -> Interval:
+        """An interval of kept frames in the frames of the clip."""
+        if interval not in self._known:
+            start, stop = self.kept.begin(interval.start), self.kept.end(interval.stop)
+            explain = interval.explain and partial(_explained, self.kept, interval)
+            self._known[interval] = replace(
+                interval,
+                open=interval.open or self._only_shown(interval),
+                start=start,
+                stop=stop,
+                offset=self.kept.spread(interval.start, interval.offset),
+                explain=explain,
+            )
+        return self._known[interval]
+
+    def _only_shown(self, interval: Interval) -> bool:
+        """Whether linear keys are too few for it, as for a mirrored transition between two."""
+        if not self.kept.even:
+            return False
+        return self.kept.too_few or "transition" in (interval.evidence or {})
+
+
+def is_clear(interval: Interval) -> bool:
+    """Whether a jump in all frames goes before what the keys show."""
+    return not interval.open and (interval.confidence or 0.0) >= CLEAR
+
+
+def _meet(one: Interval, other: Interval) -> bool:
+    return one.start < other.stop and other.start < one.stop
+
+
+def _explained(kept: Kept, interval: Interval) -> dict[str, Any]:
+    """The evidence with frames of the clip."""
+    evidence = dict(interval.evidence or {})
+    if "transition" in evidence:
+        evidence["transition"] = kept.end(evidence["transition"])
+    if "edges" in evidence:
+        evidence["edges"] = [_edge(kept, edge) for edge in evidence["edges"]]
+    return evidence
+
+
+def _edge(kept: Kept, edge: Mapping[str, Any]) -> dict[str, Any]:
+    """An edge's frames: from the first that changes to the kept frame that is changed in full."""
+    start, stop = kept.begin(edge["start"]), kept.end(edge["stop"] - 1) + 1
+    return {**edge, "start": start, "stop": stop}

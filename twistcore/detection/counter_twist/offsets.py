@@ -1,0 +1,156 @@
+"""Offsets of paired edges: the running sum of an interval's jumps, closed [MATH.md §4.5-4.7]."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.detection.counter_twist.counter_rotation import CounterRotation
+from twistcore.detection.counter_twist.edges import LONGEST, SUM_SHARE
+from twistcore.detection.counter_twist.pairing import ALL, LEVEL, Pair, PairTable
+from twistcore.detection.prediction import Mask
+from twistcore.skeleton.rotation import Array, wrap
+
+# The child is said to follow only in part where both edges show it: x + y jumps there by so many
+# of its σ and by so much of what P jumps, and both P's jumps and those of x + y close. The longest
+# edges may be parts of softer onsets, of which each signal's prediction takes its own share.
+NOT_FOLLOWED_SIGMA, NOT_FOLLOWED = 5.0, 0.08
+LEAST_FOLLOWED = 0.3  # below, one joint alone jumps, and that is no twist error
+CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """An interval from frame `start` on: twist error of P per frame, radians, (frames,).
+
+    residual: what is left at the closing edge, radians; followed: the share of it by which C turns
+    back, 1 but where both edges show that it is less.
+    """
+
+    start: int
+    offset: Array
+    residual: float
+    followed: float = 1.0
+
+
+def offsets_of(
+    pairs: Sequence[Pair], table: PairTable, counter: CounterRotation, chain: int, step: Mask
+) -> list[Course]:
+    """The course of each interval.
+
+    The error is the running sum of its steps; what is left at the end is shared by variance. Where
+    C turns back only in part, P's own jumps say how large it is.
+    """
+    d, variance = counter.d[chain], counter.sigma[chain] ** 2
+    closed = [p for p in pairs if p.opening >= 0 and p.closing >= 0]
+    courses = _closed(closed, table, d, variance, step)
+    found = {
+        p: _as_p_shows(course, p, table, counter, chain)
+        for p, course in zip(closed, courses, strict=True)
+    }
+    return [found[p] if p in found else _unclosed(p, table, d) for p in pairs]
+
+
+def _as_p_shows(
+    course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
+) -> Course:
+    """The course as P's own jumps say, where C clearly follows them in part; else as it is."""
+    edges = table.edges
+    at = [slice(int(edges.start[k]), int(edges.stop[k])) for k in pair[:2]]
+    x, y = (np.array([r[chain, a].sum() for a in at]) for r in (counter.rx, counter.ry))
+    # Of one sign, so that they are alike if they close; a turn away from δ is no nearer to −y.
+    x[1], y[1] = -x[1], -y[1]
+    apart = wrap(x + y)
+    child = wrap(-y)
+    parent = child + apart
+    share = SUM_SHARE[[a.stop - a.start for a in at]]
+    sigma_x, sigma_y = (
+        share * [s[chain, a].sum() for a in at] for s in (counter.sigma_x, counter.sigma_y)
+    )
+    sigma = np.hypot(sigma_x, sigma_y)
+    size = np.abs(parent)
+    if (
+        not size.all()  # where P stands still there is nothing that C could follow
+        or max(a.stop - a.start for a in at) >= LONGEST
+        or (child * parent < LEAST_FOLLOWED * parent**2).any()
+        or (apart * parent < NOT_FOLLOWED * parent**2).any()
+        or (np.abs(apart) < NOT_FOLLOWED_SIGMA * sigma).any()
+        or not _alike(parent, sigma_x, size)
+        or not _alike(apart, sigma, size)
+    ):
+        return course
+    weight = sigma_x**-2.0 / (sigma_x**-2.0).sum()
+    level = float(weight @ parent)
+    weight = sigma_y**-2.0 / (sigma_y**-2.0).sum()
+    followed = float(weight @ child) / level
+    steady = float(child[0] + wrap(edges.jump[pair.opening] - child[0]))
+    offset = steady + wrap(course.offset - steady)
+    return Course(course.start, wrap(offset * (level / steady)), course.residual, followed)
+
+
+def _alike(values: Array, sigma: Array, size: Array) -> bool:
+    """Whether the values of both edges differ by no more than their scales allow."""
+    allowed = CLOSES_SIGMA * np.hypot(*sigma) + CLOSES_SHARE * size.max() + CLOSES
+    return bool(abs(values[0] - values[1]) <= allowed)
+
+
+def _closed(
+    pairs: Sequence[Pair], table: PairTable, d: Array, variance: Array, step: Mask
+) -> list[Course]:
+    """All intervals with two edges, their frames strung together in one array."""
+    if not pairs:
+        return []
+    edges = table.edges
+    opening, closing, kind = np.array([p[:3] for p in pairs]).T
+    first, last = edges.start[opening], edges.stop[closing]
+    length = last - first
+    begin = np.cumsum(length) - length
+    of = np.repeat(np.arange(len(pairs)), length)
+    place = np.arange(len(of)) - begin[of]
+    frame = first[of] + place
+    total = np.concatenate([[0.0], np.cumsum(d)])
+    used = (kind[of] == ALL) | ((kind[of] != LEVEL) & step[frame])
+    jumps, spread = d[frame] * used, variance[frame] * used
+    for edge, inside in (
+        (opening, frame < edges.stop[opening][of]),
+        (closing, frame >= edges.start[closing][of]),
+    ):
+        width = edges.stop[edge] - edges.start[edge]
+        missing = edges.jump[edge] - (total[edges.stop[edge]] - total[edges.start[edge]])
+        here = of[inside]
+        jumps[inside] = d[frame[inside]] + (wrap(missing) / width)[here]
+        spread[inside] = (edges.sigma[edge] ** 2 / width)[here]
+    residual = wrap(np.add.reduceat(jumps, begin))
+    jumps -= (residual / np.add.reduceat(spread, begin))[of] * spread
+    offset = jumps.cumsum()
+    offset = wrap(offset - (offset[begin] - jumps[begin])[of])
+    return [
+        Course(start, offset[a : a + n - 1], left)
+        for start, a, n, left in zip(
+            first.tolist(), begin.tolist(), length.tolist(), residual.tolist(), strict=True
+        )
+    ]
+
+
+def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
+    """An interval from or to a border: the level before or after its one edge."""
+    edges, k = table.edges, max(pair.opening, pair.closing)
+    start, stop = int(edges.start[k]), int(edges.stop[k])
+    jumps = d[start:stop] + wrap(edges.jump[k] - d[start:stop].sum()) / (stop - start)
+    if stop - start == 1:  # the same level in all its frames, which may be most of a long clip
+        first, length = (start, table.high - start) if pair.opening >= 0 else (table.low, 0)
+        length = length or stop - 1 - table.low
+        level = jumps if pair.opening >= 0 else -jumps
+        return Course(first, np.broadcast_to(wrap(level), length), 0.0)
+    if pair.opening < 0:
+        offset = np.zeros(stop - 1 - table.low)
+        rest = -jumps[::-1].cumsum()[::-1]  # δ(t) = −(jumps still to come)
+        offset[:] = rest[0]
+        offset[start - 1 - table.low :] = rest
+        return Course(table.low, wrap(offset), 0.0)
+    offset = np.zeros(table.high - start)
+    offset[: stop - start] = jumps.cumsum()
+    offset[stop - start :] = offset[stop - start - 1]
+    return Course(start, wrap(offset), 0.0)

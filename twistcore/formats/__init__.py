@@ -1,0 +1,40 @@
+"""The formats that clips come in: one way to read them all, and a folder for each."""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from twistcore.formats.clip import Clip, write_clip
+    from twistcore.formats.reading import (
+        CLIP_PATTERNS,
+        is_clip,
+        is_other_data,
+        own_name,
+        read_clip,
+        same_format,
+    )
+
+__all__ = [
+    "CLIP_PATTERNS",
+    "Clip",
+    "is_clip",
+    "is_other_data",
+    "own_name",
+    "read_clip",
+    "same_format",
+    "write_clip",
+]
+
+if not TYPE_CHECKING:
+    # Loaded when first asked for: what a name ends in is known without any reader, or numpy.
+    _HOMES = {
+        "clip": "Clip write_clip",
+        "reading": "CLIP_PATTERNS is_clip is_other_data own_name read_clip same_format",
+    }
+
+    def __getattr__(name: str) -> object:
+        for module, names in _HOMES.items():
+            if name in names.split():
+                globals()[name] = value = getattr(import_module(f"{__name__}.{module}"), name)
+                return value
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

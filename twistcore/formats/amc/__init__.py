@@ -1,0 +1,7 @@
+"""ASF/AMC, Acclaim's skeleton and motion: the format that CMU's database is released in."""
+
+from twistcore.formats.amc.asf import Asf, parse_asf, read_asf
+from twistcore.formats.amc.clip import AmcClip
+from twistcore.formats.amc.reader import parse_amc, read_amc
+
+__all__ = ["AmcClip", "Asf", "parse_amc", "parse_asf", "read_amc", "read_asf"]

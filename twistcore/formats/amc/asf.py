@@ -1,0 +1,332 @@
+"""Acclaim's skeleton file: bones, how they hang together, and about which axes each can turn.
+
+Read as the Acclaim documentation of 1994 describes it (":version 1.10"), on which CMU's files rest.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from twistcore.errors import AmcError
+from twistcore.files.ordinary import read_file
+from twistcore.files.wide_text import wide_instead
+from twistcore.formats.bvh.channels import JointChannels
+from twistcore.formats.bvh.header import shown
+from twistcore.formats.bvh.numbers import LARGEST, number
+from twistcore.formats.clip import ClipWarning, some_of
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.rotation import Array, quaternion_from_euler
+
+ROOT = "root"
+_TURNS, _MOVES = ("rx", "ry", "rz"), ("tx", "ty", "tz")
+_ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
+# What describes a bone beyond its place and its turns; nothing here moves a joint.
+_OF_BONE = frozenset(
+    ("id", "name", "direction", "length", "axis", "dof", "limits", "bodymass", "cofmass")
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Asf:
+    """A skeleton, and how the numbers of an AMC turn its bones.
+
+    data: the file's bytes; skeleton: a joint at the start of every bone, the root first; channels:
+    where each joint's numbers stand in a frame, the letters and columns turned round, since
+    Acclaim's X Y Z turns about fixed axes, so that R = R_z · R_y · R_x; axes: C of every bone,
+    (joints, 4): its local rotation is C · R · C⁻¹; start: what is added to the root's translation,
+    (3,); radians: whether angles are in radians, None where nothing says so.
+    """
+
+    path: Path
+    data: bytes = field(repr=False)
+    skeleton: Skeleton
+    channels: tuple[JointChannels, ...]
+    axes: Array
+    start: Array
+    radians: bool | None = None
+    warnings: tuple[ClipWarning, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Word:
+    text: str
+    line: int
+    column: int
+
+
+@dataclass
+class _Bone:
+    name: _Word
+    direction: tuple[float, ...] = ()
+    length: float | None = None
+    axis: tuple[float, ...] = (0.0, 0.0, 0.0)
+    order: str = "XYZ"
+    dofs: tuple[str, ...] = ()
+
+    @property
+    def along(self) -> Array:
+        """From its start to its end, (3,)."""
+        assert self.length is not None
+        direction = np.array(self.direction)
+        size = float(np.linalg.norm(direction))
+        along: Array = direction * (self.length / size) if size else np.zeros(3)
+        return along
+
+
+@dataclass
+class _Read:
+    """What has been read so far."""
+
+    path: str
+    bones: dict[str, _Bone] = field(default_factory=dict)
+    parents: dict[str, str] = field(default_factory=dict)
+    start: tuple[float, ...] = (0.0, 0.0, 0.0)
+    radians: bool | None = None
+    warnings: list[ClipWarning] = field(default_factory=list)
+
+    def fail(self, expected: str, word: _Word) -> AmcError:
+        return AmcError(self.path, expected, line=word.line, column=word.column)
+
+    def number(self, word: _Word, what: str) -> float:
+        value = number(word.text.encode("utf-8", "surrogateescape"))
+        if not abs(value) < LARGEST:
+            raise self.fail(f"expected a number for {what}, found {shown(word.text)}", word)
+        return value
+
+    def numbers(self, line: Sequence[_Word], count: int) -> tuple[float, ...]:
+        """The `count` numbers after the first word of a line."""
+        what = line[0].text
+        if len(line) <= count:
+            found = len(line) - 1
+            raise self.fail(f"expected {count} numbers after {what!r}, found {found}", line[-1])
+        return tuple(self.number(word, what) for word in line[1 : count + 1])
+
+
+def read_asf(path: str | Path) -> Asf:
+    """Read a skeleton file; AmcError where it cannot be."""
+    path = Path(path)
+    try:
+        return parse_asf(read_file(path), path)
+    except OSError as error:
+        raise AmcError(str(path), f"cannot be read ({error.strerror})") from None
+
+
+def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
+    """The same from bytes in memory; AmcError (file, line, column, what was expected)."""
+    path = Path(path)
+    if instead := wide_instead(data):
+        raise AmcError(str(path), instead)
+    read = _Read(str(path))
+    sections = list(_sections(data, read))
+    named = {head[0].text.lower(): (head, lines) for head, lines in sections}
+    for needed in (":root", ":bonedata", ":hierarchy"):
+        if needed not in named:
+            raise AmcError(str(path), f"expected a section {needed} of an ASF, found none", line=1)
+    if ":units" in named:
+        _read_units(read, named[":units"][1])
+    # Angles of the skeleton can be understood only after the units, wherever these stand.
+    _read_root(read, *named[":root"])
+    _read_bones(read, *named[":bonedata"])
+    _read_hierarchy(read, *named[":hierarchy"])
+    return _assembled(read, path, data, named[":hierarchy"][0][0])
+
+
+def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list[_Word]]]]:
+    """Each keyword's own line and those below it, as words; comments and blank lines left out."""
+    if not data or data.isspace():
+        raise AmcError(read.path, "expected an ASF, but the file is empty", line=1, column=1)
+    head: list[_Word] | None = None
+    lines: list[list[_Word]] = []
+    for count, raw in enumerate(data.removeprefix(b"\xef\xbb\xbf").splitlines(), 1):
+        words = _words(raw, count)
+        if not words:
+            continue
+        if words[0].text.startswith(":"):
+            if head is not None:
+                yield head, lines
+            head, lines = words, []
+        elif head is None:
+            expected = "expected a keyword of an ASF such as ':version'"
+            raise read.fail(f"{expected}, found {shown(words[0].text)}", words[0])
+        else:
+            lines.append(words)
+    if head is not None:
+        yield head, lines
+
+
+def _words(raw: bytes, line: int) -> list[_Word]:
+    """The words of a line with their places, up to a '#'."""
+    text = raw.decode("utf-8", "surrogateescape")
+    out, at = [], 0
+    for word in text.split():
+        if word.startswith("#"):
+            break
+        at = text.index(word, at)
+        out.append(_Word(word, line, at + 1))
+        at += len(word)
+    return out
+
+
+def _read_units(read: _Read, lines: list[list[_Word]]) -> None:
+    for line in lines:
+        if line[0].text.lower() == "angle" and len(line) > 1:
+            read.radians = _is_radians(read, line[1])
+
+
+def _is_radians(read: _Read, word: _Word) -> bool:
+    said = word.text.lower()
+    if not said.startswith(("deg", "rad")):
+        raise read.fail(f"expected deg or rad as the unit of angles, found {shown(said)}", word)
+    return said.startswith("rad")
+
+
+def _read_root(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> None:
+    bone = _Bone(_Word(ROOT, head[0].line, head[0].column), (0.0, 0.0, 0.0), 0.0)
+    read.bones[ROOT] = bone
+    for line in lines:
+        key = line[0].text.lower()
+        if key == "order":
+            bone.dofs = _dofs(read, line, (*_TURNS, *_MOVES))
+        elif key == "axis" and len(line) > 1:
+            bone.order = _order(read, line[1])
+        elif key == "position":
+            read.start = read.numbers(line, 3)
+        elif key == "orientation":
+            bone.axis = read.numbers(line, 3)
+    if not bone.dofs:
+        raise read.fail("expected 'order' of the root's numbers below :root", head[0])
+    for what, value in (("position", read.start), ("orientation", bone.axis)):
+        if any(value):
+            how = "added to its translation" if what == "position" else "taken as its axes"
+            text = f"The root's {what} is not zero; it is {how}."
+            read.warnings.append(ClipWarning(text))
+
+
+def _order(read: _Read, word: _Word) -> str:
+    order = word.text.upper()
+    if order not in _ORDERS:
+        raise read.fail(f"expected an order of axes such as XYZ, found {shown(word.text)}", word)
+    return order
+
+
+def _dofs(read: _Read, line: list[_Word], known: tuple[str, ...]) -> tuple[str, ...]:
+    """The degrees of freedom after the first word of a line, in small letters."""
+    out: list[str] = []
+    for word in line[1:]:
+        dof = word.text.lower()
+        if dof not in known or dof in out:
+            wanted = "rx, ry or rz" if known == _TURNS else "TX, TY, TZ, RX, RY or RZ"
+            raise read.fail(f"expected {wanted}, each once, found {shown(word.text)}", word)
+        out.append(dof)
+    return tuple(out)
+
+
+def _read_bones(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> None:
+    part: list[list[_Word]] | None = None
+    for line in lines:
+        key = line[0].text.lower()
+        if key == "begin" and part is None:
+            part = []
+        elif key == "end" and part is not None:
+            _read_bone(read, part, line[0])
+            part = None
+        elif part is not None and key != "begin":
+            part.append(line)
+        else:
+            wanted = "'begin' of a bone" if part is None else "'end' of this bone"
+            raise read.fail(f"expected {wanted}, found {shown(line[0].text)}", line[0])
+    if part is not None:
+        raise read.fail("expected 'end' of the last bone of :bonedata", lines[-1][0])
+    if len(read.bones) == 1:
+        raise read.fail("expected at least one bone in :bonedata", head[0])
+
+
+def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
+    by_key = {line[0].text.lower(): line for line in lines}
+    for line in lines:
+        key = line[0].text.lower()
+        if key not in _OF_BONE and key[:1] not in "(-+.0123456789":  # the limits go on below
+            text = f"{shown(line[0].text)} of a bone is not understood and not used."
+            read.warnings.append(ClipWarning(text, line[0].line))
+    if len(named := by_key.get("name", [])) != 2:
+        raise read.fail("expected 'name' with one word in this bone", (named or [end])[0])
+    name = named[1]
+    if name.text in read.bones:
+        raise read.fail(f"expected another name: {shown(name.text)} stands twice", name)
+    bone = read.bones[name.text] = _Bone(name)
+    for key in ("direction", "length"):
+        if key not in by_key:
+            raise read.fail(f"expected {key!r} in the bone {shown(name.text)}", end)
+    bone.direction = read.numbers(by_key["direction"], 3)
+    (bone.length,) = read.numbers(by_key["length"], 1)
+    if bone.length and not any(bone.direction):
+        raise read.fail("expected a direction that is not zero", by_key["direction"][0])
+    if (axis := by_key.get("axis")) is not None:
+        bone.axis = read.numbers(axis, 3)
+        if len(axis) < 5:
+            raise read.fail("expected an order of axes such as XYZ after 'axis'", axis[-1])
+        bone.order = _order(read, axis[4])
+    if (dofs := by_key.get("dof")) is not None:
+        bone.dofs = _dofs(read, dofs, _TURNS)
+    if bone.order != "XYZ" and any(bone.axis):
+        text = f"The axes of {shown(name.text)} are turned in the order {bone.order}, as written."
+        read.warnings.append(ClipWarning(text, name.line))
+
+
+def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> None:
+    if [line[0].text.lower() for line in (lines[:1] + lines[1:][-1:])] != ["begin", "end"]:
+        raise read.fail("expected 'begin' and 'end' around the hierarchy", head[0])
+    for line in lines[1:-1]:
+        for word in line:
+            if word.text not in read.bones:
+                raise read.fail(f"expected a bone of :bonedata, found {shown(word.text)}", word)
+        for word in line[1:]:
+            if word.text in read.parents or word.text == ROOT:
+                raise read.fail(f"expected one parent of {shown(word.text)}, found another", word)
+            read.parents[word.text] = line[0].text
+
+
+def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
+    """The joints, a parent before its children, each line of bones down to its end at once."""
+    children: dict[str, list[str]] = {}
+    for name, parent in read.parents.items():
+        children.setdefault(parent, []).append(name)
+    names, waiting = [], [ROOT]
+    while waiting:
+        names.append(name := waiting.pop())
+        waiting += reversed(children.get(name, []))
+    there = set(names)
+    if left := [name for name in read.bones if name not in there]:
+        raise read.fail(f"expected {shown(left[0])} to hang on the root in :hierarchy", hierarchy)
+    bones = [read.bones[name] for name in names]
+    at = {name: joint for joint, name in enumerate(names)}
+    above = [at[read.parents[name]] if name != ROOT else -1 for name in names]
+    layouts, column = [], 0
+    for bone in bones:
+        layouts.append(_channels(bone.dofs, column))
+        column += len(bone.dofs)
+    ends = ((j, bone.along.tolist()) for j, bone in enumerate(bones) if names[j] not in children)
+    skeleton = Skeleton(
+        names=tuple(names),
+        parents=np.array(above, dtype=np.int64),
+        offsets=np.array([bones[p].along if p >= 0 else read.start for p in above]),
+        ends=tuple((joint, (x, y, z)) for joint, (x, y, z) in ends),
+        rotatable=np.array([layout.rotatable for layout in layouts]),
+    )
+    radians = [b.axis if read.radians else tuple(np.radians(b.axis)) for b in bones]
+    turned = zip(bones, radians, strict=True)
+    axes = [quaternion_from_euler(b.order[::-1], angles[::-1]) for b, angles in turned]
+    start, told = np.array(read.start), tuple(some_of(read.warnings))
+    given = np.array(axes), start, read.radians, told
+    return Asf(path, data, skeleton, tuple(layouts), *given)
+
+
+def _channels(dofs: tuple[str, ...], column: int) -> JointChannels:
+    """Where a bone's numbers stand whose first is at `column`."""
+    turns = [(dof[1].upper(), column + k) for k, dof in enumerate(dofs) if dof in _TURNS][::-1]
+    moves = tuple((_MOVES.index(dof), column + k) for k, dof in enumerate(dofs) if dof in _MOVES)
+    return JointChannels("".join(a for a, _ in turns), tuple(c for _, c in turns), moves)

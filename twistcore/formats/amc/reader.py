@@ -1,0 +1,257 @@
+"""From the bytes of an AMC, and the ASF beside it, to a Clip."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import AmcError
+from twistcore.files.kinds import AMC, found_instead
+from twistcore.files.ordinary import read_file
+from twistcore.files.wide_text import wide_instead
+from twistcore.formats.amc.asf import Asf, read_asf
+from twistcore.formats.amc.clip import AmcClip
+from twistcore.formats.bvh.header import shown
+from twistcore.formats.bvh.numbers import LARGEST, BadNumberError, number, read_numbers
+from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, some_of, too_few_numbers
+from twistcore.skeleton.rotation import Array
+from twistcore.work.progress import Tell, nobody
+
+_ASSUMED_FPS = 120.0
+_TOLD = 64  # frames
+_ASSUMED = (
+    "An AMC has no frame rate: 120 frames a second are assumed, as CMU captured; some of its "
+    "trials have 60 (the commands' --fps says otherwise)."
+)
+_SOLID = re.compile(rb"[^\x00-\x20]+")  # the tokens of token_spans
+_CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))
+
+
+def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> AmcClip:
+    """Read an AMC file with the skeleton beside it; `fps`: its rate; tell: how far it is.
+
+    The skeleton is NAME.asf; or SUBJECT.asf, the name up to an underscore, for CMU's 05_02.amc and
+    copies of it; or the only ASF of the folder. Raises AmcError (file, line, column, what was
+    expected); what was assumed harmlessly is in Clip.warnings.
+    """
+    path = Path(path)
+    try:
+        data = read_file(path)
+        if instead := found_instead(data, AMC):
+            raise AmcError(str(path), instead)
+        asf = find_asf(path)
+    except FileNotFoundError:
+        raise AmcError(str(path), "expected an AMC file, but there is no such file") from None
+    except IsADirectoryError:
+        raise AmcError(str(path), "expected an AMC file, but this is a folder") from None
+    except OSError as error:
+        raise AmcError(str(path), f"cannot be read ({error.strerror})") from None
+    return parse_amc(data, read_asf(asf), path, fps=fps, tell=tell)
+
+
+def find_asf(path: Path) -> Path:
+    """The skeleton file of an AMC; AmcError where none can be told."""
+    beside = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
+    words = path.stem.lower().split("_")
+    for count in range(len(words), 0, -1):
+        name = "_".join(words[:count])
+        for asf in beside:
+            if asf.stem.lower() == name:
+                return asf
+    if len(beside) != 1:
+        found = f"{len(beside)} others" if beside else "none"
+        raise AmcError(
+            str(path), f"expected its skeleton {path.stem}.asf in the same folder, found {found}"
+        )
+    return beside[0]
+
+
+def parse_amc(
+    data: bytes,
+    asf: Asf,
+    path: str | Path = "clip.amc",
+    *,
+    fps: float | None = None,
+    tell: Tell | None = None,
+) -> AmcClip:
+    """The same from bytes in memory and a skeleton."""
+    path = Path(path)
+    if not data or data.isspace():
+        raise AmcError(str(path), "expected an AMC, but the file is empty", line=1, column=1)
+    if instead := wide_instead(data):
+        raise AmcError(str(path), instead)
+    rows = _Rows(str(path), data, asf)
+    values, places = rows.read(tell or nobody)
+    if expected := too_few_numbers(len(asf.skeleton), *values.shape):
+        raise AmcError(str(path), expected)
+    radians = rows.radians if rows.radians is not None else asf.radians
+    if radians is None:
+        rows.warnings.append(ClipWarning("Nothing says the unit of angles; degrees are assumed."))
+    if radians:
+        turns = [column for layout in asf.channels for column in layout.rotation]
+        values[:, turns] = np.degrees(values[:, turns])
+    if fps is None and rows.fps is None:
+        rows.warnings.append(ClipWarning(_ASSUMED))
+    return AmcClip(
+        path=path,
+        data=data,
+        skeleton=asf.skeleton,
+        frame_time=1.0 / (fps or rows.fps or _ASSUMED_FPS),
+        warnings=(*(_of_the_skeleton(asf, w) for w in asf.warnings), *some_of(rows.warnings)),
+        asf=asf,
+        values=values,
+        places=places,
+        radians=bool(radians),
+    )
+
+
+def _of_the_skeleton(asf: Asf, warning: ClipWarning) -> ClipWarning:
+    """With the name of the other file, whose line it tells."""
+    line = "" if warning.line is None else f", line {warning.line}"
+    return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
+
+
+class _Rows:
+    """Line by line: a frame's number, then its bones in any order, each with its numbers."""
+
+    def __init__(self, path: str, data: bytes, asf: Asf) -> None:
+        self.warnings: list[ClipWarning] = []
+        self.fps: float | None = None
+        self.radians: bool | None = None
+        self._path, self._data, self._asf = path, data, asf
+        counts = [len(c.rotation) + len(c.position) for c in asf.channels]
+        names = [name.encode("utf-8", "surrogateescape") for name in asf.skeleton.names]
+        moving = [(name, count) for name, count in zip(names, counts, strict=True) if count]
+        self._bones = {name: (k, count) for k, (name, count) in enumerate(moving)}
+        self._number: int | None = None  # of the frame
+        self._in_order = True
+        self._frame: list[list[bytes]] = []  # its words, by bone; empty: not there yet
+        self._first: list[int] = []  # the token that each bone's numbers begin at
+
+    def fail(self, expected: str, line: int, word: int = 0) -> AmcError:
+        """About a word of a line, counted from 0."""
+        raw = self._data.splitlines()[line - 1]
+        starts = [found.start() for found in _SOLID.finditer(raw)] or [0]
+        column = starts[word] + 1 if word < len(starts) else len(raw.rstrip()) + 1
+        return AmcError(self._path, expected, line=line, column=column)
+
+    def read(self, tell: Tell) -> tuple[Array, NDArray[np.int64]]:
+        """The numbers, (frames, columns) in the order of the joints, and which tokens they are."""
+        # bytes.split takes some control characters for letters that token_spans takes for blanks.
+        odd = len(self._data) != len(self._data.translate(None, _CONTROL))
+        split: Callable[[bytes], list[bytes]] = _SOLID.findall if odd else bytes.split
+        words: list[bytes] = []
+        places: list[int] = []
+        lines = self._data.splitlines()
+        token, line = 0, 0
+        for line, raw in enumerate(lines, 1):
+            own = split(raw)
+            cut = len(own)
+            if b"#" in raw:
+                cut = next((k for k, word in enumerate(own) if word.startswith(b"#")), cut)
+            if cut and own[0] in self._bones and self._number is not None:
+                self._bone(own[:cut], token, line)
+            elif cut == 1 and own[0].isdigit() and len(own[0]) < 18:
+                self._begin(int(own[0]), line, words, places)
+                if not int(own[0]) % _TOLD:
+                    tell(line / len(lines))
+            elif cut:
+                self._other(own[:cut], line)
+            token += len(own)
+        if self._number is None:
+            raise self.fail("expected the number of a first frame, found none", max(line, 1))
+        self._finish(words, places)
+        if not places:
+            raise self.fail("expected a whole frame, found none", max(line, 1))
+        frames = len(places) // len(self._bones)
+        counts = np.array([count for _, count in self._bones.values()])
+        firsts = np.array(places, dtype=np.int64).reshape(frames, -1)
+        within = np.concatenate([np.arange(count) for count in counts])
+        which = np.repeat(firsts, counts, axis=1) + within
+        return self._values(words, which).reshape(frames, -1), which
+
+    def _begin(self, number_: int, line: int, words: list[bytes], places: list[int]) -> None:
+        """Put the frame that ends here to the others."""
+        if self._number is not None:
+            missing = [name for name, (k, _) in self._bones.items() if not self._frame[k]]
+            if missing:
+                bone = shown(missing[0].decode("utf-8", "replace"))
+                raise self.fail(f"expected {bone} in frame {self._number} before this", line)
+            self._put(words, places)
+            text = f"Frame {number_} stands after frame {self._number}; they are read as they come."
+            if number_ != self._number + 1 and self._in_order:
+                self._in_order = False
+                self.warnings.append(ClipWarning(text, line))
+        self._number = number_
+        self._frame = [[] for _ in self._bones]
+        self._first = [0] * len(self._bones)
+
+    def _put(self, words: list[bytes], places: list[int]) -> None:
+        for own in self._frame:
+            words += own
+        places += self._first
+
+    def _finish(self, words: list[bytes], places: list[int]) -> None:
+        """The last frame, if all of it is there."""
+        if all(self._frame):
+            self._put(words, places)
+            return
+        there = sum(bool(own) for own in self._frame)
+        text = (
+            f"The last frame is incomplete ({there} of {len(self._bones)} bones) and was left out."
+        )
+        self.warnings.append(ClipWarning(text, len(self._data.splitlines())))
+
+    def _bone(self, own: list[bytes], token: int, line: int) -> None:
+        place, count = self._bones[own[0]]
+        if len(own) != count + 1 or self._frame[place]:
+            raise self._wrong_bone(own, line)
+        self._frame[place] = own[1:]
+        self._first[place] = token + 1
+
+    def _wrong_bone(self, own: list[bytes], line: int) -> AmcError:
+        _, count = self._bones[own[0]]
+        bone = shown(own[0].decode("utf-8", "replace"))
+        if len(own) != count + 1:
+            numbers = "1 number" if count == 1 else f"{count} numbers"
+            expected = f"expected {numbers} for {bone}, found {len(own) - 1}"
+            return self.fail(expected, line, min(len(own), count + 1))
+        return self.fail(f"expected {bone} once in frame {self._number}", line)
+
+    def _other(self, own: list[bytes], line: int) -> None:
+        """A keyword of the head, or something that should not stand here."""
+        if not own[0].startswith(b":") or self._number is not None:
+            known = f"a bone of {self._asf.path.name} with degrees of freedom, or a frame's number"
+            wanted = "the number of a first frame" if self._number is None else known
+            found = shown(own[0].decode("utf-8", "replace"))
+            raise self.fail(f"expected {wanted}, found {found}", line)
+        words = iter(enumerate(own))
+        for place, word in words:
+            key = word.upper()
+            if key in (b":DEGREES", b":RADIANS"):
+                self.radians = key == b":RADIANS"
+            elif key == b":SAMPLES-PER-SECOND":
+                _, said = next(words, (0, b""))
+                fps = number(said)
+                if not 1.0 / LONGEST <= fps <= 1.0 / SHORTEST:
+                    raise self.fail("expected frames a second, such as 120", line, place + 1)
+                self.fps = fps
+            elif key != b":FULLY-SPECIFIED":
+                text = f"{shown(word.decode('utf-8', 'replace'))} is not understood and not used."
+                self.warnings.append(ClipWarning(text, line))
+
+    def _values(self, words: list[bytes], which: NDArray[np.int64]) -> Array:
+        try:
+            return read_numbers(b" ".join(words), 0).values
+        except BadNumberError as error:
+            at = int(which.ravel()[b" ".join(words)[: error.offset].count(b" ")])
+            offset = [found.start() for found in _SOLID.finditer(self._data)][at]
+            before = (self._data[:offset] + b"x").splitlines()
+            found = shown(error.token.decode("utf-8", "replace"))
+            expected = f"expected a finite number (below {LARGEST:g}), found {found}"
+            place = len(before), len(before[-1])
+            raise AmcError(self._path, expected, line=place[0], column=place[1]) from None

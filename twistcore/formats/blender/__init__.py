@@ -1,0 +1,14 @@
+"""Scenes of other programs as clips, by a separate Blender process; nothing of it is here."""
+
+from twistcore.formats.blender.process import TIME_LIMIT, Handover, find_blender, read_scene
+from twistcore.formats.blender.scene_motion import SUFFIXES, Converted, converted
+
+__all__ = [
+    "SUFFIXES",
+    "TIME_LIMIT",
+    "Converted",
+    "Handover",
+    "converted",
+    "find_blender",
+    "read_scene",
+]

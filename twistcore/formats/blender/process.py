@@ -1,0 +1,168 @@
+"""A separate Blender that opens a scene and hands over its bones as arrays.
+
+Blender is licensed under the GPL: nothing of it is imported here, and it is no dependency. It runs
+as the program `blender`, or as a Python in whose own environment the module bpy is installed.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import TwistError
+from twistcore.files.ordinary import real_path
+from twistcore.skeleton.rotation import Array
+from twistcore.work.with_parent import bound
+
+VARIABLE = "TWIST_BLENDER"
+TIME_LIMIT = 600.0  # seconds
+_NEEDED = (
+    "expected Blender: install it so that `blender` is found, or name it, or a Python that has the "
+    f"module bpy, by --blender or the variable {VARIABLE}"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Handover:
+    """What Blender read, in its world: Z up, metres.
+
+    names, parents: of the bones, −1 for roots, parents before children; rest: (bones, 4, 4) and
+    tails: (bones, 3) in the rest pose; poses: (frames, bones, 4, 4); fps; figure, take: what was
+    chosen; blender: its version.
+    """
+
+    names: tuple[str, ...]
+    parents: NDArray[np.int64]
+    rest: Array
+    tails: Array
+    poses: Array
+    fps: float
+    figure: str
+    take: str
+    blender: str
+
+
+def find_blender(named: str | None = None) -> str:
+    """The program named, that of the variable, `blender` on the path, or this Python if it has bpy.
+
+    Raises TwistError with what is needed where there is none.
+    """
+    for program, by in ((named, "--blender"), (os.environ.get(VARIABLE), VARIABLE)):
+        if program:
+            found = shutil.which(program)
+            if found is None:
+                raise TwistError(f"{by}: expected a program that can be run, found {program!r}")
+            return found
+    found = shutil.which("blender")
+    if found is not None:
+        return found
+    if find_spec("bpy") is not None:  # looked for, not imported
+        return sys.executable
+    raise TwistError(_NEEDED)
+
+
+def read_scene(
+    source: Path,
+    blender: str,
+    *,
+    take: str | None = None,
+    figure: str | None = None,
+    fps: float | None = None,
+    time_limit: float = TIME_LIMIT,
+) -> Handover:
+    """Let Blender open a scene and sample its skeleton; it ends with this call.
+
+    take, figure: which of several; fps: instead of the scene's; time_limit: seconds. Raises
+    TwistError in one sentence where Blender finds no skeleton or several, does not come to an end
+    or fails.
+    """
+    if not source.is_file():
+        raise TwistError(f"{source}: expected a file")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        job, script = folder / "job.json", folder / "read_scene.py"
+        words = {"source": str(real_path(source)), "take": take, "figure": figure, "fps": fps}
+        job.write_text(json.dumps({**words, "out": str(folder)}))
+        text = (files("twistcore.formats.blender") / "read_scene.py.txt").read_text("utf-8")
+        script.write_text(text, "utf-8")
+        last = _run(_command(blender, script, job), folder, source, time_limit)
+        answer = folder / "answer.json"
+        if not answer.is_file():
+            raise TwistError(f"{source}: Blender ended without an answer ({last})")
+        found = json.loads(answer.read_text("utf-8"))
+        if "error" in found:
+            raise TwistError(f"{source}: {' '.join(found['error'].split())}")
+        with np.load(folder / "arrays.npz", allow_pickle=False) as arrays:
+            return Handover(
+                tuple(found["names"]),
+                np.array(found["parents"], dtype=np.int64),
+                arrays["rest"],
+                arrays["tails"],
+                arrays["poses"],
+                float(found["fps"]),
+                found["figure"],
+                found["take"],
+                found["blender"],
+            )
+
+
+def _command(blender: str, script: Path, job: Path) -> list[str]:
+    if Path(blender).name.lower().startswith("python"):
+        return [blender, "-I", str(script), str(job)]
+    options = ["--background", "--factory-startup", "--disable-autoexec", "-noaudio"]
+    return [blender, *options, "--python", str(script), "--", str(job)]
+
+
+def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
+    """Run to the end; the last line that it said. Whatever it started is gone afterwards."""
+    # As a module it leaves its own temporary folder behind: let that lie in this one.
+    own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
+    with (folder / "said.txt").open("w+b") as said:
+        try:
+            process = subprocess.Popen(
+                bound(command),
+                env=own,
+                stdin=subprocess.DEVNULL,
+                stdout=said,
+                stderr=said,
+                start_new_session=True,
+            )
+        except OSError as error:
+            raise TwistError(f"{command[0]}: cannot be run ({error.strerror})") from None
+        try:
+            process.wait(time_limit)
+        except subprocess.TimeoutExpired:
+            raise TwistError(
+                f"{source}: Blender was not done after {time_limit:g} s (--time-limit)"
+            ) from None
+        finally:
+            with contextlib.suppress(OSError):
+                if process.poll() is None:
+                    _end(process)
+        said.seek(0)
+        lines = said.read().decode("utf-8", "replace").split("\n")
+    told = [line.strip() for line in lines if line.strip()]
+    return f"exit {process.returncode}" + (f": {told[-1]:.200}" if told else "")
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    """End a process with all that it started."""
+    if os.name == "posix":
+        os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+    process.wait()

@@ -1,0 +1,103 @@
+"""Bones of a scene as a skeleton and its motion, in the axes and unit of a BVH."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from twistcore.errors import TwistError
+from twistcore.formats.blender.process import Handover
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
+
+# Metres of one unit: FBX is in centimetres, as nearly all that writes it says; glTF is in metres.
+SUFFIXES: Mapping[str, float] = MappingProxyType(
+    {".fbx": 0.01, ".glb": 1.0, ".gltf": 1.0, ".blend": 1.0}
+)
+_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # Z up to Y up
+_STRETCHED = 1e-3
+_MOVED = 1e-5  # of the height
+
+
+@dataclass(frozen=True, eq=False)
+class Converted:
+    """The motion, and sentences about what it could not take along."""
+
+    motion: Motion
+    notes: tuple[str, ...]
+
+
+def converted(scene: Handover, unit: float) -> Converted:
+    """A motion whose joints stand and turn as the bones do.
+
+    unit: metres of one unit of the motion. Global rotations are those from the rest pose, so that
+    the rest pose is all joints unturned and offsets are differences of heads there; a bone that
+    moves in its parent gets positions. Raises TwistError for mirrored or flat bones.
+    """
+    rest, _ = _turned(scene.rest)
+    turned, sizes = _turned(scene.poses)
+    globally = _quaternions(_UP @ turned @ np.swapaxes(rest, -1, -2) @ _UP.T)
+    heads = scene.poses[..., :3, 3] @ _UP.T / unit
+    rest_heads = scene.rest[:, :3, 3] @ _UP.T / unit
+    tails = scene.tails @ _UP.T / unit
+    local, places = globally.copy(), heads.copy()
+    offsets = rest_heads.copy()
+    for joint, parent in enumerate(scene.parents.tolist()):
+        if parent >= 0:
+            back = conjugate(globally[:, parent])
+            local[:, joint] = normalise(multiply(back, globally[:, joint]))
+            places[:, joint] = rotate(back, heads[:, joint] - heads[:, parent])
+            offsets[joint] = rest_heads[joint] - rest_heads[parent]
+    leaves = sorted(set(range(len(scene.names))) - set(scene.parents.tolist()))
+    ends = tuple((j, _three(tails[j] - rest_heads[j])) for j in leaves)
+    skeleton = Skeleton(scene.names, scene.parents, offsets, ends)
+    moved = np.abs(places - offsets).max(axis=(0, 2)) > _MOVED * skeleton.height
+    positioned = tuple(np.flatnonzero(moved | (scene.parents < 0)).tolist())
+    motion = Motion(skeleton, local, positioned, places[:, list(positioned)], 1.0 / scene.fps)
+    return Converted(motion, _notes(scene, sizes, moved))
+
+
+def _turned(matrices: Array) -> tuple[Array, Array]:
+    """Rotation matrices without scale, and the scale of their three columns."""
+    m = matrices[..., :3, :3]
+    sizes = np.linalg.norm(m, axis=-2)
+    if not np.isfinite(m).all() or (sizes < 1e-12).any():
+        raise TwistError("expected bones with a size, found one scaled to nothing")
+    if (np.linalg.det(m / sizes[..., None, :]) <= 0.0).any():
+        raise TwistError("expected bones that are not mirrored (a negative scale)")
+    return m / sizes[..., None, :], sizes
+
+
+def _quaternions(matrices: Array) -> Array:
+    """(…, 3, 3) -> (…, 4), w first."""
+    flat = Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_quat(scalar_first=True)
+    return np.asarray(flat, dtype=np.float64).reshape(*matrices.shape[:-2], 4)
+
+
+def _three(vector: Array) -> tuple[float, float, float]:
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
+def _notes(scene: Handover, sizes: Array, moved: NDArray[np.bool_]) -> tuple[str, ...]:
+    notes = []
+    _, rest_sizes = _turned(scene.rest)
+    off = np.abs(sizes / rest_sizes - 1.0) > _STRETCHED
+    stretched = np.asarray(off.any(axis=(0, 2)))
+    if stretched.any():
+        names = _listed(scene, stretched)
+        notes.append(f"a BVH holds no scale: that of {names} is left out")
+    moving = moved & (scene.parents >= 0)
+    if moving.any():
+        notes.append(f"{_listed(scene, moving)} move in their parents and have position channels")
+    return tuple(notes)
+
+
+def _listed(scene: Handover, which: NDArray[np.bool_]) -> str:
+    names = [scene.names[j] for j in np.flatnonzero(which).tolist()]
+    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")

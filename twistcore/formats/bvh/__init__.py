@@ -1,0 +1,8 @@
+"""BVH files: reading without guessing, writing without touching what was not judged."""
+
+from twistcore.formats.bvh.clip import BvhClip
+from twistcore.formats.bvh.compose import write_motion
+from twistcore.formats.bvh.lower_rate import thinned
+from twistcore.formats.bvh.reader import parse_bvh, read_bvh
+
+__all__ = ["BvhClip", "parse_bvh", "read_bvh", "thinned", "write_motion"]

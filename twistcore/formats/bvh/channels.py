@@ -1,0 +1,128 @@
+"""Which number of a row is what, and what rows of numbers mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.skeleton.medians import median, medians
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import Array
+
+_ELEMENTS = 1 << 14  # numbers of one kind in a block
+_NOTHING = 1e-3  # of the length that the channels give: an OFFSET so short says nothing
+_STRETCH = 0.5  # of that length: a bone usually stretches by less
+_STILL = 0.02  # the same for a joint that may place the whole figure: what moves more is no bone
+
+
+@dataclass(frozen=True)
+class JointChannels:
+    """Where a joint's channels stand in a row.
+
+    order: letters of its rotation channels in file order, such as 'ZYX'; rotation: their columns;
+    position: (axis 0-2, column) of its position channels.
+    """
+
+    order: str
+    rotation: tuple[int, ...]
+    position: tuple[tuple[int, int], ...]
+
+    @property
+    def rotatable(self) -> bool:
+        """Three rotation channels about three distinct axes: every orientation can be written."""
+        return len(self.order) == 3 and len(set(self.order)) == 3
+
+
+def motion_of(
+    skeleton: Skeleton, channels: tuple[JointChannels, ...], values: Array, frame_time: float
+) -> Motion:
+    """What numbers in rows mean; values: degrees and length units, (frames, columns)."""
+    positioned = tuple(j for j, layout in enumerate(channels) if layout.position)
+    positions = np.empty((len(values), len(positioned), 3))
+    positions[:] = skeleton.offsets[list(positioned)]
+    for k, joint in enumerate(positioned):
+        for axis, column in channels[joint].position:
+            positions[:, k, axis] = values[:, column]
+    placed = with_bones_of_channels(skeleton, positioned, positions)
+    return Motion(placed, _rotations(channels, values), positioned, positions, frame_time)
+
+
+def with_bones_of_channels(
+    skeleton: Skeleton, positioned: tuple[int, ...], positions: Array
+) -> Skeleton:
+    """Return the skeleton with bones from position channels where the header has OFFSET 0.
+
+    Such a joint gets the median of its positions, (frames, len(positioned), 3), as its offset.
+    Roots keep their OFFSET, and so does a joint that carries the figure about, such as hips below
+    a reference.
+    """
+    offsets = skeleton.offsets.copy()
+    carrying = _carrying(skeleton)
+    for k, joint in enumerate(positioned):
+        length = np.linalg.norm(offsets[joint])
+        if skeleton.parents[joint] < 0 or length > _NOTHING * np.abs(positions[:, k]).max():
+            continue
+        bone = medians(positions[:, k], 0)
+        usual = np.linalg.norm(bone)
+        away = np.linalg.norm(positions[:, k] - bone, axis=1)
+        steady = (
+            away.max() <= _STILL * usual if joint in carrying else median(away) <= _STRETCH * usual
+        )
+        if length <= _NOTHING * usual and steady:
+            offsets[joint] = bone
+    if np.array_equal(offsets, skeleton.offsets):
+        return skeleton
+    return replace(skeleton, offsets=offsets)
+
+
+def _carrying(skeleton: Skeleton) -> set[int]:
+    """Joints that may carry a figure: only children from the root on, and what branches there.
+
+    Such as 'Reference' → 'Hips', or two pairs of hips below one reference.
+    """
+    found = set()
+    for here in np.flatnonzero(skeleton.parents < 0).tolist():
+        below = skeleton.children[here]
+        while len(below) == 1:
+            found.add(below[0])
+            below = skeleton.children[below[0]]
+        found.update(joint for joint in below if len(skeleton.children[joint]) > 2)
+    return found
+
+
+def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
+    """Local rotations, (frames, joints, 4)."""
+    by_order: dict[str, list[int]] = {}
+    for joint, layout in enumerate(channels):
+        if layout.order:
+            by_order.setdefault(layout.order, []).append(joint)
+    columns = {o: np.array([channels[j].rotation for j in js]).T for o, js in by_order.items()}
+    rotations = np.empty((len(values), len(channels), 4))
+    # Blocks of frames with the joints in front: every pass over the numbers stays in the cache.
+    step = max(64, _ELEMENTS // max(len(channels), 1))
+    for a in range(0, len(values), step):
+        written = np.ascontiguousarray(values[a : a + step].T)
+        q = np.zeros((4, len(channels), written.shape[1]))
+        q[0] = 1.0
+        for order, joints in by_order.items():
+            half = np.radians(written[columns[order]])
+            half *= 0.5
+            _compose(q, joints, order, np.cos(half), np.sin(half))
+        rotations[a : a + step] = q.transpose(2, 1, 0)
+    return rotations
+
+
+def _compose(q: Array, joints: list[int], order: str, cos: Array, sin: Array) -> None:
+    """quaternion_from_euler with components, then joints, in front; fills q[:, joints]."""
+    parts = [cos[0], np.zeros_like(cos[0]), np.zeros_like(cos[0]), np.zeros_like(cos[0])]
+    parts[1 + "XYZ".index(order[0])] = sin[0]
+    for k, letter in enumerate(order[1:], 1):
+        i = "XYZ".index(letter)
+        o, j, m = 1 + i, 1 + (i + 1) % 3, 1 + (i + 2) % 3
+        (w, x), (y, z) = (parts[0], parts[o]), (parts[j], parts[m])
+        c, s = cos[k], sin[k]
+        parts[0], parts[o] = w * c - x * s, x * c + w * s
+        parts[j], parts[m] = y * c + z * s, z * c - y * s
+    for component, part in zip(q, parts, strict=True):
+        component[joints] = part

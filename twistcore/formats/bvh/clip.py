@@ -1,0 +1,101 @@
+"""A BVH as it was read: its motion, and which number stands where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.files.wide_text import WideText
+from twistcore.formats.bvh.channels import JointChannels, motion_of
+from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numbers
+from twistcore.formats.clip import Clip, Patch
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array
+
+_BLOCK = 1 << 18  # bytes
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class BvhClip(Clip):
+    """A BVH file.
+
+    text: the file's bytes or, of a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8;
+    data_start: where in it the first number of the motion stands; channels: one entry a joint;
+    values: the numbers as written (degrees and length units), shape (frames, columns).
+    """
+
+    format = "bvh"
+
+    text: bytes = field(repr=False)
+    wide: WideText | None = None
+    data_start: int
+    channels: tuple[JointChannels, ...]
+    values: Array
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return len(self.values)
+
+    @property
+    def columns(self) -> int:
+        """Numbers in a row."""
+        return int(self.values.shape[1])
+
+    def read_motion(self) -> Motion:
+        """What the numbers mean."""
+        return motion_of(self.skeleton, self.channels, self.values, self.frame_time)
+
+    @cached_property
+    def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Offsets in the text of start and end of every number of the motion, in reading order."""
+        return token_spans(self.text, self.data_start)
+
+    def angles(self, joint: int) -> Array:
+        """A joint's rotation channels, degrees, (frames, channels)."""
+        return self.values[:, list(self.channels[joint].rotation)]
+
+    def euler(self, joint: int) -> tuple[str, Array] | None:
+        """Letters of a joint's Euler angles and these, radians, (frames, 3); None without three."""
+        layout = self.channels[joint]
+        return (layout.order, np.radians(self.angles(joint))) if layout.rotatable else None
+
+    def patched(
+        self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
+    ) -> Patch:
+        """The bytes with the numbers at `changed` (frames, joints) taken from `motion`.
+
+        positions: also its position numbers where they differ. Every other byte stays. A number
+        keeps its count of decimals, at least 6, and never gets an exponent. Joints without three
+        rotation channels cannot be rewritten: ValueError.
+        """
+        told = self.values, self.channels, self.skeleton.names, motion, changed
+        tokens, numbers, jumps = turned_numbers(*told)
+        if positions:
+            places, there = moved_numbers(self.channels, self.columns, self.motion, motion)
+            tokens, numbers = np.concatenate([tokens, places]), np.concatenate([numbers, there])
+        if not len(tokens):
+            return Patch(self.data)
+        text = with_numbers(self.text, self.token_spans, tokens, numbers)
+        return Patch(text if self.wide is None else self.wide.encoded(text), jumps)
+
+
+def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Start and end offsets of the tokens between white space in data[start:]."""
+    buffer = np.frombuffer(data, dtype=np.uint8)
+    edges = []
+    blank = np.True_
+    for a in range(start, len(data), _BLOCK):  # in blocks: the mask of all would be a second file
+        solid = buffer[a : a + _BLOCK] > 32
+        turned = np.empty(len(solid), dtype=np.bool_)
+        np.not_equal(solid[1:], solid[:-1], out=turned[1:])
+        turned[0] = solid[0] == blank
+        blank = ~solid[-1]
+        edges.append(np.flatnonzero(turned) + a)
+    if not blank:
+        edges.append(np.array([len(data)]))
+    every = np.concatenate(edges) if edges else np.zeros(0, dtype=np.int64)
+    return every[0::2], every[1::2]

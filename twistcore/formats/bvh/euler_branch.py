@@ -1,0 +1,209 @@
+"""Which of the equivalent Euler angles to write: the branch, and how many full turns."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.skeleton.rotation import (
+    Array,
+    euler_from_quaternion,
+    euler_with_third_held,
+    geodesic_angle,
+    quaternion_from_euler,
+    wrap,
+)
+
+_GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is known to half of the float's digits
+_TURN = 2.0 * np.pi
+_MOST_TURNS = 2  # more are put at the far edge; no joint winds up further within one correction
+# What a frame has to say at least about the branch, and an angle just half a turn off about its
+# turns: far above what rounding does to a sum, far below anything that is meant.
+_LEAST_WEIGHT = 1e-6
+
+
+def continuous_angles(
+    order: str, q: Array, own: Array, before: Array | None, after: Array | None
+) -> Array:
+    """Euler angles of q, radians, on the branch that moves least.
+
+    q: (n, 4); own: the file's angles in these frames, (n, 3), of which φ3 is kept in gimbal lock;
+    before, after: the untouched angles around the run, (3,), or None at a border of the clip. Of
+    the two solutions of every frame and their full turns, the path with the smallest Σ|Δchannel|
+    is taken, both edges fixed. Without any edge a path and the one of the other solutions are as
+    long as each other: then the distances to `own` are added to the sum, by cos θ where the
+    rotation is θ < 90° from the file's. Returns (n, 3).
+    """
+    first = euler_from_quaternion(order, q)
+    locked = np.cos(first[:, 1]) < _GIMBAL
+    if locked.any():
+        first[locked] = euler_with_third_held(order, q[locked], own[locked, 2])
+    second = np.stack([first[:, 0] + np.pi, np.pi - first[:, 1], first[:, 2] + np.pi], axis=1)
+    if locked.any():
+        second[locked] = first[locked]
+    solutions = np.stack([first, second], axis=1)
+    if before is None and after is None:
+        weight = _near_own(order, q, own)
+        extra = weight[:, None] * _far(solutions, own[:, None])
+        path = _cheapest_path(solutions, None, None, extra)
+        chosen = _unwrapped(solutions[np.arange(len(q)), path], None, None)
+        return chosen + _turns_to(own, chosen, weight)
+    path = _cheapest_path(solutions, before, after)
+    out = _unwrapped(solutions[np.arange(len(q)), path], before, after)
+    if before is None or after is None or (np.abs(after - out[-1]) <= np.pi + 1e-9).all():
+        return out  # every step is the shortest there is, so no path can be shorter
+    return _least_with_turns(solutions, out, before, after)
+
+
+def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
+    """(row, channel) of every step of more than half a turn; row n is the step to `after`."""
+    n = len(angles)
+    rows = [angles if before is None else np.vstack([before, angles])]
+    every = np.vstack([*rows, after]) if after is not None else rows[0]
+    large = np.abs(np.diff(every, axis=0)) > np.pi + 1e-6
+    shift = 1 if before is None else 0
+    return [(min(int(r) + shift, n), int(c)) for r, c in np.argwhere(large)]
+
+
+def _far(angles: Array, others: Array) -> Array:
+    """Σ|Δchannel| by the shorter way round, radians, over the last axis."""
+    far: Array = np.abs(wrap(angles - others)).sum(axis=-1)
+    return far
+
+
+def _cheapest_path(
+    solutions: Array, before: Array | None, after: Array | None, extra: Array | None = None
+) -> NDArray[np.int64]:
+    """Index 0 or 1 for every frame: the smallest sum of wrapped steps (Viterbi).
+
+    extra: what each solution costs besides, (n, 2).
+    """
+    n = len(solutions)
+    step = _far(solutions[1:, None], solutions[:-1, :, None])
+    start = np.zeros(2) if before is None else _far(solutions[0], before)
+    finish = np.zeros(2) if after is None else _far(after, solutions[-1])
+    if extra is not None:
+        start, step = start + extra[0], step + extra[1:, None]
+    # Only the difference of the two costs matters: ahead = cost of solution 1 − of solution 0.
+    ahead = float(start[1] - start[0])
+    came = []  # whether the best way to solution 0, and to 1, comes from 1
+    # Lists: Python goes through them several times faster than through arrays.
+    for stay0, leave0, leave1, stay1 in step.reshape(n - 1, 4).tolist():
+        to0, to1 = ahead + leave1, ahead + stay1
+        came.append((to0 < stay0, to1 < leave0))
+        ahead = (to1 if to1 < leave0 else leave0) - (to0 if to0 < stay0 else stay0)
+    here = bool(ahead + finish[1] < finish[0])
+    path = [here]
+    for best in reversed(came):
+        here = best[here]
+        path.append(here)
+    return np.array(path[::-1], dtype=np.int64)
+
+
+def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
+    """Angles by full turns continuous with `before`, or else with `after`."""
+    anchor = angles[0] if before is None else before
+    out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)
+    if before is None and after is not None:
+        out += after - wrap(after - out[-1]) - out[-1]
+    unwound: Array = out
+    return unwound
+
+
+# -- without untouched frames around --------------------------------------------------------------
+#
+# Where a joint is written anew in every frame, only the file's own angles say which of two equally
+# smooth curves it is. They say so where the rotation is nearly the file's: what was turned over
+# there says nothing.
+
+
+def _near_own(order: str, q: Array, own: Array) -> Array:
+    """How much the file's angles count in each frame, from just above 0 to 1, shape (n,)."""
+    turned = geodesic_angle(quaternion_from_euler(order, own), q)
+    weight: Array = np.maximum(np.cos(turned), _LEAST_WEIGHT)
+    return weight
+
+
+def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
+    """The full turns, radians, (3,), that bring each channel as a whole nearest to `own`."""
+    off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
+    # The middle one, not a mean: where `own` wraps, most frames decide.
+    turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
+    return turns
+
+
+# -- full turns left over -------------------------------------------------------------------------
+#
+# Between fixed angles on both sides a channel may have to go round once more than its shortest
+# steps do: because it was corrected through ±180°, say. Where that costs least depends on the
+# branch, so branch and turns are chosen together.
+
+
+def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array) -> Array:
+    """The path from `before` to `after` with the smallest Σ|Δchannel|, radians, shape (n, 3).
+
+    solutions: the two of every frame, (n, 2, 3), each free by full turns; near: a path of
+    solutions from `before` on without any step beyond half a turn, (n, 3). Exact by dynamic
+    programming over (solution, full turns of each channel beside `near`), up to 2 turns.
+    """
+    # Each solution by full turns as near to the path as can be: turn 0. One half a turn away is as
+    # near on either side, so that two turns more may be one turn: hence the second to either side.
+    base = solutions + _TURN * np.round((near[:, None] - solutions) / _TURN)
+    left = np.clip(np.round((after - near[-1]) / _TURN), -_MOST_TURNS, _MOST_TURNS)
+    turns = [np.arange(min(t, 0) - 2, max(t, 0) + 3) * _TURN for t in left]
+    grids = [base[:, :, c, None] + turns[c] for c in range(3)]  # (n, 2, turns of the channel)
+    cost = sum(
+        np.expand_dims(np.abs(grid[0] - before[c]), _others(c)) for c, grid in enumerate(grids)
+    )
+    assert isinstance(cost, np.ndarray)
+    came = []
+    for t in range(1, len(base)):
+        cost, back = _advance(cost, [(grid[t - 1], grid[t]) for grid in grids])
+        came.append(back)
+    cost = cost + sum(
+        np.expand_dims(np.abs(after[c] - grid[-1]), _others(c)) for c, grid in enumerate(grids)
+    )
+    at = tuple(int(i) for i in np.unravel_index(int(np.argmin(cost)), cost.shape))
+    path = [at]
+    for back in reversed(came):
+        at = _previous(at, back)
+        path.append(at)
+    return np.array(
+        [
+            [grids[c][t, state[0], state[1 + c]] for c in range(3)]
+            for t, state in enumerate(reversed(path))
+        ]
+    )
+
+
+def _others(channel: int) -> tuple[int, ...]:
+    """The axes to insert so that (2, turns) broadcasts over (2, turns, turns, turns)."""
+    return tuple(1 + c for c in range(3) if c != channel)
+
+
+def _advance(cost: Array, steps: list[tuple[Array, Array]]) -> tuple[Array, list[Array]]:
+    """Cheapest cost of every state (solution, turns ×3) a frame later, and where it came from.
+
+    The channels are gone through one after another: |Δ| is a sum over them, so that each needs its
+    own turns and the two solutions only.
+    """
+    back: list[Array] = []
+    now = np.broadcast_to(cost[:, None], (2, *cost.shape))  # (from, to, turns ×3)
+    for c, (old, new) in enumerate(steps):
+        # (from, to, old turns, new turns)
+        step = np.abs(new[None, :, None, :] - old[:, None, :, None])
+        moved = np.moveaxis(now, 2 + c, -1)  # (from, to, two others, old turns)
+        every = moved[..., None] + step[:, :, None, None]
+        choice = every.argmin(axis=-2)
+        now = np.moveaxis(every.min(axis=-2), -1, 2 + c)
+        back.append(np.moveaxis(choice, -1, 2 + c).astype(np.int8))
+    back.append(now.argmin(axis=0).astype(np.int8))
+    return now.min(axis=0), back
+
+
+def _previous(at: tuple[int, ...], back: list[Array]) -> tuple[int, ...]:
+    to, turns = at[0], list(at[1:])
+    source = int(back[3][at])
+    for c in (2, 1, 0):
+        turns[c] = int(back[c][(source, to, *turns)])
+    return (source, *turns)

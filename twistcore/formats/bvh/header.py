@@ -1,0 +1,245 @@
+"""The HIERARCHY part of a BVH."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from twistcore.errors import BvhError
+from twistcore.formats.bvh.channels import JointChannels
+from twistcore.formats.bvh.numbers import LARGEST, number
+from twistcore.formats.clip import ClipWarning, some_of
+from twistcore.skeleton.motion import Skeleton
+
+_AXES = {"x": 0, "y": 1, "z": 2}
+_MOST_CHANNELS = 64  # no file has more than 9; a damaged count must not cost memory
+
+
+@dataclass
+class _Joint:
+    name: str
+    parent: int
+    line: int
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    channels: list[str] = field(default_factory=list)
+    placed: bool = False
+
+
+_WORD = re.compile(r"[{}]|[^\s{}]+", re.ASCII)
+_REST = re.compile(r"[^{\r\n]*")
+# Its digits are bounded, as a word may have any length.
+_DECIMAL_COMMA = re.compile(r"[+-]?[0-9]{0,20},[0-9]{1,20}(?:[eE][+-]?[0-9]{1,4})?")
+_LINE_END = re.compile(r"\r\n|\r|\n")
+
+
+class _Words:
+    """The words of the header; where one stands is worked out only when it is asked for."""
+
+    def __init__(self, path: str, text: str) -> None:
+        self.path = path
+        self._text = text
+        self._at = self._end = 0
+        self._counted, self._line = 0, 1  # up to there the lines are counted
+
+    def line(self) -> int:
+        """The line of the last word, from 1."""
+        if self._at > self._counted:
+            ends = _LINE_END.finditer(self._text, self._counted, self._at)
+            self._counted, self._line = self._at, self._line + sum(1 for _ in ends)
+        return self._line
+
+    def fail(self, expected: str) -> BvhError:
+        line_start = max(self._text.rfind(end, 0, self._at) for end in "\r\n") + 1
+        return BvhError(self.path, expected, line=self.line(), column=self._at - line_start + 1)
+
+    def next(self) -> str | None:
+        """The next word, or None at the end; braces are words of their own."""
+        found = _WORD.search(self._text, self._end)
+        if found is None:
+            self._at = self._end = len(self._text.rstrip())
+            return None
+        self._at, self._end = found.span()
+        return found.group()
+
+    def rest_of_line(self) -> str:
+        """What is left of this line up to an opening brace: names may hold spaces."""
+        found = _REST.match(self._text, self._end)
+        assert found is not None
+        self._end = found.end()
+        return found.group().strip()
+
+    def number(self, what: str) -> float:
+        word = self.next()
+        value = number((word or "").encode("utf-8", "surrogateescape"))
+        if not abs(value) < LARGEST:
+            bound = "" if math.isnan(value) else f" below {LARGEST:g}"
+            expected = f"expected a number{bound} for {what}, found {shown(word)}"
+            raise self.fail(no_number(expected, word))
+        return value
+
+
+def shown(word: str | None) -> str:
+    """A word for a message: quoted, short, and on one line whatever it holds."""
+    return "the end of the file" if word is None else ascii(word[:40])
+
+
+def has_comma(word: str | None) -> bool:
+    """Whether a word is a number with a decimal comma."""
+    return word is not None and _DECIMAL_COMMA.fullmatch(word) is not None
+
+
+def no_number(expected: str, word: str | None) -> str:
+    """The sentence about a word in place of a number, or one that names its decimal comma."""
+    if has_comma(word):
+        return (
+            f"expected a decimal point, found a comma in {shown(word)}: replace it in all numbers"
+        )
+    return expected
+
+
+def parse_header(
+    path: str, text: str, warnings: list[ClipWarning]
+) -> tuple[Skeleton, tuple[JointChannels, ...]]:
+    """Skeleton and channel layout of the text before MOTION; raises BvhError."""
+    words = _Words(path, text)
+    word = words.next()
+    if word is None or word.upper() != "HIERARCHY":
+        raise words.fail(f"expected HIERARCHY, found {shown(word)}")
+    joints: list[_Joint] = []
+    ends: list[tuple[int, tuple[float, float, float]]] = []
+    stack: list[int | None] = []  # None marks an End Site
+    while (word := words.next()) is not None:
+        key = word.upper()
+        if key in ("ROOT", "JOINT"):
+            line, name = words.line(), words.rest_of_line()
+            parent = stack[-1] if stack else -1
+            if parent is None:
+                raise words.fail("expected '}' before another joint: an End Site has no children")
+            joints.append(_Joint(name, parent, line))
+            stack.append(len(joints) - 1)
+            _expect_brace(words, f"joint {shown(name)}")
+        elif key == "END":
+            words.rest_of_line()
+            if not stack or stack[-1] is None:
+                raise words.fail("expected a joint around an End Site")
+            stack.append(None)
+            _expect_brace(words, "End Site")
+        elif key == "OFFSET":
+            if not stack:
+                raise words.fail("expected ROOT before OFFSET")
+            offset = (words.number("OFFSET"), words.number("OFFSET"), words.number("OFFSET"))
+            if stack[-1] is None:
+                owner = stack[-2]
+                assert owner is not None
+                ends.append((owner, offset))
+            else:
+                joint = joints[stack[-1]]
+                if joint.placed:
+                    text = f"{shown(joint.name)} has a second OFFSET; the last one counts."
+                    warnings.append(ClipWarning(text, words.line()))
+                joint.offset, joint.placed = offset, True
+        elif key == "CHANNELS":
+            _read_channels(words, joints, stack, warnings)
+        elif key == "}":
+            if not stack:
+                raise words.fail("expected ROOT or MOTION, found '}' without a matching '{'")
+            _check_placed(joints, stack.pop(), warnings)
+        else:
+            raise words.fail(
+                "expected ROOT, JOINT, End Site, OFFSET, CHANNELS, '}' or MOTION, "
+                f"found {shown(word)}"
+            )
+    if stack:
+        raise words.fail(f"expected {len(stack)} more '}}' before MOTION")
+    warnings[:] = some_of(warnings)
+    if not joints:
+        raise words.fail("expected at least one ROOT")
+    return _assemble(joints, ends, warnings)
+
+
+def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipWarning]) -> None:
+    """Add a warning where a joint that ends here has no OFFSET; None marks an End Site."""
+    if closed is None or joints[closed].placed:
+        return
+    joint = joints[closed]
+    text = f"{shown(joint.name)} has no OFFSET; it is read as one at its parent's place (0 0 0)."
+    warnings.append(ClipWarning(text, joint.line))
+
+
+def _expect_brace(words: _Words, what: str) -> None:
+    word = words.next()
+    if word != "{":
+        raise words.fail(f"expected '{{' after {what}, found {shown(word)}")
+
+
+def _read_channels(
+    words: _Words, joints: list[_Joint], stack: list[int | None], warnings: list[ClipWarning]
+) -> None:
+    if not stack or stack[-1] is None:
+        raise words.fail("expected CHANNELS inside a joint only")
+    joint = joints[stack[-1]]
+    if joint.channels:
+        text = f"{shown(joint.name)} has CHANNELS twice; both are read, one after the other."
+        warnings.append(ClipWarning(text, words.line()))
+    count = words.number("CHANNELS")
+    if count != int(count) or not 0 <= count <= _MOST_CHANNELS:
+        raise words.fail(f"expected a count of channels from 0 to {_MOST_CHANNELS}")
+    for _ in range(int(count)):
+        word = words.next()
+        kind = (word or "").lower()
+        if kind[:1] not in _AXES or kind[1:] not in ("rotation", "position"):
+            raise words.fail(
+                f"expected a channel such as Xrotation or Yposition, found {shown(word)}"
+            )
+        joint.channels.append(kind)
+
+
+def _assemble(
+    joints: list[_Joint],
+    ends: list[tuple[int, tuple[float, float, float]]],
+    warnings: list[ClipWarning],
+) -> tuple[Skeleton, tuple[JointChannels, ...]]:
+    layouts = []
+    column = 0
+    for joint in joints:
+        order, rotation, position = "", [], []
+        for kind in joint.channels:
+            if kind.endswith("rotation"):
+                order += kind[0].upper()
+                rotation.append(column)
+            else:
+                position.append((_AXES[kind[0]], column))
+            column += 1
+        layouts.append(JointChannels(order, tuple(rotation), tuple(position)))
+    skeleton = Skeleton(
+        names=_unique([j.name for j in joints], warnings),
+        parents=np.array([j.parent for j in joints], dtype=np.int64),
+        offsets=np.array([j.offset for j in joints], dtype=np.float64),
+        ends=tuple(ends),
+        rotatable=np.array([layout.rotatable for layout in layouts]),
+    )
+    return skeleton, tuple(layouts)
+
+
+def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
+    """Names as written; the second of equals is shown as 'name #2'."""
+    seen: dict[str, int] = {}
+    taken = set(names)
+    out = []
+    for name in names:
+        seen[name] = seen.get(name, 0) + 1
+        number, shown_name = seen[name], name
+        while number > 1 and (shown_name := f"{name} #{number}") in taken:
+            number += 1
+        seen[name] = number
+        taken.add(shown_name)
+        out.append(shown_name)
+    repeated = [name for name, count in seen.items() if count > 1]
+    if repeated:
+        count = "1 name stands" if len(repeated) == 1 else f"{len(repeated)} names stand"
+        text = f"{count} more than once, such as {shown(repeated[0])}; "
+        warnings.append(ClipWarning(text + "the later ones are shown with a number."))
+    return tuple(out)

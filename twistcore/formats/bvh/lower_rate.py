@@ -1,0 +1,26 @@
+"""A clip at a lower frame rate: whole rows are left out, the rest keeps its bytes."""
+
+from __future__ import annotations
+
+from twistcore.formats.bvh.clip import BvhClip
+from twistcore.formats.bvh.reader import parse_bvh, timing_fields
+
+
+def thinned(clip: BvhClip, step: int) -> BvhClip:
+    """Every step-th frame of a clip, beginning with frame 0, at fps / step."""
+    if step == 1:
+        return clip
+    frames, columns = clip.values.shape
+    starts, _ = clip.token_spans
+    heads = [*(int(s) for s in starts[: frames * columns : columns]), len(clip.text)]
+    kept = range(0, frames, step)
+    (f0, f1), (t0, t1) = timing_fields(clip.text)
+    pieces = [
+        clip.text[:f0],
+        str(len(kept)).encode(),
+        clip.text[f1:t0],
+        f"{clip.motion.frame_time * step:.9g}".encode(),
+        clip.text[t1 : heads[0]],
+        *(clip.text[heads[k] : heads[k + 1]] for k in kept),
+    ]
+    return parse_bvh(b"".join(pieces), clip.path)

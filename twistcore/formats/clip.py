@@ -1,0 +1,297 @@
+"""A clip as it was read from a file: its bytes, its motion, and how its numbers are rewritten."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import TwistError
+from twistcore.files.atomic import is_stream, same_file, write_atomically, write_companions
+from twistcore.formats.suffixes import clip_suffix, not_written
+from twistcore.skeleton.motion import Motion, Skeleton, check_motion
+from twistcore.skeleton.notation import angle_step
+from twistcore.skeleton.rotation import Array
+
+SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
+_WARNINGS = 40
+_POSES = 1 << 20  # of joints, in all frames, that are read whatever numbers there are
+_JOINTS_A_NUMBER = 2  # above that; a figure has nearly three numbers a joint
+
+
+@dataclass(frozen=True)
+class ClipWarning:
+    """What was read with an assumption: a sentence, and the line (from 1) if it has one."""
+
+    text: str
+    line: int | None = None
+
+    def __str__(self) -> str:
+        return self.text if self.line is None else f"Line {self.line}: {self.text}"
+
+
+def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
+    """The first of them, and how many more there are: a damaged file has thousands."""
+    if (left := len(warnings) - _WARNINGS) <= 1:
+        return list(warnings)
+    return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
+
+
+def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
+    """What is expected where next to no joint has numbers; None where there is room for all.
+
+    A line of a joint and a line of a frame take a few bytes each, and a pose of every joint in
+    every frame the product of both.
+    """
+    if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
+        return None
+    return (
+        f"expected channels in more joints: {frames} frames of {joints} joints have {columns} "
+        "numbers each"
+    )
+
+
+@dataclass(frozen=True)
+class ChannelJump:
+    """A step of more than 180° in a written channel, which no equivalent angles could avoid.
+
+    frame: the later one of the step; channel: such as 'Zrotation'. The pose is right in every
+    frame; only who interpolates the channels between frames sees a spin.
+    """
+
+    joint: str
+    frame: int
+    channel: str
+
+    def __str__(self) -> str:
+        return f"{self.joint} {self.channel} jumps by a turn at frame {self.frame}"
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """The bytes to write and the jumps that stayed in them."""
+
+    data: bytes = field(repr=False)
+    jumps: tuple[ChannelJump, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Clip(ABC):
+    """A motion file as it was read; `read_clip` makes one.
+
+    Every format has a class of its own, which knows how its numbers are rewritten.
+
+    Parameters
+    ----------
+    path : Path
+        The file, as opened.
+    data : bytes
+        Its contents, never changed.
+    skeleton : Skeleton
+        Its joints.
+    frame_time : float
+        Seconds from one frame to the next.
+    warnings : tuple of ClipWarning
+        What was read with an assumption.
+    declared_frames : int, optional
+        How many frames the file's header declares; None if the format has no such number.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> clip
+    <Clip walk.bvh: 344 frames at 120 fps, 31 joints>
+    >>> clip.frames, round(clip.fps), round(clip.duration, 2), clip.format
+    (344, 120, 2.87, 'bvh')
+    """
+
+    format: ClassVar[str]  # in small letters, as files of it end
+
+    path: Path
+    data: bytes = field(repr=False)
+    skeleton: Skeleton
+    frame_time: float
+    warnings: tuple[ClipWarning, ...] = ()
+    declared_frames: int | None = None
+
+    def __repr__(self) -> str:
+        size = f"{self.frames} frames at {self.fps:g} fps"
+        return f"<Clip {self.name}: {size}, {len(self.skeleton)} joints>"
+
+    @property
+    def name(self) -> str:
+        """The file's name."""
+        return self.path.name
+
+    @property
+    def companions(self) -> Mapping[str, bytes]:
+        """Files without which it cannot be read, by name: they lie beside it."""
+        return {}
+
+    @property
+    @abstractmethod
+    def frames(self) -> int:
+        """Number of frames."""
+
+    @property
+    def fps(self) -> float:
+        """Frames a second."""
+        return 1.0 / self.frame_time
+
+    @property
+    def duration(self) -> float:
+        """Length in seconds: the number of frames times the frame time."""
+        return self.frames * self.frame_time
+
+    @property
+    def missing_frames(self) -> int:
+        """How many of the frames that the header declares are not in the file."""
+        return max(0, (self.declared_frames or 0) - self.frames)
+
+    @property
+    @abstractmethod
+    def columns(self) -> int:
+        """Numbers of motion in a frame."""
+
+    @cached_property
+    def motion(self) -> Motion:
+        """What the bytes mean; computed when first asked for."""
+        angles = (self.angles(joint) for joint in range(len(self.skeleton)))
+        return replace(self.read_motion(), angle_step=angle_step(angles))
+
+    @abstractmethod
+    def read_motion(self) -> Motion:
+        """The motion of :attr:`motion`, computed."""
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the bytes: what a session remembers its clip by."""
+        import hashlib  # slow to load; few commands need it
+
+        return hashlib.sha256(self.data).hexdigest()
+
+    @abstractmethod
+    def angles(self, joint: int) -> Array:
+        """A joint's rotation as the file has it, degrees, (frames, its channels)."""
+
+    @abstractmethod
+    def euler(self, joint: int) -> tuple[str, Array] | None:
+        """Letters of a joint's Euler angles and these, radians, (frames, 3); None without three.
+
+        About the axes of :meth:`as_written`.
+        """
+
+    def as_written(self, joint: int, q: Array) -> Array:
+        """A joint's rotation q, (…, 4), about the axes that :meth:`euler` has its angles of."""
+        del joint
+        return q
+
+    @abstractmethod
+    def patched(
+        self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
+    ) -> Patch:
+        """The bytes with the rotations at `changed` (frames, joints) taken from `motion`.
+
+        positions: also its positions where they differ. Every other byte stays. ValueError for a
+        joint that the file cannot turn about three axes.
+        """
+
+
+def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
+    """Which local rotations differ from the clip's, bit for bit, shape (frames, joints)."""
+    if motion.rotations is clip.motion.rotations:
+        return np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
+    differs = motion.rotations != clip.motion.rotations
+    # Four flags seen as one number: several times faster than any() along so short an axis.
+    changed: NDArray[np.bool_] = differs.view(np.uint32)[..., 0] != 0
+    return changed
+
+
+def rewritten(clip: Clip, motion: Motion) -> Patch:
+    """The clip's bytes with the rotations and positions of `motion`; only what differs is other."""
+    check_motion(motion)
+    moved = motion.positions is not clip.motion.positions
+    return clip.patched(motion, changed_rotations(clip, motion), positions=moved)
+
+
+def check_ending(clip: Clip, path: Path) -> None:
+    """TwistError where a file's name says that it is of another format than the clip's."""
+    if refused := not_written(path, f".{clip.format}"):
+        raise TwistError(f"{path}: {refused}")
+    if clip_suffix(path) not in ("", f".{clip.format}"):
+        raise TwistError(
+            f"{path}: expected a name that ends in .{clip.format}, since {clip.name} is written "
+            "in its own format"
+        )
+
+
+def write_clip(
+    clip: Clip, motion: Motion, path: str | Path, *, replace_source: bool = False
+) -> tuple[ChannelJump, ...]:
+    """Write a clip with other rotations and positions, in its own format.
+
+    Only numbers that differ are rewritten; every other byte stays. The file is written atomically,
+    and files without which it cannot be read are put next to it.
+
+    Parameters
+    ----------
+    clip : Clip
+        The file that was read.
+    motion : Motion
+        Its rotations and positions, as :func:`refine` returns them.
+    path : str or Path
+        Where to write. A file there is replaced.
+    replace_source : bool
+        True to allow that `path` is the file that the clip was read from.
+
+    Returns
+    -------
+    tuple of ChannelJump
+        Steps of more than 180° between written angles that could not be avoided.
+
+    Raises
+    ------
+    TypeError
+        If `motion` is no motion.
+    TwistError
+        If the clip's own source would be replaced, or `path` has the ending of another format.
+    ValueError
+        If a joint was turned that the file cannot turn about three axes.
+    OSError
+        If the file cannot be written.
+
+    See Also
+    --------
+    write_motion : Write a motion that was read from no file.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk_injected.bvh")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "walk_refined.bvh"
+    ...     jumps = tc.write_clip(clip, tc.detect(clip).refined(), path)
+    ...     len(tc.detect(tc.read_clip(path)))
+    0
+    """
+    path = Path(path)
+    check_ending(clip, path)
+    if not replace_source and not is_stream(path) and same_file(path, clip.path):
+        raise TwistError(
+            f"{path}: expected another file than the clip's own source "
+            "(replace_source=True replaces it)"
+        )
+    patch = rewritten(clip, motion)
+    if not is_stream(path):
+        write_companions(clip.companions, path.parent)
+    write_atomically(path, patch.data)
+    return patch.jumps

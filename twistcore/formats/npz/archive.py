@@ -1,0 +1,258 @@
+"""An .npz as it was read: its arrays one by one, and the same bytes with some of them replaced."""
+
+from __future__ import annotations
+
+import io
+import struct
+import warnings
+import zipfile
+import zlib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import NpzError
+from twistcore.files.kinds import NPZ, found_instead
+from twistcore.formats.bvh.header import shown
+
+LARGEST = 1 << 31  # bytes that are taken into memory
+# What may come out of a file, in bytes: some, whatever its size, and a multiple of that. Motion
+# shrinks to a third; what shrinks to a thousandth is a figure that stands still, or an attack.
+_FREE, _RATIO = 1 << 25, 64
+_EMPTY = 1 << 16  # how long an array without elements may be along another axis
+_NUMBER = 8  # bytes that a number takes once it is looked at
+_AS_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # others unpack without a bound
+_NPY = ".npy"
+_DESCRIPTOR = 1 << 3  # flag: sizes and check sum stand behind the data
+_ENCRYPTED = 1 << 0
+_ZIP64 = 1  # of an extra field
+_HEADER = 30  # bytes of a member's own, without name and extra field
+
+
+def names_in(path: Path) -> list[str] | None:
+    """The names of an .npz, of which no array is read; None where it is damaged or none."""
+    try:
+        with zipfile.ZipFile(path) as archive:
+            return [name.removesuffix(_NPY) for name in archive.namelist()]
+    except Exception:  # a damaged archive fails in as many ways as it has parts
+        return None
+
+
+@dataclass(frozen=True, eq=False)
+class Archive:
+    """path: for sentences; data: the bytes; infos: what the directory says of every member."""
+
+    path: Path
+    data: bytes = field(repr=False)
+    infos: Mapping[str, zipfile.ZipInfo]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.infos
+
+    def described(self) -> str:
+        """The names, for a sentence: on one line and not long."""
+        return described_names(self.infos)
+
+    def array(self, name: str) -> NDArray[Any]:
+        """The array of a name; NpzError where it is damaged, or an object, which would be run."""
+        return self._member(name)[1]
+
+    def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
+        """The bytes with these arrays, of the sizes and dtypes that are there; nothing else moves.
+
+        Members that are stored plainly are replaced where they stand. A compressed one gets
+        another length: then the archive is packed anew, members in their order, each compressed
+        as it was. NpzError where another array proves to be damaged on that way.
+        """
+        contents = {name: self._content(name, values) for name, values in arrays.items()}
+        return self.with_contents(contents)
+
+    def with_contents(self, contents: Mapping[str, bytes]) -> bytes:
+        """The same with members of these bytes, as many as there are."""
+        if all(self.infos[name].compress_type == zipfile.ZIP_STORED for name in contents):
+            return self._in_place(contents)
+        return self._packed(contents)
+
+    def raw(self, name: str) -> bytes:
+        """The bytes of a member, unpacked; NpzError where it is damaged."""
+        info = self.infos[name]
+        try:
+            with (
+                zipfile.ZipFile(io.BytesIO(self.data)) as archive,
+                archive.open(info) as member,
+            ):
+                # Without a count it unpacks all that comes, and only then looks how much was told.
+                return member.read(max(info.file_size, 1))
+        except Exception:
+            raise self._damaged(name) from None
+
+    def _damaged(self, name: str) -> NpzError:
+        return NpzError(f"{self.path}: expected a whole array {shown(name)}")
+
+    def _member(self, name: str) -> tuple[bytes, NDArray[Any], bool]:
+        """Its header, its values and whether these stand column by column."""
+        raw = self.raw(name)
+        try:
+            start, shape, dtype, by_column = npy_header(raw)
+            if not dtype.hasobject:
+                flat = np.frombuffer(raw, dtype=dtype, offset=start)
+                values = flat.reshape(shape, order="F" if by_column else "C")
+        except Exception:  # so does a header, which is a Python literal
+            raise self._damaged(name) from None
+        if dtype.hasobject:
+            raise NpzError(
+                f"{self.path}: expected numbers in {shown(name)}, found objects, which only a "
+                "program that is run could unpack"
+            )
+        if _NUMBER * values.size > room(len(self.data)):
+            raise _too_much(self.path, _NUMBER * values.size, len(self.data))
+        return raw[:start], values, by_column
+
+    def _content(self, name: str, values: NDArray[Any]) -> bytes:
+        header, there, by_column = self._member(name)
+        assert (values.size, values.dtype) == (there.size, there.dtype)
+        return header + values.reshape(there.shape).tobytes("F" if by_column else "C")
+
+    def _in_place(self, contents: Mapping[str, bytes]) -> bytes:
+        data = bytearray(self.data)
+        sums = {}
+        for name, content in contents.items():
+            info = self.infos[name]
+            at = info.header_offset
+            lengths = struct.unpack_from("<HH", data, at + 26)
+            start = at + 30 + sum(lengths)
+            stop = start + len(content)
+            data[start:stop] = content
+            sums[at] = struct.pack("<I", zlib.crc32(content))
+            if info.flag_bits & _DESCRIPTOR:
+                at = stop + 4 * (data[stop : stop + 4] == b"PK\x07\x08") - 14
+            data[at + 14 : at + 18] = sums[info.header_offset]
+        for at, offset in _directory(self.data):
+            if offset in sums:
+                data[at + 16 : at + 20] = sums[offset]
+        return bytes(data)
+
+    def _packed(self, contents: Mapping[str, bytes]) -> bytes:
+        out = io.BytesIO()
+        with zipfile.ZipFile(io.BytesIO(self.data)) as old:
+            comment = old.comment
+        with zipfile.ZipFile(out, "w") as new:
+            new.comment = comment
+            for name, info in self.infos.items():
+                fresh = zipfile.ZipInfo(info.filename, info.date_time)
+                for kept in ("compress_type", "comment", "create_system", "external_attr"):
+                    setattr(fresh, kept, getattr(info, kept))
+                fresh.extra = b"" if _has_zip64(info.extra) else info.extra
+                new.writestr(fresh, contents[name] if name in contents else self.raw(name))
+        return out.getvalue()
+
+
+def described_names(names: Iterable[str]) -> str:
+    """Some names for a sentence: on one line and not long."""
+    every = list(names)
+    more = f" and {len(every) - 12} more" if len(every) > 12 else ""
+    text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])
+    return (text or "nothing") + more
+
+
+def open_archive(path: Path, data: bytes) -> Archive:
+    """The members of an .npz; none is unpacked yet. NpzError."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            infos = archive.infolist()
+    except Exception:
+        instead = found_instead(data, NPZ)
+        raise NpzError(f"{path}: {instead or 'expected an .npz of numpy'}") from None
+    check_members(path, infos, len(data))
+    return Archive(path, data, {info.filename.removesuffix(_NPY): info for info in infos})
+
+
+def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
+    """NpzError unless all can be read, one beside the other, and unpack to what a file may hold.
+
+    size: of the file, bytes. Nothing is unpacked: :func:`room` bounds what the directory says, and
+    a member is never read beyond that.
+    """
+    if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
+        raise NpzError(f"{path}: expected every array once, found two of one name")
+    if any(info.flag_bits & _ENCRYPTED for info in infos):
+        raise NpzError(f"{path}: expected arrays that are not encrypted")
+    if odd := [info for info in infos if info.compress_type not in _AS_NUMPY]:
+        raise NpzError(
+            f"{path}: expected arrays stored or deflated, as numpy does, found another compression "
+            f"of {shown(odd[0].filename)}"
+        )
+    if (total := sum(info.file_size for info in infos)) > room(size):
+        raise _too_much(path, total, size)
+    stop = 0
+    for info in sorted(infos, key=lambda info: info.header_offset):
+        if info.header_offset < stop:
+            raise NpzError(f"{path}: expected arrays beside each other, found one inside another")
+        stop = info.header_offset + _HEADER + info.compress_size
+
+
+def room(size: int) -> int:
+    """Bytes that may come out of a file of `size` bytes."""
+    return min(LARGEST, _FREE + _RATIO * size)
+
+
+def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
+    """Where the numbers of an .npy begin, shape, dtype, and whether they stand column by column.
+
+    Raises ValueError for lengths below 0 or beyond what the bytes could hold, and nearly everything
+    else for a damaged one.
+    """
+    file, form = io.BytesIO(raw), np.lib.format
+    version = form.read_magic(file)
+    if version not in ((1, 0), (2, 0), (3, 0)):
+        raise ValueError(version)
+    first = version == (1, 0)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a header of Python 2's, or one that looks like it
+        read = form.read_array_header_1_0 if first else form.read_array_header_2_0
+        shape, by_column, dtype = read(file)
+    check_shape(shape, len(raw))
+    return file.tell(), shape, dtype, by_column
+
+
+def check_shape(shape: Sequence[int], size: int) -> None:
+    """ValueError where an array of `size` bytes cannot be so long, even if it has no elements."""
+    if not all(0 <= length <= max(size, _EMPTY) for length in shape):
+        raise ValueError(shape)
+
+
+def _too_much(path: Path, found: int, size: int) -> NpzError:
+    most, found = room(size) >> 20, found >> 20
+    return NpzError(
+        f"{path}: expected arrays of at most {most} MiB in so small a file, found {found} MiB"
+    )
+
+
+def too_large(path: Path) -> NpzError:
+    """For a file or an array in it."""
+    return NpzError(f"{path}: expected at most {LARGEST >> 30} GiB")
+
+
+def _directory(data: bytes) -> list[tuple[int, int]]:
+    """Where each entry of the directory stands, and where its member does."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        at, infos = archive.start_dir, archive.infolist()
+    found = []
+    for info in infos:
+        found.append((at, info.header_offset))
+        at += 46 + sum(struct.unpack_from("<HHH", data, at + 28))
+    return found
+
+
+def _has_zip64(extra: bytes) -> bool:
+    at = 0
+    while at + 4 <= len(extra):
+        kind, length = struct.unpack_from("<HH", extra, at)
+        if kind == _ZIP64:
+            return True
+        at += 4 + length
+    return False

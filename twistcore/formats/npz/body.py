@@ -1,0 +1,107 @@
+"""The joints of SMPL, SMPL-H and SMPL-X by name, and how long bones are where a file has no body.
+
+Of the models' own shapes nothing is here. Arms, legs and heights are those of an average adult, as
+shares of the height [Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1, after
+Drillis and Contini 1966], on the axes of a T-pose: y up, facing z, left at +x. How the trunk is
+divided between its joints, and where fingers begin, is estimated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.skeleton.rotation import Array
+
+Triple: TypeAlias = tuple[float, float, float]
+
+BODY = 22  # joints before the hands, alike in all of them
+_BODY_NAMES = (
+    "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2",
+    "left_ankle", "right_ankle", "spine3", "left_foot", "right_foot", "neck", "left_collar",
+    "right_collar", "head", "left_shoulder", "right_shoulder", "left_elbow", "right_elbow",
+    "left_wrist", "right_wrist",
+)  # fmt: skip
+_BODY_PARENTS = (-1, 0, 0, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 9, 9, 12, 13, 14, 16, 17, 18, 19)
+_FINGERS = ("index", "middle", "pinky", "ring", "thumb")
+_FACE = ("jaw", "left_eye_smplhf", "right_eye_smplhf")
+
+_HEIGHT = 1.7  # metres
+# Shares of the height, (x to the left, y up, z ahead), from the joint above; right is mirrored.
+_SHARES: dict[str, Triple] = {
+    "left_hip": (0.055, -0.05, 0.0), "left_knee": (0.0, -0.245, 0.0),
+    "left_ankle": (0.0, -0.246, 0.0), "left_foot": (0.0, -0.03, 0.08),
+    "spine1": (0.0, 0.06, 0.0), "spine2": (0.0, 0.08, 0.0), "spine3": (0.0, 0.035, 0.0),
+    "neck": (0.0, 0.115, 0.0), "head": (0.0, 0.05, 0.0),
+    "left_collar": (0.05, 0.045, 0.0), "left_shoulder": (0.079, 0.02, 0.0),
+    "left_elbow": (0.186, 0.0, 0.0), "left_wrist": (0.146, 0.0, 0.0),
+    "left_hand": (0.054, 0.0, 0.0),
+    "jaw": (0.0, 0.0, 0.02), "left_eye_smplhf": (0.018, 0.05, 0.045),
+    "left_index1": (0.054, 0.0, 0.014), "left_middle1": (0.054, 0.0, 0.0),
+    "left_ring1": (0.052, 0.0, -0.012), "left_pinky1": (0.048, 0.0, -0.024),
+    "left_thumb1": (0.014, -0.005, 0.016),
+}  # fmt: skip
+_SHARES |= {f"left_{finger}{k}": (0.018, 0.0, 0.0) for finger in _FINGERS for k in (2, 3)}
+_ENDS: dict[str, Triple] = {
+    "head": (0.0, 0.08, 0.0), "left_foot": (0.0, 0.0, 0.05), "left_wrist": (0.1, 0.0, 0.0),
+    "left_hand": (0.05, 0.0, 0.0),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A model's joints and what is known of their lengths without its files.
+
+    names; parents, (joints,); offsets: from the joint above at rest, metres, (joints, 3); ends: of
+    bones without a joint below, as in Skeleton.
+    """
+
+    names: tuple[str, ...]
+    parents: NDArray[np.int64]
+    offsets: Array
+    ends: tuple[tuple[int, Triple], ...]
+
+
+def _hand(side: str) -> list[tuple[str, str]]:
+    """Joints of a hand, each with the one above."""
+    wrist = f"{side}_wrist"
+    return [
+        (f"{side}_{finger}{k}", f"{side}_{finger}{k - 1}" if k > 1 else wrist)
+        for finger in _FINGERS
+        for k in (1, 2, 3)
+    ]
+
+
+def _of(name: str, shares: dict[str, Triple]) -> Triple | None:
+    """Metres of a joint or its mirror image; None where no share is told."""
+    left = name.replace("right_", "left_")
+    if left not in shares:
+        return None
+    x, y, z = (_HEIGHT * share for share in shares[left])
+    return (x if left == name else -x), y, z
+
+
+def _model(below: list[tuple[str, str]]) -> Body:
+    """The body with these joints, each with the one above, behind its 22."""
+    names = (*_BODY_NAMES, *(name for name, _ in below))
+    parents = (*_BODY_PARENTS, *(names.index(above) for _, above in below))
+    offsets = [_of(name, _SHARES) or (0.0, 0.0, 0.0) for name in names]
+    ends = tuple(
+        (j, end)
+        for j, name in enumerate(names)
+        if (end := _of(name, _ENDS)) is not None and (j not in parents or name == "head")
+    )
+    return Body(names, np.array(parents, dtype=np.int64), np.array(offsets), ends)
+
+
+_HANDS = [*_hand("left"), *_hand("right")]
+BODIES = {
+    BODY: _model([]),  # without hands
+    24: _model([(f"{side}_hand", f"{side}_wrist") for side in ("left", "right")]),
+    52: _model(_HANDS),
+    55: _model([*((name, "head") for name in _FACE), *_HANDS]),
+}
+MODELS = {BODY: "a body without hands", 24: "SMPL", 52: "SMPL-H", 55: "SMPL-X"}

@@ -1,0 +1,123 @@
+"""Poses on SMPL's joints as a file has them by name, and how they are rewritten."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.formats.clip import ChannelJump, Clip, Patch
+from twistcore.formats.npz.pose_names import PosePart
+from twistcore.formats.npz.stored_arrays import Arrays
+from twistcore.formats.npz.vector_branch import continuous_vectors
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, exponential
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class NpzClip(Clip):
+    """An .npz of poses: AMASS's, and others (docs/amass.md).
+
+    archive: its arrays; poses: rotation vectors, radians, in the file's dtype, (frames, 3 joints);
+    parts: arrays that hold them, together every number once; place: the array of the root's place,
+    '' where there is none; trans: that array, (frames, 3), in units of which there are `scale` in a
+    metre, less `rest`, (3,), where the root is at rest; repeated: arrays that repeat numbers of
+    `poses`, and go with them.
+    """
+
+    format = "npz"
+
+    archive: Arrays = field(repr=False)
+    poses: NDArray[Any]
+    parts: tuple[PosePart, ...]
+    place: str
+    trans: NDArray[Any]
+    scale: float = 1.0
+    rest: Array
+    repeated: tuple[PosePart, ...] = ()
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return len(self.poses)
+
+    @property
+    def columns(self) -> int:
+        """Numbers of a pose and a place."""
+        return int(self.poses.shape[1]) + 3
+
+    def read_motion(self) -> Motion:
+        """Rotations and the root's places in the file's axes, metres."""
+        rotations = exponential(self._vectors(slice(None)))
+        places = np.asarray(self.trans, dtype=np.float64) / self.scale + self.rest
+        return Motion(self.skeleton, rotations, (0,), places[:, None], self.frame_time)
+
+    def _vectors(self, joint: int | slice) -> Array:
+        vectors = self.poses.reshape(self.frames, -1, 3)[:, joint]
+        return np.asarray(vectors, dtype=np.float64)
+
+    def angles(self, joint: int) -> Array:
+        """A joint's rotation vector, degrees, (frames, 3)."""
+        return np.degrees(self._vectors(joint))
+
+    def euler(self, joint: int) -> tuple[str, Array] | None:
+        """None: the file has no Euler angles."""
+        del joint
+        return None
+
+    def patched(
+        self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
+    ) -> Patch:
+        """The bytes with the rotation vectors at `changed` (frames, joints) taken from `motion`.
+
+        positions: also the root's place where it differs. Every other number stays bit for bit, and
+        every other array, but those that repeated `poses` and go on to do so.
+        """
+        arrays: dict[str, NDArray[Any]] = {}
+        jumps: list[ChannelJump] = []
+        if changed.any():
+            poses = self.poses.copy()
+            for joint in np.flatnonzero(changed.any(axis=0)).tolist():
+                found, jumped = self._turned(joint, changed[:, joint], motion.rotations[:, joint])
+                poses[changed[:, joint], 3 * joint : 3 * joint + 3] = found
+                jumps += jumped
+            for part in (*self.parts, *self.repeated):
+                here = slice(part.start, part.stop)
+                if changed[:, part.start // 3 : part.stop // 3].any():
+                    # A part may have a narrower dtype than all: what is not changed fits in it.
+                    own = self.archive.array(part.name).dtype
+                    arrays[part.name] = poses[:, here].astype(own)
+        if positions and self.place:
+            there, now = self.motion.positions[:, 0], motion.positions[:, 0]
+            if (moved := there != now).any():
+                arrays[self.place] = trans = self.trans.copy()
+                trans[moved] = self.scale * (now - self.rest)[moved]
+        return Patch(self.archive.with_arrays(arrays) if arrays else self.data, tuple(jumps))
+
+    def _turned(
+        self, joint: int, changed: NDArray[np.bool_], q: Array
+    ) -> tuple[Array, list[ChannelJump]]:
+        """Vectors of a joint where it changed, (n, 3), and steps that stay beyond half a turn."""
+        own, out, jumps = self._vectors(joint), [], []
+        edges = np.flatnonzero(np.diff(changed, prepend=False, append=False)).reshape(-1, 2)
+        for start, stop in edges.tolist():
+            before = own[start - 1] if start > 0 else None
+            after = own[stop] if stop < len(own) else None
+            found = continuous_vectors(q[start:stop], own[start:stop], before, after)
+            out.append(found)
+            line = np.stack([v for v in (before, *found, after) if v is not None])
+            first = start - (before is not None)
+            steps = np.abs(np.diff(line, axis=0))
+            for row, axis in np.argwhere(steps > np.pi).tolist():
+                name = self.skeleton.names[joint]
+                jumps.append(ChannelJump(name, first + row + 1, f"{'xyz'[axis]} rotation"))
+        return np.concatenate(out), jumps
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class PklClip(NpzClip):
+    """The same in a pickle, as AIST++ has it, which is read and rewritten without running it."""
+
+    format = "pkl"

@@ -1,0 +1,320 @@
+"""Arrays, lists, dicts, words and numbers of a pickle, and nothing else: it runs nothing.
+
+A pickle may name any function and have it called. Here no name is looked up: the few that numpy and
+joblib write for arrays stand for classes of this module, all others for an object that ignores
+whatever is done to it. Bytes become arrays of plain numbers here, not in numpy's own unpickling,
+which believes what a file says about its memory. Where these bytes are in the file is kept, so that
+an array can be replaced by one of its size without writing the pickle anew.
+"""
+
+from __future__ import annotations
+
+import io
+import pickle
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.formats.npz.archive import check_shape
+
+_KINDS = "biuf"  # dtypes that are plain numbers
+_KEY = 1 << 60  # whole numbers up to there hash as themselves
+
+
+class Unreadable:
+    """An object of a kind that is not read; whatever is done to it changes nothing."""
+
+    kind = "object"
+
+    def __new__(cls, *_: object, **__: object) -> Unreadable:
+        """Whatever it is made of."""
+        return super().__new__(cls)
+
+    def __init__(self, *_: object, **__: object) -> None:
+        pass
+
+    def set_state(self, state: Any) -> None:
+        """Keep nothing of it."""
+
+    def append(self, item: Any) -> None:
+        """Keep nothing of it."""
+
+    def extend(self, items: Any) -> None:
+        """Keep nothing of them."""
+
+    def add(self, item: Any) -> None:
+        """Keep nothing of it."""
+
+    def __setitem__(self, key: Any, value: Any) -> None:
+        pass
+
+
+class _Dtype(Unreadable):
+    """numpy.dtype: its letters and the order of its bytes."""
+
+    def __init__(self, letters: object = "", *_: object) -> None:
+        self.letters, self.order = str(letters), "="
+
+    def set_state(self, state: Any) -> None:
+        self.order = str(state[1])
+
+    def plain(self) -> np.dtype[Any]:
+        """As numpy's; ValueError where it is none of plain numbers."""
+        found = np.dtype(self.letters)
+        if self.order in ("<", ">"):
+            found = np.dtype(self.order + found.str[1:])
+        if found.kind not in _KINDS or found.subdtype or found.names:
+            raise ValueError("no plain numbers")
+        return found
+
+
+class _Array(Unreadable):
+    """numpy.ndarray: made empty, then given its state."""
+
+    value: Any = None
+
+    def set_state(self, state: Any) -> None:
+        _, shape, dtype, by_column, data = state
+        if isinstance(data, list):  # objects
+            self.value = _objects(data, shape)
+            return
+        raw = data.encode("latin1") if isinstance(data, str) else data
+        self.value = _shaped(raw, dtype, shape, "F" if by_column else "C")
+
+
+class _Inline(Unreadable):
+    """joblib's stand-in for an array whose bytes follow in the stream."""
+
+    state: Any = None
+
+    def set_state(self, state: Any) -> None:
+        self.state = state
+
+    def read(self, source: io.BytesIO) -> Any:
+        """The array behind it."""
+        shape, dtype = tuple(self.state["shape"]), self.state["dtype"]
+        if dtype.letters.startswith("O"):
+            return _Reader(source).load()
+        if self.state.get("numpy_array_alignment_bytes") is not None:
+            source.read(source.read(1)[0])
+        count = _count(shape) * dtype.plain().itemsize
+        return _shaped(source.read(count), dtype, shape, self.state["order"])
+
+
+def _check_keys(keys: list[Any]) -> None:
+    """UnpicklingError for numbers that may be many and hash alike: each would meet all others."""
+    if any(isinstance(key, int) and abs(key) > _KEY for key in keys):
+        raise pickle.UnpicklingError("keys beyond all counting")
+
+
+def _count(shape: tuple[Any, ...]) -> int:
+    """How many elements, in whole numbers that cannot overflow."""
+    out = 1
+    for n in shape:
+        if not isinstance(n, int) or n < 0:
+            raise ValueError("no shape")
+        out *= n
+    return out
+
+
+def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
+    if not isinstance(dtype, _Dtype):
+        raise TypeError("no dtype")
+    shape = tuple(shape)
+    plain, count = dtype.plain(), _count(shape)
+    check_shape(shape, len(raw))
+    if len(raw) != count * plain.itemsize:
+        raise ValueError("not as many bytes as the shape says")
+    return np.frombuffer(raw, dtype=plain).reshape(shape, order="F" if order == "F" else "C")
+
+
+def _objects(items: list[Any], shape: Any) -> Any:
+    """What an array of objects holds: itself if there is one without a shape, else a list."""
+    return items[0] if not shape and len(items) == 1 else items
+
+
+def _reconstruct(*_: object) -> _Array:
+    return _Array()
+
+
+def _from_buffer(raw: Any, dtype: Any, shape: Any, order: Any) -> NDArray[Any]:
+    return _shaped(raw if isinstance(raw, bytearray) else bytes(raw), dtype, shape, str(order))
+
+
+def _scalar(dtype: Any, raw: Any = b"") -> Any:
+    return _shaped(raw.encode("latin1") if isinstance(raw, str) else raw, dtype, (1,), "C")[0]
+
+
+def _mapping(*_: object) -> dict[Any, Any]:
+    return {}
+
+
+def _empty(*_: object) -> bytes:
+    return b""
+
+
+def _latin(text: Any, *_: object) -> bytes:
+    return str(text).encode("latin1")
+
+
+_CORE = ("numpy.core", "numpy._core")
+_NAMES: dict[tuple[str, str], Any] = {
+    ("numpy", "dtype"): _Dtype,
+    ("joblib.numpy_pickle", "NumpyArrayWrapper"): _Inline,
+    ("collections", "defaultdict"): _mapping,
+    ("collections", "OrderedDict"): _mapping,
+    ("_codecs", "encode"): _latin,  # how the first protocols write bytes
+    ("__builtin__", "bytes"): _empty,
+    **{(f"{c}.multiarray", "_reconstruct"): _reconstruct for c in _CORE},
+    **{(f"{c}.multiarray", "scalar"): _scalar for c in _CORE},
+    **{(f"{c}.numeric", "_frombuffer"): _from_buffer for c in _CORE},
+}
+
+
+class Places:
+    """Where the bytes of arrays are in the pickle that they were read from."""
+
+    def __init__(self) -> None:
+        self._starts: dict[int, tuple[Any, int]] = {}  # by identity of what holds the bytes
+
+    def note(self, held: Any, start: int) -> None:
+        """Keep where some bytes begin; they are held, so that their identity stays theirs."""
+        self._starts[id(held)] = held, start
+
+    def of(self, array: NDArray[Any]) -> int | None:
+        """Offset of an array's first byte; None where its bytes are not in the file as they are."""
+        held: Any = array
+        while isinstance(held, np.ndarray):
+            held = held.base
+        held = held.obj if isinstance(held, memoryview) else held
+        found = self._starts.get(id(held))
+        return None if found is None else found[1]
+
+
+class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand between its opcodes
+    """Unpickles with the names above. source is in memory: no length in it can make it grow."""
+
+    inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
+    dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(inherited)
+    stack: list[Any]  # these three are made by load()
+    read: Callable[[int], bytes]
+    append: Callable[[Any], None]
+    _unframer: Any
+
+    def __init__(self, source: io.BytesIO, places: Places | None = None) -> None:
+        super().__init__(source)
+        self.source, self.places = source, places
+        self._frame = 0  # where the frame begins that is read
+
+    def find_class(self, module: str, name: str) -> Any:
+        known = _NAMES.get((module, name))
+        return known or type("Unread", (Unreadable,), {"kind": f"{module}.{name}"})
+
+    def _build(self) -> None:
+        # The inherited one sets attributes of whatever it is given, classes among them.
+        state = self.stack.pop()
+        made = self.stack[-1]
+        if not isinstance(made, Unreadable):
+            raise pickle.UnpicklingError("state for an object that has none")
+        made.set_state(state)
+        if isinstance(made, _Inline):
+            self.stack[-1] = made.read(self.source)
+
+    def _bytearray(self) -> None:
+        # The inherited one asks for the memory before it looks for the bytes.
+        size = int.from_bytes(self.read(8), "little")
+        raw = self.read(size)
+        if len(raw) != size:
+            raise pickle.UnpicklingError("bytes are missing")
+        self.append(bytearray(raw))
+        self._note_place()
+
+    def _framed(self) -> None:
+        self.inherited[pickle.FRAME[0]](self)
+        self._frame = self.source.tell() - len(self._unframer.current_frame.getbuffer())
+
+    def _bytes(self) -> None:
+        self.inherited[pickle.BINBYTES[0]](self)
+        self._note_place()
+
+    def _short_bytes(self) -> None:
+        self.inherited[pickle.SHORT_BINBYTES[0]](self)
+        self._note_place()
+
+    def _long_bytes(self) -> None:
+        self.inherited[pickle.BINBYTES8[0]](self)
+        self._note_place()
+
+    def _note_place(self) -> None:
+        """Keep where the bytes are that were just read."""
+        if self.places is None:
+            return
+        frame, held = self._unframer.current_frame, self.stack[-1]
+        end = self.source.tell() if frame is None else self._frame + frame.tell()
+        self.places.note(held, end - len(held))
+
+    def _setitem(self) -> None:
+        _check_keys(self.stack[-2:-1])
+        self.inherited[pickle.SETITEM[0]](self)
+
+    def _setitems(self) -> None:
+        _check_keys(self.stack[::2])
+        self.inherited[pickle.SETITEMS[0]](self)
+
+    def _dict(self) -> None:
+        _check_keys(self.stack[::2])
+        self.inherited[pickle.DICT[0]](self)
+
+    dispatch[pickle.SETITEM[0]] = _setitem
+    dispatch[pickle.SETITEMS[0]] = _setitems
+    dispatch[pickle.DICT[0]] = _dict
+    dispatch[pickle.BUILD[0]] = _build
+    dispatch[pickle.BYTEARRAY8[0]] = _bytearray
+    dispatch[pickle.FRAME[0]] = _framed
+    dispatch[pickle.BINBYTES[0]] = _bytes
+    dispatch[pickle.SHORT_BINBYTES[0]] = _short_bytes
+    dispatch[pickle.BINBYTES8[0]] = _long_bytes
+
+
+def read_pickle(data: bytes) -> Any:
+    """Dicts, lists, tuples, words, numbers and arrays of a pickle, one of joblib's among them.
+
+    Arrays of objects come as lists, one without a shape as the object in it; what is neither of
+    these as :class:`Unreadable`. ValueError where it is no whole pickle.
+    """
+    return read_pickle_places(data)[0]
+
+
+def read_pickle_places(data: bytes) -> tuple[Any, Places]:
+    """The same, and where the arrays' bytes are in the pickle."""
+    places = Places()
+    try:
+        return _plain(_Reader(io.BytesIO(data), places).load()), places
+    except Exception as error:  # a damaged pickle fails in as many ways as there are opcodes
+        raise ValueError(f"no whole pickle ({type(error).__name__})") from None
+
+
+def _plain(found: Any) -> Any:
+    """With arrays in place of what was made for them, in all that dicts and lists hold."""
+    seen: dict[int, Any] = {}
+    todo: list[tuple[Any, Any, Any]] = []
+
+    def one(item: Any) -> Any:
+        if isinstance(item, _Array):
+            return one(item.value) if not isinstance(item.value, np.ndarray) else item.value
+        if isinstance(item, dict | list | tuple):
+            if id(item) not in seen:
+                made: Any = dict.fromkeys(item) if isinstance(item, dict) else [None] * len(item)
+                seen[id(item)] = made
+                pairs = item.items() if isinstance(item, dict) else enumerate(item)
+                todo.extend((made, key, value) for key, value in pairs)
+            return seen[id(item)]
+        return item
+
+    out = one(found)
+    while todo:
+        holder, key, value = todo.pop()
+        holder[key] = one(value)
+    return out

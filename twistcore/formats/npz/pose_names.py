@@ -1,0 +1,163 @@
+"""Under which names files have poses on SMPL's joints, and where each joint's numbers stand.
+
+AMASS [Mahmood et al. 2019]: `poses`, `trans`; its SMPL-X release repeats `poses` in parts, and
+other files have the parts alone, by the names of AMASS or of the package smplx. AIST++ [Li et al.
+2021]: `smpl_poses`, `smpl_trans`, `smpl_scaling`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.errors import NpzError
+from twistcore.formats.npz.body import BODIES, BODY, MODELS
+from twistcore.formats.npz.stored_arrays import Arrays
+
+POSES, TRANS = "poses", "trans"
+SMPL_POSES, SMPL_TRANS, SMPL_SCALING = "smpl_poses", "smpl_trans", "smpl_scaling"
+_AIST_FPS = 60.0
+_ROOTS, _BODIES, _PLACES = (
+    ("root_orient", "global_orient"),
+    ("pose_body", "body_pose"),
+    (TRANS, "transl"),
+)
+_LEFT_EYE, _RIGHT_EYE = "left_eye_smplhf", "right_eye_smplhf"
+# Arrays of some joints, from the first to the last of them.
+PARTS = {
+    "root_orient": ("pelvis", "pelvis"), "global_orient": ("pelvis", "pelvis"),
+    "pose_body": ("left_hip", "right_wrist"), "body_pose": ("left_hip", "right_wrist"),
+    "pose_hand": ("left_index1", "right_thumb3"), "left_hand_pose": ("left_index1", "left_thumb3"),
+    "right_hand_pose": ("right_index1", "right_thumb3"), "pose_jaw": ("jaw", "jaw"),
+    "jaw_pose": ("jaw", "jaw"), "pose_eye": (_LEFT_EYE, _RIGHT_EYE),
+    "leye_pose": (_LEFT_EYE, _LEFT_EYE), "reye_pose": (_RIGHT_EYE, _RIGHT_EYE),
+}  # fmt: skip
+_HANDS = (("pose_hand",), ("left_hand_pose", "right_hand_pose"))
+_JAWS, _EYES = (("pose_jaw",), ("jaw_pose",)), (("pose_eye",), ("leye_pose", "reye_pose"))
+
+
+@dataclass(frozen=True)
+class PosePart:
+    """An array that holds some joints of the poses, such as 'pose_body' of SMPL-X.
+
+    start, stop: which numbers of a frame's pose it has.
+    """
+
+    name: str
+    start: int
+    stop: int
+
+
+@dataclass(frozen=True)
+class PoseNames:
+    """The arrays of one layout.
+
+    joints: of the body; parts: arrays that together hold every number of a pose once; place: the
+    root's; scale: units of that in a metre; rate: frames a second where the file says nothing, and
+    whose those are, or None; left: arrays of joints that are not read, and stay as they are.
+    """
+
+    joints: int
+    parts: tuple[PosePart, ...]
+    place: str
+    scale: float = 1.0
+    rate: tuple[float, str] | None = None
+    left: tuple[str, ...] = ()
+
+
+def has_pose_names(names: Collection[str]) -> bool:
+    """Whether an archive is one of poses by the names in it; a frame of a video alone is none."""
+    parts = _first(_ROOTS, names) and _first(_BODIES, names) and _first(_PLACES, names)
+    video = {"results", "sequence_results"}.issubset(names)
+    return POSES in names or SMPL_POSES in names or bool(parts) or video
+
+
+def find_pose_names(arrays: Arrays) -> PoseNames | None:
+    """The layout of a file; None where its names are of none that is known here. NpzError."""
+    if POSES in arrays:
+        return _whole(arrays, POSES, TRANS)
+    if SMPL_POSES in arrays:
+        scale = _scale(arrays)
+        rate = _AIST_FPS, "AIST++"
+        return _whole(arrays, SMPL_POSES, SMPL_TRANS, scale, rate)
+    return _by_parts(arrays)
+
+
+def _whole(
+    arrays: Arrays,
+    poses: str,
+    place: str,
+    scale: float = 1.0,
+    rate: tuple[float, str] | None = None,
+) -> PoseNames:
+    """All joints in one array."""
+    shape = arrays.array(poses).shape
+    width = (
+        3 * shape[1] if len(shape) == 3 and shape[2] == 3 else shape[1] if len(shape) == 2 else 0
+    )
+    if width not in {3 * n for n in BODIES}:
+        shapes = " or ".join(f"{3 * n} ({MODELS[n]})" for n in BODIES)
+        raise NpzError(
+            f"{arrays.path}: expected {poses} as rotation vectors, frames x {shapes}, found {shape}"
+        )
+    return PoseNames(width // 3, (PosePart(poses, 0, width),), place, scale, rate)
+
+
+def _scale(arrays: Arrays) -> float:
+    """Units of AIST++'s places in a metre."""
+    if SMPL_SCALING not in arrays:
+        return 1.0
+    found = arrays.array(SMPL_SCALING)
+    value = float(found.reshape(-1)[0]) if found.size == 1 and found.dtype.kind in "fiu" else np.nan
+    if not (np.isfinite(value) and 1e-6 < value < 1e6):
+        raise NpzError(f"{arrays.path}: expected one number above 0 in {SMPL_SCALING!r}")
+    return value
+
+
+def _by_parts(arrays: Arrays) -> PoseNames | None:
+    """The root, the body and, where they are all there, hands and face in arrays of their own."""
+    root, body, place = (_first(names, arrays) for names in (_ROOTS, _BODIES, _PLACES))
+    if not (root and body and place):
+        return None
+    widths = _width(arrays, root), _width(arrays, body)
+    if widths not in ((3, 63), (3, 69)):
+        return None  # matrices, several persons, or a body of another model
+    frames = len(arrays.array(body))
+    if widths[1] == 69:
+        return PoseNames(24, (PosePart(root, 0, 3), PosePart(body, 3, 72)), place)
+
+    def there(choices: tuple[tuple[str, ...], ...], joints: int) -> tuple[str, ...]:
+        """The names of one choice, if they have all these joints in every frame."""
+        for names in choices:
+            if all(name in arrays and len(arrays.array(name)) == frames for name in names):
+                widths = [_width(arrays, name) for name in names]
+                if widths == [3 * joints // len(names)] * len(names):
+                    return names
+        return ()
+
+    hands, face = there(_HANDS, 30), (*there(_JAWS, 1), *there(_EYES, 2))
+    joints = BODY if not hands else 55 if len(face) > 1 else 52
+    names = BODIES[joints].names
+    chosen = (root, body, *(face if joints == 55 else ()), *hands)
+    parts = tuple(_part(name, names) for name in chosen)
+    left = tuple(name for name in PARTS if name in arrays and name not in chosen)
+    return PoseNames(joints, parts, place, left=left)
+
+
+def _part(name: str, joints: tuple[str, ...]) -> PosePart:
+    first, last = PARTS[name]
+    return PosePart(name, 3 * joints.index(first), 3 * joints.index(last) + 3)
+
+
+def _width(arrays: Arrays, name: str) -> int:
+    """Numbers of a frame; 0 where they are no rotation vectors of one person."""
+    shape: tuple[int, ...] = arrays.array(name).shape
+    if len(shape) == 3 and shape[2] == 3:
+        return 3 * shape[1]
+    return shape[1] if len(shape) == 2 else 0
+
+
+def _first(wanted: tuple[str, ...], there: Collection[str] | Arrays) -> str:
+    return next((name for name in wanted if name in there), "")

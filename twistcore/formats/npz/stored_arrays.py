@@ -1,0 +1,120 @@
+"""Arrays of a file by name, whatever holds them, and the file with some of them replaced."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import NpzError
+from twistcore.files.kinds import PICKLE, found_instead
+from twistcore.formats.bvh.header import shown
+from twistcore.formats.npz.archive import described_names
+from twistcore.formats.npz.pickled_arrays import Places, read_pickle_places
+
+
+class Arrays(Protocol):
+    """What an :class:`Archive <twistcore.formats.npz.archive.Archive>` and its like can do."""
+
+    @property
+    def path(self) -> Path:
+        """The file, for sentences."""
+        ...
+
+    def __contains__(self, name: object) -> bool: ...
+
+    def described(self) -> str:
+        """The names, for a sentence: on one line and not long."""
+        ...
+
+    def array(self, name: str) -> NDArray[Any]:
+        """The array of a name; NpzError where it is damaged or none of numbers."""
+        ...
+
+    def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
+        """The file's bytes with these arrays, of the sizes and dtypes that are there."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class PickledDict:
+    """A pickle of arrays by name, read without running it.
+
+    path: for sentences; data: the bytes; names: what stands under each; places: where the arrays'
+    bytes are.
+    """
+
+    path: Path
+    data: bytes = field(repr=False)
+    names: Mapping[Any, Any] = field(repr=False)
+    places: Places = field(repr=False)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.names
+
+    def described(self) -> str:
+        """The names, for a sentence: on one line and not long."""
+        return described_names(map(str, self.names))
+
+    def array(self, name: str) -> NDArray[Any]:
+        """The array of a name, or an array of the numbers there; NpzError for anything else."""
+        found = self.names[name]
+        numbers = isinstance(found, int | float | np.generic) or (
+            isinstance(found, list | tuple) and all(isinstance(x, int | float) for x in found)
+        )
+        values = np.asarray(found) if numbers else found
+        if not isinstance(values, np.ndarray):
+            raise NpzError(f"{self.path}: expected numbers in {shown(name)}, found something else")
+        return values
+
+    def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
+        """The bytes with these arrays where the others stood; every other byte stays.
+
+        NpzError where a pickle of an old protocol has them in a form of another length.
+        """
+        data = bytearray(self.data)
+        for name, values in arrays.items():
+            put(data, self.path, self.places, self.array(name), values)
+        return bytes(data)
+
+
+def put(
+    data: bytearray,
+    path: Path,
+    places: Places,
+    there: NDArray[Any],
+    values: NDArray[Any],
+    offset: int = 0,
+) -> None:
+    """Write values over the bytes of the array that is there, in its order and dtype.
+
+    offset: of the pickle in the data.
+    """
+    start = places.of(there)
+    by_column = there.flags.f_contiguous and not there.flags.c_contiguous
+    order: Literal["C", "F"] = "F" if by_column else "C"
+    raw = there.tobytes(order)
+    if start is None or bytes(data[offset + start : offset + start + len(raw)]) != raw:
+        raise NpzError(
+            f"{path}: expected arrays that can be replaced in place; the protocol of this pickle "
+            "is older than 3: write it anew with pickle.dump, or as .npz with numpy.savez"
+        )
+    fresh = np.asarray(values, dtype=there.dtype).reshape(there.shape).tobytes(order)
+    data[offset + start : offset + start + len(raw)] = fresh
+
+
+def open_pickle(path: Path, data: bytes) -> PickledDict:
+    """The names of a pickle; NpzError where it is none, or holds something else than names."""
+    if instead := found_instead(data, PICKLE):
+        raise NpzError(f"{path}: {instead}")
+    try:
+        names, places = read_pickle_places(data)
+    except ValueError:
+        raise NpzError(f"{path}: expected a whole pickle of arrays") from None
+    if not isinstance(names, dict):
+        raise NpzError(f"{path}: expected a pickle of arrays by name")
+    return PickledDict(path, data, names, places)

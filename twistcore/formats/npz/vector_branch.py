@@ -1,0 +1,57 @@
+"""Which of the rotation vectors of a rotation is written: the one that goes on from its neighbours.
+
+A rotation by |v| about v/|v| is also one by |v| + 2πk about the same line.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twistcore.skeleton.rotation import Array, logarithm
+
+_TURN = 2.0 * np.pi
+_NONE = 1e-9  # radians: a rotation so small has no axis of its own
+_MOST_TURNS = 8  # to either side; vectors beyond are no file's, and ways grow by the square
+_OWN = 1e-3  # how much nearness to the file's own vector counts beside the steps
+
+
+def continuous_vectors(
+    q: Array, own: Array, before: Array | None = None, after: Array | None = None
+) -> Array:
+    """Rotation vectors of q, (n, 4) -> (n, 3), radians, with the smallest Σ|Δv| over the frames.
+
+    own: the file's vectors there, (n, 3), which decide where two ways are equally short; before,
+    after: the vectors of the frames beside, (3,), None at an end of the clip.
+    """
+    short = logarithm(q)
+    angle = np.linalg.norm(short, axis=1)
+    # Where nothing is turned, the axis about which the file turns by whole turns.
+    axis = np.where(angle[:, None] > _NONE, short, own)
+    size = np.linalg.norm(axis, axis=1)
+    axis = axis / np.where(size > _NONE, size, 1.0)[:, None]
+    beside = [v[None] for v in (before, after) if v is not None]
+    most = np.linalg.norm(np.concatenate([own, *beside]), axis=1).max()
+    whole = min(int(most / _TURN) + 1, _MOST_TURNS)
+    turns = _TURN * np.arange(-whole, whole + 1)
+    choices = short[:, None] + turns[:, None] * axis[:, None]  # (n, turns, 3)
+    cost = _OWN * np.linalg.norm(choices - own[:, None], axis=2)
+    if before is not None:
+        cost[0] += np.linalg.norm(choices[0] - before, axis=1)
+    if after is not None:
+        cost[-1] += np.linalg.norm(after - choices[-1], axis=1)
+    return choices[np.arange(len(q)), _cheapest(choices, cost)]
+
+
+def _cheapest(choices: Array, cost: Array) -> list[int]:
+    """The choice of each frame on the way with the least cost and length (Viterbi)."""
+    steps = np.linalg.norm(choices[1:, None] - choices[:-1, :, None], axis=3)  # (from, to)
+    here, came = cost[0], []
+    for step, own in zip(steps, cost[1:], strict=True):
+        every = here[:, None] + step
+        source = every.argmin(axis=0)
+        here = every[source, np.arange(len(source))] + own
+        came.append(source)
+    path = [int(here.argmin())]
+    for source in reversed(came):
+        path.append(int(source[path[-1]]))
+    return path[::-1]

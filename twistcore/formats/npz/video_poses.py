@@ -1,0 +1,284 @@
+"""Poses that ROMP and BEV saw in a video [Sun et al. 2021]: a dict by frame, of a person in each.
+
+`results` of `video_results.npz` is an object, which numpy would unpickle; here it is read without
+running anything (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Its frames are
+dicts with a row a person: `smpl_thetas` (persons, 72), `cam_trans` (persons, 3) and, where people
+were tracked, `track_ids`; earlier versions have a list of dicts with `poses` (72,).
+`sequence_results` repeats the rows by person.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import NpzError
+from twistcore.formats.npz.archive import Archive, npy_header
+from twistcore.formats.npz.pickled_arrays import Places, read_pickle_places
+from twistcore.formats.npz.stored_arrays import put
+from twistcore.skeleton.rotation import Array, conjugate, exponential, logarithm, multiply
+
+RESULTS, SEQUENCES = "results", "sequence_results"
+THETAS, PLACE = "smpl_thetas", "cam_trans"
+_POSES, _PLACES = (THETAS, "poses", "pose"), (PLACE, "trans")
+_NUMBERS = 72
+
+
+@dataclass(frozen=True, eq=False)
+class _Object:
+    """A member of an archive that is one object: its bytes and what is in it."""
+
+    raw: bytes = field(repr=False)
+    start: int  # where its pickle begins
+    found: Any
+    places: Places
+
+
+@dataclass(frozen=True, eq=False)
+class _Row:
+    """One person in one frame: its arrays, and which row of them."""
+
+    frame: int
+    who: Any
+    pose: NDArray[Any]
+    place: NDArray[Any] | None
+    row: int
+
+    def array(self, name: str) -> NDArray[Any]:
+        """THETAS or PLACE of all persons in the frame."""
+        found = self.pose if name == THETAS else self.place
+        assert found is not None
+        return found
+
+    def numbers(self, name: str) -> NDArray[Any]:
+        """The person's own of them."""
+        array = self.array(name)
+        return array[self.row] if array.ndim > 1 else array
+
+
+@dataclass(frozen=True, eq=False)
+class VideoPoses:
+    """The rows of one person as arrays by name: THETAS (frames, 72) and PLACE (frames, 3).
+
+    archive: the file; rows: one for each frame in which the person was seen; notes: sentences on
+    who was left out and what was filled in.
+    """
+
+    archive: Archive
+    objects: Mapping[str, _Object] = field(repr=False)
+    rows: tuple[_Row, ...] = field(repr=False)
+    notes: tuple[str, ...]
+
+    @property
+    def path(self) -> Path:
+        """The file, for sentences."""
+        return self.archive.path
+
+    def __contains__(self, name: object) -> bool:
+        return name == THETAS or (name == PLACE and self.rows[0].place is not None)
+
+    def described(self) -> str:
+        """The names in the archive."""
+        return self.archive.described()
+
+    @property
+    def filled(self) -> NDArray[np.bool_]:
+        """Which frames do not have the person, and are not written."""
+        frames = np.array([row.frame for row in self.rows]) - self.rows[0].frame
+        filled = np.ones(frames[-1] + 1, dtype=np.bool_)
+        filled[frames] = False
+        return filled
+
+    def array(self, name: str) -> NDArray[Any]:
+        """THETAS or PLACE, a row a frame from the first to the last in which the person is seen.
+
+        Frames between, without the person, are filled in: rotations by slerp, places linearly.
+        """
+        rows = np.stack([row.numbers(name) for row in self.rows])
+        if not (absent := self.filled).any():
+            return rows
+        frames = np.flatnonzero(~absent)
+        times = np.interp(np.arange(len(absent)), frames, np.arange(len(frames)))
+        filled = _turned(rows, times) if name == THETAS else _moved(rows, times)
+        filled[frames] = rows
+        return filled.astype(rows.dtype)
+
+    def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
+        """The archive with these rows in the place of the person's; frames without it have none.
+
+        `sequence_results` goes with them where it has the same numbers.
+        """
+        contents = {name: bytearray(one.raw) for name, one in self.objects.items()}
+        for name, values in arrays.items():
+            repeated = self._repeated(name)
+            for row in self.rows:
+                now = values[row.frame - self.rows[0].frame]
+                if np.array_equal(row.numbers(name), now):
+                    continue
+                self._put(contents, RESULTS, row.array(name), row.row, now)
+                if row.frame in repeated:
+                    self._put(contents, SEQUENCES, repeated[row.frame], 0, now)
+        changed = {n: bytes(c) for n, c in contents.items() if c != self.objects[n].raw}
+        return self.archive.with_contents(changed) if changed else self.archive.data
+
+    def _put(
+        self,
+        contents: dict[str, bytearray],
+        member: str,
+        there: NDArray[Any],
+        row: int,
+        now: NDArray[Any],
+    ) -> None:
+        one, fresh = self.objects[member], there.copy()
+        if there.ndim > 1:
+            fresh[row] = now
+        else:
+            fresh[:] = now
+        put(contents[member], self.path, one.places, there, fresh, one.start)
+
+    def _repeated(self, name: str) -> dict[int, NDArray[Any]]:
+        """Arrays of 'sequence_results' with the same numbers, by frame."""
+        sequences = self.objects.get(SEQUENCES)
+        every = sequences.found if sequences is not None else None
+        own = every.get(self.rows[0].who) if isinstance(every, dict) else None
+        if not isinstance(own, dict):
+            return {}
+        here = {row.frame: row.numbers(name) for row in self.rows}
+        there = zip(_items(own.get("frame_id")), _items(own.get(name)), strict=False)
+        return {
+            frame: array
+            for frame, array in there
+            if isinstance(frame, int)
+            and frame in here
+            and isinstance(array, np.ndarray)
+            and (array.dtype, array.shape) == (here[frame].dtype, here[frame].shape)
+            and array.tobytes() == here[frame].tobytes()
+        }
+
+
+def read_video_poses(archive: Archive) -> VideoPoses | None:
+    """The person of a video's results; None where they are something else. NpzError.
+
+    Of several persons the one seen in most frames.
+    """
+    objects = {}
+    for name in (RESULTS, SEQUENCES):
+        if name in archive and (one := _object(archive, name)) is not None:
+            objects[name] = one
+    if RESULTS not in objects:
+        return None
+    frames = objects[RESULTS].found
+    if isinstance(frames, list) or (isinstance(frames, dict) and _pose(frames) is not None):
+        frames = {"": frames}  # of a picture
+    if not isinstance(frames, dict):
+        return None
+    rows = [row for k, frame in enumerate(frames.values()) for row in _rows(k, frame)]
+    if not rows:
+        return None
+    seen = Counter(row.who for row in rows)
+    who, count = seen.most_common(1)[0]
+    own = tuple(row for row in rows if row.who == who)
+    if len({row.frame for row in own}) < count:
+        raise NpzError(
+            f"{archive.path}: expected one person in a frame, or 'track_ids' that say who is who "
+            "(ROMP writes them with --temporal_optimize)"
+        )
+    placed = all(row.place is not None for row in own)
+    own = own if placed else tuple(replace(row, place=None) for row in own)
+    if len({(row.pose.dtype, None if row.place is None else row.place.dtype) for row in own}) > 1:
+        return None
+    return VideoPoses(archive, objects, own, tuple(_notes(own, seen)))
+
+
+def _object(archive: Archive, name: str) -> _Object | None:
+    """A member that is an object; None where it holds plain numbers or is damaged."""
+    raw = archive.raw(name)
+    try:
+        start, _, dtype, _ = npy_header(raw)
+        if not dtype.hasobject:
+            return None
+        found, places = read_pickle_places(raw[start:])
+    except Exception:  # a header, which is a Python literal, fails in as many ways as a pickle
+        return None
+    return _Object(raw, start, found, places)
+
+
+def _rows(frame: int, found: Any) -> Iterator[_Row]:
+    """The persons of a frame."""
+    if isinstance(found, list):  # a dict a person
+        for who, one in enumerate(found):
+            if isinstance(one, dict) and (pose := _pose(one)) is not None and pose.ndim == 1:
+                place = _numbers(one, _PLACES, 3)
+                yield _Row(frame, one.get("track_id", who if len(found) > 1 else 0), pose, place, 0)
+        return
+    pose = _pose(found) if isinstance(found, dict) else None
+    if pose is None:
+        return
+    place = _numbers(found, _PLACES, 3)
+    count = 1 if pose.ndim == 1 else len(pose)
+    if place is not None and (1 if place.ndim == 1 else len(place)) != count:
+        place = None
+    ids = found.get("track_ids")
+    known = isinstance(ids, np.ndarray) and ids.dtype.kind in "iu" and ids.shape == (count,)
+    for row in range(count):
+        yield _Row(frame, int(ids[row]) if known else 0, pose, place, row)
+
+
+def _pose(found: dict[Any, Any]) -> NDArray[Any] | None:
+    return _numbers(found, _POSES, _NUMBERS)
+
+
+def _numbers(found: dict[Any, Any], names: tuple[str, ...], width: int) -> NDArray[Any] | None:
+    """The first array of these names with so many numbers a row."""
+    for name in names:
+        array = found.get(name)
+        if not (isinstance(array, np.ndarray) and array.dtype.kind == "f"):
+            continue
+        if array.ndim in (1, 2) and array.shape[-1] == width:
+            return array
+    return None
+
+
+def _items(found: Any) -> list[Any]:
+    return list(found) if isinstance(found, list | np.ndarray) else []
+
+
+def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
+    """Sentences on what was chosen and what was filled in."""
+    if len(seen) > 1:
+        others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
+        yield (
+            f"{len(seen)} persons are in it; read is {own[0].who}, seen in {len(own)} frames, not "
+            f"{others}."
+        )
+    first, span = own[0].frame, own[-1].frame - own[0].frame + 1
+    if span > len(own):
+        frames = {row.frame for row in own}
+        absent = next(k for k in range(first, first + span) if k not in frames) - first
+        yield (
+            f"{span - len(own)} of {span} frames do not have this person, the first is {absent}: "
+            "they are filled in between their neighbours, and not written."
+        )
+    if own[0].place is None:
+        yield f"No place of the root ({PLACE!r}): the figure stays where it is."
+
+
+def _turned(rows: NDArray[Any], times: Array) -> Array:
+    """Rotation vectors at times between rows, (times, numbers), by slerp."""
+    before = np.minimum(times.astype(np.intp), len(rows) - 1)
+    after = np.minimum(before + 1, len(rows) - 1)
+    q = exponential(np.asarray(rows, dtype=np.float64).reshape(len(rows), -1, 3))
+    step = logarithm(multiply(q[after], conjugate(q[before])))
+    between = multiply(exponential((times - before)[:, None, None] * step), q[before])
+    return logarithm(between).reshape(len(times), -1)
+
+
+def _moved(rows: NDArray[Any], times: Array) -> Array:
+    values, at = np.asarray(rows, dtype=np.float64), np.arange(len(rows))
+    return np.stack([np.interp(times, at, column) for column in values.T], axis=1)

@@ -1,6 +1,0 @@
-"""Poses on SMPL's joints in an .npz or a pickle: read by name and rewritten where corrected."""
-
-from twistcore.npz.npz_clip import NpzClip, PklClip
-from twistcore.npz.npz_reader import parse_npz, parse_pkl, read_npz, read_pkl
-
-__all__ = ["NpzClip", "PklClip", "parse_npz", "parse_pkl", "read_npz", "read_pkl"]

@@ -1,0 +1,351 @@
+"""A report of one clip as data: one JSON document, and its intervals as CSV."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.analysis.correction import children_off_axis, stuck_joints
+from twistcore.detection import Interval, Kind
+from twistcore.export.compare import Difference, compare, move_to_json
+from twistcore.export.replay import uncorrected
+from twistcore.files.encoding import csv_text
+from twistcore.files.version import __version__
+from twistcore.formats.clip import Clip
+from twistcore.quamo.track_clip import placed_joint
+from twistcore.report.changes import MeasureSum, protected_sums
+from twistcore.review.model import APPLIED, SEEN, Decision, Judged, ReviewState
+from twistcore.review.session import tracking_to_json
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.limb import Limb
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.notes import NOT_EXAMINED, Note
+
+SCHEMA = "twistcore.report/1"
+_TRACKED = "tracking"  # why a joint moved
+NOT_CORRECTABLE = "not correctable"  # what was accepted, but is still in the clip
+# Columns of an interval: what stands there, by the interval and frames a second; `decision` and
+# `stuck` are told by the report.
+_COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
+    "id": lambda j, _: j.id,
+    "chain": lambda j, _: j.interval.chain,
+    "start": lambda j, _: j.interval.start,
+    "stop": lambda j, _: j.interval.stop,
+    "frames": lambda j, _: j.interval.frames,
+    "start_s": lambda j, fps: round(j.interval.start / fps, 4),
+    "delta_deg": lambda j, _: round(float(np.degrees(j.interval.size)), 4),
+    "confidence": lambda j, _: j.interval.confidence,
+    "open": lambda j, _: j.interval.open,
+    "decision": lambda *_: "",
+    "reviewer": lambda j, _: j.reviewer,
+    "decided_at": lambda j, _: j.decided_at,
+    "note": lambda j, _: j.note,
+    "kind": lambda j, _: j.interval.kind.value,
+    "end": lambda j, _: _end(j.interval),
+    "joint": lambda j, _: j.interval.joint,
+    "speed_deg_s": lambda j, fps: _speed(j.interval, fps),
+    "stuck": lambda *_: "",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Report:
+    """What is reported: the clip, the review, the motion before and after.
+
+    chains: those and the limbs that were looked at; name: of the report's files, of the clip's
+    file if empty; files: SHA-256 by name of what was written with it; by: who had it written;
+    at: when, ISO 8601; analysis: of the clip, by these chains, where there is one already; written:
+    the corrected clip's file, to be read again and compared; parameters: of the run, as they were
+    given; left: what was found in the corrected clip, as `detect --json` lists it, where it was
+    looked for already.
+    """
+
+    clip: Clip
+    chains: Sequence[Chain]
+    state: ReviewState
+    refined: Motion
+    name: str = ""
+    files: Mapping[str, str] = field(default_factory=dict)
+    by: str = ""
+    at: str = field(default_factory=lambda: datetime.now(UTC).isoformat(timespec="seconds"))
+    analysis: ClipAnalysis | None = None
+    written: Path | None = None
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    left: Sequence[Mapping[str, Any]] | None = None
+
+    @cached_property
+    def analysed(self) -> ClipAnalysis:
+        """The clip's analysis: the given one, or a new one of these chains."""
+        return self.analysis or ClipAnalysis(
+            self.clip.motion, self.chains, self.clip.name, self.state.rig
+        )
+
+    @property
+    def not_examined(self) -> str:
+        """Why nothing could be found in the clip: a clause, or '' where that means something."""
+        return "" if self.state.intervals else self.analysed.not_examined
+
+    @property
+    def notes(self) -> tuple[Note, ...]:
+        """What people should know about the clip."""
+        notes = self.analysed.notes
+        return tuple(n for n in notes if n.kind != NOT_EXAMINED or self.not_examined)
+
+    @cached_property
+    def stuck(self) -> Mapping[int, tuple[str, ...]]:
+        """Joints without three rotation channels by the id of an interval that they keep in."""
+        by_name, motion = {chain.name: chain for chain in self.chains}, self.clip.motion
+        found = {
+            j.id: stuck_joints(motion, by_name[j.interval.chain], [j.interval])
+            for j in self.state.intervals
+            if j.interval.repairable and j.interval.chain in by_name
+        }
+        return {k: joints for k, joints in found.items() if joints}
+
+    @property
+    def applied(self) -> tuple[Interval, ...]:
+        """What was taken out: of what was accepted, all that can be."""
+        accepted = (j for j in self.state.intervals if j.decision == Decision.ACCEPTED)
+        return tuple(
+            j.interval for j in accepted if j.interval.repairable and j.id not in self.stuck
+        )
+
+    @cached_property
+    def protected(self) -> tuple[MeasureSum, ...]:
+        """What the corrections changed in the limbs and their neighbours, by measure."""
+        finds = [j.interval for j in self.state.intervals if j.interval.repairable]
+        return protected_sums(self.clip.motion, self.chains, self.applied, finds)
+
+    @property
+    def not_corrected(self) -> tuple[str, ...]:
+        """Sentences: what was accepted and could not be taken out. No folder is named in them."""
+        told, _ = uncorrected(self.clip, self.chains, self.state.chosen())
+        return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in told)
+
+    def verdict(self, judged: Judged) -> str:
+        """What was decided, as it is told; of what was accepted in vain that it could not be."""
+        if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
+            return NOT_CORRECTABLE
+        return judged.verdict
+
+
+def report_to_json(report: Report) -> dict[str, Any]:
+    """The report as one document; degrees, seconds and frames.
+
+    tracking: what was tracked with QuaMo after the correction, as in a session, or null; changed:
+    frames in which anything turns otherwise or has other position channels, joints that turn, and
+    joints that moved, by how much and why; protected: the measures that a correction must not make
+    worse, over all of them.
+    """
+    motion, state = report.clip.motion, report.state
+    difference = compare(motion, report.refined)
+    return {
+        "schema": SCHEMA,
+        "program": f"twistcore {__version__}",
+        "written_at": report.at,
+        "written_by": report.by,
+        "clip": report.clip.name,
+        "sha256": report.clip.sha256,
+        "frames": motion.frames,
+        "missing_frames": report.clip.missing_frames,
+        "fps": motion.fps,
+        "seconds": motion.frames * motion.frame_time,
+        "method": state.method,
+        "decisions": {
+            verdict: sum(report.verdict(j) == verdict for j in state.intervals)
+            for verdict in (*(d.value for d in Decision), SEEN, APPLIED, NOT_CORRECTABLE)
+        },
+        "reviewers": _reviewers(state),
+        "chains": [
+            {
+                "chain": chain.name,
+                "label": chain.label,
+                "kind": (Kind.LIMB_FLIP if isinstance(chain, Limb) else Kind.COUNTER_TWIST).value,
+                "tau_deg": float(np.degrees(state.tau[chain.name])),
+                "intervals": len(state.of_chain(chain.name)),
+                "warnings": list(chain.warnings),
+            }
+            for chain in report.chains
+            if chain.name in state.tau
+        ],
+        "not_examined": report.not_examined or None,
+        "unexamined": [limb.to_json() for limb in report.analysed.unexamined],
+        "intervals": [_row(j, report) for j in state.intervals],
+        "tracking": state.tracking and tracking_to_json(state.tracking),
+        "changed": {
+            "frames": _frames_changed(report, difference),
+            "joints": sorted({j.joint for j in difference.joints}),
+            "max_deg": max((j.max_degrees for j in difference.joints), default=0.0),
+            "max_position_of_height": difference.max_position_of_height,
+            "moved": [
+                move_to_json(move) | {"why": _why_moved(report, move.joint)}
+                for move in difference.moved
+            ],
+            "rest_of_height": difference.rest_of_height,
+        },
+        "protected": [asdict(one) for one in report.protected],
+        "warnings": [
+            *map(str, (*report.clip.warnings, *report.notes)),
+            *report.not_corrected,
+        ],
+    }
+
+
+def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
+    """Who decided how many intervals, from when to when; '' for a person without a name."""
+    by_name: dict[str, list[str]] = {}
+    for judged in state.intervals:
+        if judged.decision != Decision.UNDECIDED and (judged.reviewer or judged.decided_at):
+            by_name.setdefault(judged.reviewer, []).append(judged.decided_at)
+    return [
+        {
+            "reviewer": name,
+            "decisions": len(times),
+            "first": min(filter(None, times), default=""),
+            "last": max(times),
+        }
+        for name, times in sorted(by_name.items())
+    ]
+
+
+def intervals_csv(report: Report) -> str:
+    """One line an interval, the columns of the table; degrees and seconds.
+
+    tracked_after: joints of the interval's chain that were tracked after the correction.
+    """
+    rows = [
+        _row(j, report) | {"tracked_after": _tracked(j, report)} for j in report.state.intervals
+    ]
+    return csv_text((*_COLUMNS, "tracked_after"), rows)
+
+
+def _tracked(judged: Judged, report: Report) -> str:
+    tracking, names = report.state.tracking, report.clip.motion.skeleton.names
+    chain = next((c for c in report.chains if c.name == judged.interval.chain), None)
+    if tracking is None or chain is None:
+        return ""
+    ends = (chain.parent, chain.end if isinstance(chain, Limb) else chain.child)
+    return " ".join(names[j] for j in ends if names[j] in tracking.joints)
+
+
+def _end(interval: Interval) -> str:
+    """What became of the limb's end in a flip: it turned along, or not."""
+    if interval.kind != Kind.LIMB_FLIP:
+        return ""
+    return "carried" if interval.carried else "kept"
+
+
+def _speed(interval: Interval, fps: float) -> float | None:
+    """How fast a lone jump is; None for what is none."""
+    if interval.kind != Kind.LONE_JUMP:
+        return None
+    return round(abs(float(np.degrees(interval.size))) * fps, 1)
+
+
+def _frames_changed(report: Report, difference: Difference) -> int:
+    """In how many frames a row is another one: turned otherwise, or with other positions."""
+    turned = {t for j in difference.joints for t in range(j.start, j.stop)}
+    before, after = report.clip.motion.positions, report.refined.positions
+    placed = np.flatnonzero((before != after).any(axis=(1, 2)))
+    return len(turned.union(placed.tolist()))
+
+
+def _placed(report: Report) -> list[str]:
+    """Joints whose position channels have other numbers, in words."""
+    motion = report.clip.motion
+    other = (motion.positions != report.refined.positions).any(axis=(0, 2))
+    joints = np.array(motion.positioned, dtype=np.intp)[other]
+    return [f"the place of {motion.skeleton.names[j]}" for j in joints]
+
+
+def _above(report: Report, joint: str) -> set[int]:
+    """All joints that a joint hangs on."""
+    skeleton, above = report.clip.motion.skeleton, set[int]()
+    parent = int(skeleton.parents[skeleton.index(joint)])
+    while parent >= 0:
+        above.add(parent)
+        parent = int(skeleton.parents[parent])
+    return above
+
+
+def _hangs_on_tracked(report: Report, joint: str) -> bool:
+    """Whether a joint hangs on one whose rotation was tracked."""
+    tracking, index = report.state.tracking, report.clip.motion.skeleton.index
+    tracked = map(index, tracking.joints) if tracking else ()
+    return not _above(report, joint).isdisjoint(tracked)
+
+
+def _goes_with_place(report: Report, joint: str) -> bool:
+    """Whether a joint is the one whose place was tracked, or hangs on it."""
+    tracking, motion = report.state.tracking, report.clip.motion
+    if tracking is None or not tracking.place:
+        return False
+    return placed_joint(motion) in {motion.skeleton.index(joint), *_above(report, joint)}
+
+
+def _why_moved(report: Report, joint: str) -> str:
+    """Kinds of errors whose correction moves a joint, and tracking; '' for none of them."""
+    chosen, why = report.applied, []
+    at, above = report.clip.motion.skeleton.index(joint), _above(report, joint)
+    for chain in report.chains:
+        own = [i for i in chosen if i.chain == chain.name]
+        if own and _moves(report.clip.motion, chain, own, at, above):
+            why.append(own[0].kind.value)
+    if _hangs_on_tracked(report, joint) or _goes_with_place(report, joint):
+        why.append(_TRACKED)
+    return ", ".join(dict.fromkeys(why))
+
+
+def _moves(
+    motion: Motion, chain: Chain, chosen: Sequence[Interval], joint: int, above: set[int]
+) -> bool:
+    """Whether correcting a chain or limb moves a joint; above: all that the joint hangs on.
+
+    A flip moves what hangs on P, but not E, and what hangs on E only where that was carried.
+    """
+    if isinstance(chain, Limb):
+        below = chain.end in above and not any(i.carried for i in chosen)
+        return chain.parent in above and joint != chain.end and not below
+    beside = children_off_axis(motion, chain)
+    return any(motion.skeleton.names[j] in beside for j in (joint, *above))
+
+
+def _row(judged: Judged, report: Report) -> dict[str, Any]:
+    fps = report.clip.motion.fps
+    row = {name: of(judged, fps) for name, of in _COLUMNS.items()}
+    told = {"decision": report.verdict(judged), "stuck": " ".join(report.stuck.get(judged.id, ()))}
+    if person := next((c.person for c in report.chains if c.name == judged.interval.chain), ""):
+        told["person"] = person
+    return row | told
+
+
+def moves_to_tell(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
+    """Moved joints as sentences have them: those that a tracked place carries along are one.
+
+    placed: joints whose position channels have other numbers; along: the joint whose place was
+    tracked, by how much at most and in how many frames those that only go with it move, or None.
+    """
+    moved = document["changed"]["moved"]
+    along = [
+        move
+        for move in moved
+        if move["why"] == _TRACKED
+        and _goes_with_place(report, move["joint"])
+        and not _hangs_on_tracked(report, move["joint"])
+    ]
+    told: dict[str, Any] = {
+        "placed": _placed(report),
+        "moved": [move for move in moved if move not in along],
+        "along": None,
+    }
+    if along:  # the joint whose place it is comes first
+        most = {key: max(move[key] for move in along) for key in ("max_of_height", "frames")}
+        told["along"] = {"joint": along[0]["joint"], **most}
+    return told

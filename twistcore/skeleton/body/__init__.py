@@ -1,0 +1,31 @@
+"""The limbs of a body: which joints are its arms and legs, by their names or by their shape.
+
+Names find the hands and feet, and the hierarchy gives the joints above them, so that 'Shoulder' may
+mean the collar in one rig and the upper arm in another. A limb whose hand or foot has an unknown
+name is found by the joints of it that are known, and a limb without any known name by its shape,
+each limb for itself.
+
+A bone may be in *pieces*: twist bones in the chain (`upperarm01 → upperarm02`), which share out the
+roll of the bone and never bend against each other. A joint bends.
+"""
+
+from twistcore.skeleton.body.bones import lower_pair
+from twistcore.skeleton.body.finding import find_body
+from twistcore.skeleton.body.offsets import ancestors, bone_offset, has_length, shortest
+from twistcore.skeleton.body.parts import BONES, LIMBS, SIDES, Body, Bone, LimbLine, Unexamined
+
+__all__ = [
+    "BONES",
+    "LIMBS",
+    "SIDES",
+    "Body",
+    "Bone",
+    "LimbLine",
+    "Unexamined",
+    "ancestors",
+    "bone_offset",
+    "find_body",
+    "has_length",
+    "lower_pair",
+    "shortest",
+]

@@ -1,0 +1,129 @@
+"""The bones along a limb, and the pieces that a bone is divided into."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from twistcore.skeleton.body.parts import Bone
+from twistcore.skeleton.body.shape import Shape
+
+_NUMBERED = np.radians(5.0)  # a joint told from a piece by its number alone bends by more than this
+_UNKNOWN = np.radians(1.0)  # and one whose name says nothing
+_BENT = np.radians(10.0)  # a limb in which nothing bends by so much tells no piece from a joint
+_FOOT = 0.35  # of a limb's longest bone: below the shin or forearm what is shorter ends it
+_NEARLY = 0.8  # of the longest two bones together: then the two farther from the trunk count
+_SEGMENT_OF: Mapping[tuple[str, ...], str] = {
+    ("shoulder",): "Shoulder",
+    ("arm",): "Arm",
+    ("forearm",): "ForeArm",
+    ("upleg",): "UpLeg",
+    ("leg",): "Leg",
+}
+
+
+def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> list[Bone]:
+    """Bones of a limb from its end upward, the first one first; path: joints, the end first."""
+    pieces = _pieces(shape, path)
+    left = list(segments)
+    bones: list[list[Bone]] = [[]]
+    for child, parent in pairwise(path):
+        if not left:
+            break
+        if not shape.solid[child]:  # in the place of its parent: no bone
+            continue
+        segment = _SEGMENT_OF.get(shape.names[parent].roles) if parent in shape.said else None
+        if segment in segments:
+            left = [*segments[: segments.index(segment) + 1]]
+        bones[-1].append(Bone(parent, child, left[-1]))
+        if parent not in pieces:
+            bones.append([])
+            left.pop()
+    return [
+        replace(bone, ends=k == 0, pieces=len(one)) for one in bones for k, bone in enumerate(one)
+    ][::-1]
+
+
+def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
+    """Joints that continue the bone above them; path: the end first."""
+    out: set[int] = set()
+    triples = list(zip(path, path[1:], path[2:], strict=False))
+    named = [shape.first_role(j, shape.names[j].side) for j in path]
+    known = [k for k, role in enumerate(named) if role]
+    highest = max((k for k in known if named[k] != "shoulder"), default=-1)
+    evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
+
+    def known_below(k: int) -> list[str]:
+        """Roles of the joints under the one at k that are no pieces, without the end's."""
+        return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
+
+    for k, (below, here, above) in enumerate(triples, 1):
+        name = shape.names[here]
+        bend = shape.bend(here, below)
+        if name.helper:
+            out.add(here)
+        elif name.number and shape.is_same_word(here, above):
+            if bend < _NUMBERED if evident else not _ambiguous(shape, path[:k], here):
+                out.add(here)
+        elif evident and bend < _UNKNOWN:
+            # Clavicle → shoulder01 → upper arm → forearm: of two collars one is a piece.
+            collars = {shape.first_role(j, name.side) for j in (here, above)} == {"shoulder"}
+            if (collars and len(known_below(k)) > 1) or (not name.roles and k < highest):
+                out.add(here)
+    return out
+
+
+def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
+    """True if a joint's word may mean two bones and nothing below is the lower one.
+
+    below: the joints of the limb under it, the end first.
+    """
+    name = shape.names[joint]
+    inner = (shape.names[j] for j in below[1:])
+    return len(name.roles) > 1 and all(n.helper or n.stem == name.stem for n in inner)
+
+
+def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
+    """Bones down to the end of a limb: below its two longest ones only what is long, too.
+
+    segments: of an arm or leg, which ends with its two longest bones; then only these bones.
+    """
+    pairs = [(p, c) for p, c in pairwise(joints) if shape.solid[c]]
+    if len(pairs) < 2:
+        return []
+    inner = [(c, d) for (_, c), (_, d) in pairwise(pairs)]
+    evident = any(shape.bend(c, d) > _BENT for c, d in inner)
+    pieces = {c for c, d in inner if shape.names[c].helper}
+    if evident:
+        single = (pair for pair in inner if len(shape.children[pair[0]]) == 1)
+        pieces |= {c for c, d in single if shape.bend(c, d) < _UNKNOWN}
+    whole: list[list[tuple[int, int]]] = []
+    for pair in pairs:
+        if whole and pair[0] in pieces:
+            whole[-1].append(pair)
+        else:
+            whole.append([pair])
+    size = [sum(shape.lengths[c] for _, c in bone) for bone in whole]
+    end = lower_pair([a + b for a, b in pairwise(size)]) + 1 if len(size) > 1 else 0
+    if not segments:  # a horse has a long foot
+        while end + 1 < len(whole) and size[end + 1] > _FOOT * max(size):
+            end += 1
+    limb = whole[: end + 1][-len(segments) :] if segments else whole[: end + 1]
+    named = segments[-len(limb) :] or [""] * len(limb)
+    return [
+        Bone(p, c, segment, k == len(bone) - 1, len(bone))
+        for bone, segment in zip(limb, named, strict=True)
+        for k, (p, c) in enumerate(bone)
+    ]
+
+
+def lower_pair(sums: Sequence[float]) -> int:
+    """Index of the thigh and shin, or arm and forearm, among pairs of bones of a limb.
+
+    sums: the length of both bones of each pair, the pair at the trunk first. The longest; of pairs
+    of nearly that length the farthest from the trunk: a collar may be as long as a forearm.
+    """
+    return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))

@@ -1,0 +1,149 @@
+"""Limbs whose joints have known names."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+
+from twistcore.skeleton.body.bones import named_bones
+from twistcore.skeleton.body.offsets import ancestors
+from twistcore.skeleton.body.parts import BONES, LIMBS, SIDES, LimbLine
+from twistcore.skeleton.body.shape import Shape
+from twistcore.skeleton.joint_names import FEET, HANDS, TOES
+
+ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
+_STUB = 0.4  # of the next bone: a hip joint or a collar bone, no thigh and no upper arm
+_WORDS = {"hand": HANDS, "foot": FEET}  # the first word first
+
+# Joints of a limb from its end up to the root, and the index of the bone that the first one ends.
+Path = tuple[list[int], int]
+
+
+def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
+    """The limbs whose end, or a joint above it, has a name that is known."""
+    paths = {limb: path for limb in LIMBS if (path := _path_to_tip(shape, *limb))}
+    taken = {j for path, _ in paths.values() for j in path}
+    for limb in LIMBS:
+        if limb not in paths and (path := _path_below(shape, *limb, taken)):
+            paths[limb] = path
+    return _lines_of(shape, paths)
+
+
+def _lines_of(
+    shape: Shape, paths: Mapping[tuple[str, str], Path]
+) -> dict[tuple[str, str], LimbLine]:
+    """The limbs along paths."""
+    trunk: set[int] = set()  # above both hands or both feet: no shoulder and no thigh
+    for kind in BONES:
+        both = [set(paths[side, kind][0][1:]) for side in SIDES if (side, kind) in paths]
+        if len(both) == len(SIDES):
+            trunk.update(set.intersection(*both))
+    lines = {}
+    for (side, kind), (path, last) in paths.items():
+        bones = named_bones(shape, path, BONES[kind][: last + 1])
+        bones = [b for b in bones if b.parent not in trunk and not _bare_root(shape, b.parent)]
+        if bones:
+            whole = kind == "leg" and last == len(BONES[kind]) - 1
+            toe = toe_of(shape, side, path[0]) if whole else -1
+            lines[side, kind] = LimbLine(side, kind, tuple(bones), toe)
+    return lines
+
+
+def _bare_root(shape: Shape, joint: int) -> bool:
+    """True for a root from which several lines go out and that is not called a limb's joint."""
+    return (
+        shape.parents[joint] not in shape.joints
+        and not shape.names[joint].roles
+        and len(shape.children[joint]) > 1
+    )
+
+
+def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
+    """Joints from a hand or foot with a known name up to the root, and its bone's index.
+
+    Of several the one under the most joints with known names, so that a hand in a second
+    hierarchy does not take the arm away.
+    """
+    roles = ROLES[kind]
+    tips = [j for j in _called(shape, side, roles[-1]) if not shape.names[j].helper]
+    if not tips:
+        return None
+    words = _WORDS[roles[-1]]
+
+    def rank(joint: int) -> tuple[int, bool, int, int, int]:
+        above = ancestors(shape.skeleton, joint)
+        known = {r for j in above for r in shape.roles(j, side) if r in roles[:-1]}
+        stem = shape.names[joint].stem
+        word = words.index(stem) if stem in words else -1
+        # A wrist above the hand; of a wrist next to it, a helper, the one with the fingers.
+        below = any(j in tips for j in above)
+        return (-len(known), below, -shape.reach[joint], -word, joint)
+
+    tip = min(tips, key=rank)
+    return [tip, *shape.above(tip)], len(BONES[kind]) - 1
+
+
+def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
+    """The path to the end of a limb of which only joints above the end have known names.
+
+    taken: joints of other limbs.
+    """
+    roles = ROLES[kind]
+    inner = [
+        j
+        for j in sorted(shape.joints.difference(taken))
+        if not shape.names[j].helper and shape.first_role(j, side) in roles[:-1]
+    ]
+    if not any(shape.first_role(j, side) != "shoulder" for j in inner):
+        return None
+    lowest = max(inner, key=lambda j: (len(ancestors(shape.skeleton, j)), -j))
+    line = [lowest, *shape.above(lowest)]
+    known = [j for j in line if j in inner]
+    at = roles.index(shape.first_role(lowest, side))
+    if len(known) > 1 and shape.is_same_word(known[0], known[1]) and at + 1 < len(roles) - 1:
+        at += roles.index(shape.first_role(known[1], side)) == at  # Arm1 → Arm2
+    here = lowest
+    while at < len(roles) - 1:
+        below = _main_child(shape, here)
+        if below is None:
+            break
+        helper = shape.names[below].helper
+        if helper and _main_child(shape, below) is None:
+            break
+        line.insert(0, below)
+        here = below
+        at += not helper and shape.solid[below] and not (at == 0 and _is_stub(shape, below))
+    # From here up the hierarchy decides, as it does above a hand.
+    return (line, at - 1) if at > 0 else None
+
+
+def _is_stub(shape: Shape, joint: int) -> bool:
+    """True for a joint at the end of a bone far shorter than the next: LHipJoint → LeftUpLeg."""
+    below = _main_child(shape, joint)
+    return below is not None and shape.lengths[joint] < _STUB * shape.lengths[below]
+
+
+def _called(shape: Shape, side: str, role: str) -> list[int]:
+    return [j for j in sorted(shape.joints) if shape.first_role(j, side) == role]
+
+
+def _main_child(shape: Shape, joint: int) -> int | None:
+    """The child of the same side along which the longest line goes on; None for an end."""
+    sides = ("", shape.names[joint].side)
+    own = [c for c in shape.children[joint] if shape.names[c].side in sides]
+    below = [c for c in own if not shape.names[c].other]
+    if not below:  # LeftHeel, on which the toes hang
+        below = [c for c in own if any(shape.names[j].roles for j in shape.children[c])]
+    return max(below, key=lambda c: (shape.reach[c], shape.lengths[c], -c), default=None)
+
+
+def toe_of(shape: Shape, side: str, foot: int) -> int:
+    """The nearest joint below a foot that is called a toe of its side; −1 for none."""
+    below = list(shape.children[foot])
+    for j in below:
+        below.extend(shape.children[j])
+    named = (
+        j
+        for j in below
+        if shape.names[j].side == side and any(w in shape.names[j].stem for w in TOES)
+    )
+    return next(named, -1)

@@ -1,0 +1,118 @@
+"""Limbs whose joints have no known names, by the shape of the skeleton."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twistcore.skeleton.body.bones import unnamed_bones
+from twistcore.skeleton.body.by_names import toe_of
+from twistcore.skeleton.body.parts import BONES, SIDES, LimbLine
+from twistcore.skeleton.body.shape import Shape
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.rotation import Array, normalise, rotate
+
+_SMALL_LIMB = 0.35  # of the longest bone: a line of shorter ones is a neck, an ear
+
+
+def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
+    """The limbs along lines of joints whose names say nothing; next to legs a neck is none."""
+    found = [limb for line in lines if (limb := unnamed_line(shape, line))]
+    sizes = [max(shape.lengths[b.child] for b in line.bones) for line in found]
+    least = _SMALL_LIMB * max(sizes, default=0.0)
+    return tuple(line for line, size in zip(found, sizes, strict=True) if size > least)
+
+
+def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
+    """The limb along a line of joints whose names say nothing; None without two bones."""
+    bones = unnamed_bones(shape, joints)
+    if not bones:
+        return None
+    end = bones[-1].child
+    below = shape.below[2].get(end, -1)
+    return LimbLine("", "", tuple(bones), _pointed_at(shape, end, below), by_shape=True)
+
+
+def _pointed_at(shape: Shape, end: int, below: int) -> int:
+    """The joint below a limb's end if the end is bent as a foot is; a hand is straight."""
+    if below < 0 or not (shape.solid[below] and shape.solid[end]):
+        return -1
+    along = rotate(shape.motion.rotations[:, end], normalise(shape.offsets[below]))
+    above = np.broadcast_to(normalise(shape.offsets[end]), along.shape)
+    cosine = median(np.einsum("...i,...i->...", along, above))
+    return below if abs(cosine) < np.cos(np.radians(30.0)) else -1
+
+
+def lines_by_shape(
+    shape: Shape, lines: Sequence[Sequence[int]], known: Mapping[tuple[str, str], LimbLine]
+) -> dict[tuple[str, str], LimbLine]:
+    """Limbs without a known name that stand opposite to a known one, or on the bare trunk."""
+    found: dict[tuple[str, str], LimbLine] = {}
+    left = [list(line) for line in lines if unnamed_bones(shape, line)]
+    across = _across(shape, known)
+    for kind, segments in BONES.items():
+        wanted = [side for side in SIDES if (side, kind) not in known]
+        here = _candidates(shape, left, kind, known) if wanted else []
+        for side in wanted:
+            own = [line for line in here if _side(shape, line, across) == side]
+            if len(own) == 1:
+                bones = tuple(unnamed_bones(shape, own[0], segments))
+                toe = _toe(shape, side, bones[-1].child) if kind == "leg" else -1
+                found[side, kind] = LimbLine(side, kind, bones, toe, by_shape=True)
+                left.remove(own[0])
+    return found
+
+
+def _toe(shape: Shape, side: str, foot: int) -> int:
+    """The joint that a foot points to: one called so, or the next one of its line; −1 for none."""
+    named = toe_of(shape, side, foot)
+    return named if named >= 0 else _pointed_at(shape, foot, shape.below[2].get(foot, -1))
+
+
+def _candidates(
+    shape: Shape,
+    lines: Sequence[list[int]],
+    kind: str,
+    known: Mapping[tuple[str, str], LimbLine],
+) -> list[list[int]]:
+    """Lines that may be arms or legs: those on the joint that the limb of the other side has.
+
+    Without one: those on the trunk above the legs for arms, on the root's side for legs.
+    """
+    anchors = {k: _anchors(shape, known, k) for k in BONES}
+    if anchors[kind]:
+        return [s for s in lines if shape.parents[s[0]] in anchors[kind]]
+    other = next(k for k in BONES if k != kind)
+    return [s for s in lines if shape.parents[s[0]] not in anchors[other]]
+
+
+def _anchors(shape: Shape, known: Mapping[tuple[str, str], LimbLine], kind: str) -> set[int]:
+    """Joints that the limbs of a kind hang on."""
+    return {shape.parents[line.bones[0].parent] for (_, k), line in known.items() if k == kind}
+
+
+def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | None:
+    """The direction from right to left at rest, (3,), by a pair of known limbs."""
+    for kind in BONES:
+        pair = [known.get((side, kind)) for side in SIDES]
+        if all(pair):
+            left, right = (shape.rest[line.bones[-1].child] for line in pair if line)
+            return np.asarray(left - right)
+    return None
+
+
+def _side(shape: Shape, line: Sequence[int], across: Array | None) -> str:
+    """The side that the names of a line say, or its place at rest; '' where neither does."""
+    named = {shape.names[j].side for j in line} - {""}
+    if len(named) == 1:
+        return named.pop()
+    if across is None or named:
+        return ""
+    middle = shape.rest[shape.parents[line[0]]]
+    far = (shape.rest[list(line)] - middle) @ across
+    widest = float(far[np.abs(far).argmax()])
+    span = float(np.abs(across @ across))
+    if abs(widest) < 0.05 * span:
+        return ""
+    return "Left" if widest > 0.0 else "Right"

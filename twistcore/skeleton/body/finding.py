@@ -1,0 +1,97 @@
+"""The search of a body's limbs, and the limbs that it does not find."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from types import MappingProxyType
+
+from twistcore.skeleton.body.by_names import ROLES, named_lines
+from twistcore.skeleton.body.by_shape import lines_by_shape, unnamed_lines
+from twistcore.skeleton.body.offsets import ancestors
+from twistcore.skeleton.body.parts import LIMBS, Body, LimbLine, Unexamined
+from twistcore.skeleton.body.shape import Shape
+from twistcore.skeleton.joint_names import joint_as_said
+from twistcore.skeleton.motion import Motion, once_a_motion
+from twistcore.skeleton.people import find_people, joint_names
+
+
+def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
+    """Return the limbs of a motion's skeleton, of all people in it.
+
+    said: what a person takes single joints for, by name: 'left hand', 'helper', as
+    :func:`joint_as_said` has it.
+    """
+    return _found(motion, said) if said else _as_found(motion)
+
+
+@once_a_motion
+def _as_found(motion: Motion) -> Body:
+    return _found(motion, MappingProxyType({}))
+
+
+def _found(motion: Motion, said: Mapping[str, str]) -> Body:
+    skeleton = motion.skeleton
+    people = find_people(skeleton)
+    own = {k: joint_as_said(n, said[n]) for k, n in enumerate(skeleton.names) if n in said}
+    names = tuple(own.get(k, name) for k, name in enumerate(joint_names(skeleton, people)))
+    lines: list[LimbLine] = []
+    missing: list[Unexamined] = []
+    for person in people:
+        shape = Shape(motion, names, frozenset(person.joints), frozenset(own))
+        found, not_found = _limbs_of_one(shape)
+        lines += (replace(line, person=person.name) for line in found)
+        missing += (replace(limb, person=person.name) for limb in not_found)
+    return Body(skeleton, names, tuple(lines), tuple(missing), people)
+
+
+def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined]]:
+    """The limbs of one person, and those that were not found."""
+    lines = named_lines(shape)
+    shapes = shape.lines({j for line in lines.values() for j in line.joints})
+    if not lines:
+        found = unnamed_lines(shape, shapes)
+        return found, _few_limbs(len(found))
+    lines |= lines_by_shape(shape, shapes, lines)
+    return [lines[limb] for limb in LIMBS if limb in lines], tuple(_missing(shape, lines))
+
+
+def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterable[Unexamined]:
+    """Limbs of the four that were not found, and bones of those found that make no chain."""
+    inside = {j for line in lines.values() for j in line.joints}
+    known = inside.union(*(ancestors(shape.skeleton, j) for j in inside))
+    for side, kind in LIMBS:
+        limb = f"{side.lower()} {kind}"
+        if (side, kind) not in lines:
+            yield Unexamined(limb, _why_missing(shape, side, kind, known), side, kind)
+            continue
+        have = {bone.segment for bone in lines[side, kind].bones}
+        if kind == "arm" and "ForeArm" not in have:
+            why = "no hand joint hangs on it"
+            yield Unexamined(f"{side.lower()} forearm", why, side, kind)
+        if kind == "leg" and "Leg" not in have:
+            why = "no foot joint hangs on it"
+            yield Unexamined(f"{side.lower()} shin", why, side, kind)
+
+
+def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
+    """Return a clause with the joints of that side that nothing was made of; known: all others."""
+    end = ROLES[kind][-1]
+    unknown = [
+        shape.skeleton.names[j]
+        for j in sorted(shape.joints - known)
+        if shape.names[j].side == side
+        and not (shape.names[j].roles or shape.names[j].helper or shape.names[j].other)
+    ]
+    if not unknown:
+        return f"no joint is known as its {end}"
+    some = ", ".join(repr(name) for name in unknown[:3]) + (" …" if len(unknown) > 3 else "")
+    return f"no joint is known as its {end}; unknown: {some}"
+
+
+def _few_limbs(found: int) -> tuple[Unexamined, ...]:
+    """The note of a skeleton whose names say nothing, with fewer than four limbs by shape."""
+    if found >= len(LIMBS):
+        return ()
+    why = f"no joint has a known name and {found} of four limbs were found by shape"
+    return (Unexamined("arms and legs" if not found else "other limbs", why),)

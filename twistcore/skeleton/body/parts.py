@@ -1,0 +1,121 @@
+"""What a body is made of: bones, limbs, and the limbs that were not found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from twistcore.skeleton.joint_names import JointName
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.people import Person
+
+# The bones of a limb from its first joint to its end, each called as the joint that it begins at.
+BONES = {"arm": ("Shoulder", "Arm", "ForeArm"), "leg": ("UpLeg", "Leg")}
+SIDES = ("Left", "Right")
+LIMBS = tuple((side, kind) for side in SIDES for kind in BONES)
+
+
+@dataclass(frozen=True)
+class Bone:
+    """A bone of a limb: the joint P that it begins at, and C, the joint that hangs on P.
+
+    segment: 'Arm', 'Leg' … or '' where nothing says which it is; ends: whether C begins another
+    bone, not another piece of this one; pieces: how many the whole bone has.
+    """
+
+    parent: int
+    child: int
+    segment: str = ""
+    ends: bool = True
+    pieces: int = 1
+
+
+@dataclass(frozen=True)
+class LimbLine:
+    """A limb: its bones, the first one first, and what hangs on its end.
+
+    side: 'Left', 'Right' or ''; kind: 'arm', 'leg' or ''; below: the joint that the last joint
+    points to (a toe), or −1; by_shape: its end was found by the shape of the skeleton; person: its
+    owner, '' where there is one person.
+    """
+
+    side: str
+    kind: str
+    bones: tuple[Bone, ...]
+    below: int = -1
+    by_shape: bool = False
+    person: str = ""
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """All joints of the limb, the first one first."""
+        return (*(bone.parent for bone in self.bones), self.bones[-1].child)
+
+
+@dataclass(frozen=True)
+class Unexamined:
+    """A limb, or the end of one, of which no chain could be made.
+
+    limb: 'left arm', 'left forearm'; why: a clause that says why; side, kind, person: of the limb,
+    as :class:`LimbLine` has them.
+    """
+
+    limb: str
+    why: str
+    side: str = ""
+    kind: str = ""
+    person: str = ""
+
+    def __str__(self) -> str:
+        limb, whose, why = self.limb, self.person, self.why
+        if limb.endswith("s"):
+            if whose:
+                return f"The {limb} of {whose} were not examined: {why}."
+            return f"The {limb} were not examined: {why}."
+        if whose:
+            return f"The {limb} of {whose} was not examined: {why}."
+        return f"The {limb} was not examined: {why}."
+
+    @property
+    def title(self) -> str:
+        """The limb with its person: 'left arm of B'."""
+        return " of ".join(word for word in (self.limb, self.person) if word)
+
+    def to_json(self) -> dict[str, str]:
+        """The limb, its side ('Left', 'Right' or ''), its person and why, by name."""
+        entry = {"limb": self.limb, "side": self.side, "why": self.why}
+        return entry | ({"person": self.person} if self.person else {})
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """The limbs of a skeleton, perhaps of several people, and what its joints were taken for.
+
+    names: what each joint's name says; lines: its limbs, person by person; missing: arms and legs
+    that were not found; people: who is in the skeleton.
+    """
+
+    skeleton: Skeleton
+    names: tuple[JointName, ...]
+    lines: tuple[LimbLine, ...]
+    missing: tuple[Unexamined, ...] = ()
+    people: tuple[Person, ...] = ()
+
+    @cached_property
+    def taken_for(self) -> tuple[str, ...]:
+        """What each joint was taken for: 'Left Arm', 'Left Hand', 'piece of Left Arm', or ''."""
+        out = [""] * len(self.skeleton)
+        for line in self.lines:
+            for bone in reversed(line.bones):
+                whole = f"{line.side} {bone.segment}".strip() or "limb"
+                out[bone.parent] = whole
+                if not bone.ends:
+                    out[bone.child] = f"piece of {whole}"
+            tip = {"arm": "Hand", "leg": "Foot"}.get(line.kind, "end")
+            last = line.bones[-1]
+            segments = BONES.get(line.kind, ("",))
+            later = [*segments[segments.index(last.segment) + 1 :], tip]
+            out[last.child] = f"{line.side} {later[0]}".strip()
+            if line.below >= 0:
+                out[line.below] = f"{line.side} Toe".strip() if line.kind else "below the end"
+        return tuple(out)

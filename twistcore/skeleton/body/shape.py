@@ -1,0 +1,168 @@
+"""The shape of a skeleton: lengths, lines of joints, and how far joints bend."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from twistcore.skeleton.body.offsets import ancestors, bone_offset, has_length
+from twistcore.skeleton.joint_names import JointName
+from twistcore.skeleton.medians import quantile
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, normalise, rotate
+
+_SHORT_LINE = 0.15  # of the skeleton's longest line: a finger, a foot, what hangs on the trunk
+_WHOLE_BONE = 0.6  # of the bone above: so long is a forearm, and no finger of a hand
+_FINGERS = 3  # lines of bones from one joint of a limb: there it ends
+
+
+class Shape:
+    """A motion's skeleton, or one person in it, as the search of limbs looks at it.
+
+    names: what the joints' names say; joints: those of the person; said: those that a person named.
+    children, offsets, lengths: by joint, offsets as :func:`bone_offset` has them; solid: whether
+    the bone to a joint has a length.
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        names: Sequence[JointName],
+        joints: frozenset[int],
+        said: frozenset[int] = frozenset(),
+    ) -> None:
+        self.motion, self.skeleton, self.names = motion, motion.skeleton, names
+        self.joints, self.said = joints, said  # said: the joints that a person named
+        self.parents = motion.skeleton.parents.tolist()
+        self.children = [[c for c in below if c in joints] for below in self.skeleton.children]
+        self.offsets = [bone_offset(motion, j) for j in range(len(names))]
+        self.lengths = [float(np.linalg.norm(o, axis=-1).mean()) for o in self.offsets]
+        self.solid = [has_length(self.skeleton, offset) for offset in self.offsets]
+        self._bends: dict[tuple[int, int], float] = {}
+
+    def roles(self, joint: int, side: str) -> tuple[str, ...]:
+        """What a joint of a side may be by its name, the likeliest first."""
+        name = self.names[joint]
+        return name.roles if name.side == side and not name.other else ()
+
+    def first_role(self, joint: int, side: str) -> str:
+        """The likeliest of a joint's roles, or ''."""
+        roles = self.roles(joint, side)
+        return roles[0] if roles else ""
+
+    def is_same_word(self, one: int, other: int) -> bool:
+        """True if two joints are told apart by their numbers alone."""
+        a, b = self.names[one], self.names[other]
+        return (a.side, a.stem) == (b.side, b.stem) and a.number != b.number
+
+    def above(self, joint: int) -> list[int]:
+        """The person's joints above one, the nearest first."""
+        return [j for j in ancestors(self.skeleton, joint) if j in self.joints]
+
+    def bend(self, joint: int, below: int) -> float:
+        """By how much the angle between the bones above and below a joint varies, radians."""
+        if (joint, below) not in self._bends:
+            self._bends[joint, below] = self._bend_of(joint, below)
+        return self._bends[joint, below]
+
+    def _bend_of(self, joint: int, below: int) -> float:
+        above, along = self.offsets[joint], self.offsets[below]
+        if not (self.solid[joint] and self.solid[below]) or self.motion.frames < 2:
+            return 0.0
+        along = rotate(self.motion.rotations[:, joint], normalise(along))
+        cosine = np.einsum("...i,...i->...", along, np.broadcast_to(normalise(above), along.shape))
+        angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+        return quantile(angle, 0.99) - quantile(angle, 0.01)
+
+    @cached_property
+    def out_of_it(self) -> list[bool]:
+        """Joints of the head, of fingers and of what is carried, and all below them."""
+        out = [name.other for name in self.names]
+        for joint, parent in enumerate(self.parents):
+            out[joint] |= parent >= 0 and out[parent]
+        return out
+
+    @cached_property
+    def reach(self) -> list[int]:
+        """Bones below a joint along the longest line."""
+        return self.below[0]
+
+    @cached_property
+    def below(self) -> tuple[list[int], list[float], dict[int, int]]:
+        """Bones below each joint, their length together, and the child along that line."""
+        bones = [0] * len(self.names)
+        far = [0.0] * len(self.names)
+        main: dict[int, int] = {}
+        for joint, end in self.skeleton.end_offsets.items():
+            far[joint] = float(np.linalg.norm(end))
+        for joint in reversed(range(len(self.names))):
+            for child in self.children[joint]:
+                if self.out_of_it[child]:
+                    continue
+                count = bones[child] + self.solid[child]
+                if count > bones[joint] or joint not in main:
+                    bones[joint], main[joint] = count, child
+                far[joint] = max(far[joint], self.lengths[child] + far[child])
+        return bones, far, main
+
+    @cached_property
+    def _longest(self) -> float:
+        """Length of the skeleton's longest line."""
+        return max((self.below[1][j] for j in self.joints), default=0.0)
+
+    def lines(self, taken: set[int]) -> list[list[int]]:
+        """Lines of joints that hang from the trunk and have none of the joints taken.
+
+        A joint is of the trunk if two long lines leave it, and so is every joint above it.
+        """
+        bones, far, main = self.below
+        longest = self._longest
+        trunk = {j for j in self.joints if self.parents[j] not in self.joints}
+        for joint in self.joints:
+            long = [
+                c
+                for c in self.children[joint]
+                if not self.out_of_it[c]
+                and bones[c] >= 2
+                and self.lengths[c] + far[c] > _SHORT_LINE * longest
+            ]
+            if len(long) >= 2:
+                trunk.update((joint, *ancestors(self.skeleton, joint)))
+        lines = []
+        for joint in sorted(self.joints - trunk):
+            if self.parents[joint] not in trunk or self.out_of_it[joint]:
+                continue
+            line = [joint]
+            while line[-1] in main and not self.branches(line[-1]):
+                line.append(main[line[-1]])
+            line += self._misnamed_end(line)
+            if len(line) >= 2 and taken.isdisjoint(line):
+                lines.append(line)
+        return lines
+
+    def _misnamed_end(self, line: Sequence[int]) -> list[int]:
+        """A joint below a line that is called a finger or prop but ends a whole bone of a limb.
+
+        Joints hang on it, as on a hand; above it are two whole bones.
+        """
+        below = [c for c in self.children[line[-1]] if self.solid[c]]
+        if len(line) < 3 or len(below) != 1 or not self.out_of_it[below[0]]:
+            return []
+        if not self.children[below[0]]:
+            return []
+        return below if self.lengths[below[0]] > _WHOLE_BONE * self.lengths[line[-1]] else []
+
+    def branches(self, joint: int) -> bool:
+        """True for a joint that ends a limb, as a hand with fingers or a paw does."""
+        lines = (c for c in self.children[joint] if not self.out_of_it[c] and self.reach[c])
+        return len(list(lines)) >= _FINGERS
+
+    @cached_property
+    def rest(self) -> Array:
+        """Places of the joints at rest, (joints, 3)."""
+        out = np.zeros((len(self.names), 3))
+        for joint, parent in enumerate(self.parents):
+            out[joint] = self.skeleton.offsets[joint] + (out[parent] if parent >= 0 else 0.0)
+        return out

@@ -1,0 +1,312 @@
+"""Chains parent-child-grandchild in which a twist error can show itself [Choi26 §3.1, §4.1.1].
+
+The parent P of a chain is always the joint that the child C hangs on: an error of P turns back in
+P's own children. Of a bone in pieces every piece has a chain of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from difflib import get_close_matches
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.errors import TwistError
+from twistcore.skeleton.body import (
+    BONES,
+    Body,
+    LimbLine,
+    bone_offset,
+    find_body,
+    has_length,
+    shortest,
+)
+from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
+from twistcore.skeleton.rotation import Array, normalise
+
+SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
+
+_NEAR = 0.75  # of difflib's ratio: from there on a name may be a slip
+_COLLINEAR = np.cos(np.radians(20.0))
+VARYING = np.cos(np.radians(1.0))  # bones that do so have an axis a frame
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Parent P, child C, grandchild G by joint index, and their bone directions.
+
+    Parameters
+    ----------
+    name : str
+        The parent joint's name.
+    parent, child, grandchild : int
+        Joint indices; `grandchild` is −1 where `arm` is C's own axis or an End Site.
+    axis : ndarray, shape (3,) or (frames, 3)
+        Unit vector a from P to C in P's coordinates, (x, y, z); one a frame if position channels
+        make it vary.
+    arm : ndarray, shape (3,) or (frames, 3)
+        Unit vector b from C to G in C's coordinates, (x, y, z).
+    side : {'Left', 'Right', ''}
+        The side of the body.
+    segment : str
+        'Shoulder', 'Arm', 'ForeArm', 'UpLeg', 'Leg', 'Foot' or the like, '' if unknown.
+    warnings : tuple of str
+        What was assumed.
+    pieces : int
+        In how many pieces the bone is; every piece has a chain.
+    ends : bool
+        False if C is the next piece of the same bone.
+    person : str
+        Whose chain it is; '' if there is one person.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> chain = tc.find_chains(tc.read_clip("assets/walk.bvh"))[1]
+    >>> chain, chain.label
+    (<Chain LeftArm: joints 18 → 19 → 20>, 'Left Arm')
+    >>> chain.axis.shape
+    (3,)
+    """
+
+    name: str
+    parent: int
+    child: int
+    grandchild: int
+    axis: Array
+    arm: Array
+    side: str = ""
+    segment: str = ""
+    warnings: tuple[str, ...] = field(default=())
+    pieces: int = 1
+    ends: bool = True
+    person: str = ""
+
+    def __repr__(self) -> str:
+        joints = (j for j in (self.parent, self.child, self.grandchild) if j >= 0)
+        return f"<Chain {self.name}: joints {' → '.join(map(str, joints))}>"
+
+    @property
+    def label(self) -> str:
+        """What a table shows: 'Left ForeArm', of one of several people 'B · Left ForeArm'."""
+        return f"{self.person} · {self.part}" if self.person else self.part
+
+    @property
+    def part(self) -> str:
+        """The part of the body: 'Left ForeArm', or the joint's name where the limb is unknown.
+
+        Of a bone in pieces with the piece: 'Left Arm · upperarm02.L'.
+        """
+        if not self.segment:
+            return self.name
+        piece = f" · {self.name}" if self.pieces > 1 else ""
+        return f"{self.side} {self.segment}{piece}"
+
+    @property
+    def list_label(self) -> str:
+        """The label in a list of chains and limbs."""
+        return self.label
+
+    def sliced(self, start: int, stop: int) -> Chain:
+        """The chain in frames [start, stop)."""
+        axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
+        return replace(self, axis=axis, arm=arm)
+
+    def at(self, frames: NDArray[np.intp] | slice) -> Chain:
+        """The chain in these frames alone."""
+        axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
+        return replace(self, axis=axis, arm=arm)
+
+    def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
+        """P and its children: what an error in the chain, or its correction, turns otherwise.
+
+        carried: of a limb only, whose end may have turned along.
+        """
+        del carried
+        return self.parent, *skeleton.children[self.parent]
+
+
+SomeChain = TypeVar("SomeChain", bound="Chain")
+
+
+def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Chain, ...]:
+    """Find the chains of a clip: one for every bone of its limbs, and for every piece of a bone.
+
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to look at.
+    body : Body, optional
+        The limbs; found in the clip if not given.
+
+    Returns
+    -------
+    tuple of Chain
+        By limb, the joint next to the trunk first; empty if the skeleton has no limb.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+
+    See Also
+    --------
+    find_limbs : Arms and legs as a whole.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> [chain.name for chain in tc.find_chains(clip)][:3]
+    ['LeftShoulder', 'LeftArm', 'LeftForeArm']
+    """
+    motion = motion_of(clip)
+    lines = (find_body(motion) if body is None else body).lines
+    return tuple(chain for line in lines for chain in _chains_of(motion, line))
+
+
+def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
+    """The chains of a limb whose bones have a length, the first one first."""
+    below = [*(bone.child for bone in line.bones[1:]), line.below]
+    for bone, grandchild in zip(line.bones, below, strict=True):
+        # Pieces lie in one line: only C's own axis tells how it turns about that.
+        joints = bone.parent, bone.child, grandchild if bone.ends else -1
+        chain = make_chain(motion, *joints, line.side, bone.segment)
+        if chain is not None:
+            yield replace(chain, pieces=bone.pieces, ends=bone.ends, person=line.person)
+
+
+def make_chain(
+    motion: Motion, parent: int, child: int, grandchild: int = -1, side: str = "", segment: str = ""
+) -> Chain | None:
+    """The chain of three joints, or None where P→C has no length and so no axis.
+
+    Without a grandchild b is, for a hand, the unit Z of C's frame [Choi26 §4.1.3] (or the axis of
+    C least parallel to a, if Z lies within 20° of it); for a foot its End Site.
+    """
+    skeleton = motion.skeleton
+    warnings: list[str] = []
+    axis = bone_direction(motion, child, warnings)
+    if axis is None:
+        return None
+    arm = bone_direction(motion, grandchild, warnings) if grandchild >= 0 else None
+    if arm is None:
+        grandchild = -1
+        end = skeleton.end_offsets.get(child) if segment != "ForeArm" else None
+        if end is not None and has_length(skeleton, end):
+            arm = normalise(end)
+        else:
+            along = np.abs(np.atleast_2d(axis)[0])  # of each axis of C the cosine to a
+            arm = np.eye(3)[2 if along[2] <= _COLLINEAR else int(np.argmin(along))]
+    name = skeleton.names[parent]
+    return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
+
+
+def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
+    """Chains that change a joint in common, directly or through others, belong together.
+
+    So an error in one limb changes nothing in another.
+    """
+    changers: dict[int, list[int]] = {}
+    changed = [chain.changed_joints(skeleton) for chain in chains]
+    for k, joints in enumerate(changed):
+        for joint in joints:
+            changers.setdefault(joint, []).append(k)
+    groups: list[list[int]] = []
+    seen: set[int] = set()
+    for first in range(len(chains)):
+        todo, group = [first], []
+        while todo:
+            if (k := todo.pop()) not in seen:
+                seen.add(k)
+                group.append(k)
+                todo += (other for joint in changed[k] for other in changers.pop(joint, ()))
+        if group:
+            groups.append(sorted(group))
+    # As they are completed when chains are gone through: the group of the earliest last one first.
+    return tuple(tuple(chains[k] for k in group) for group in sorted(groups, key=lambda g: g[-1]))
+
+
+def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:
+    """Names of joints that it turns and that lack three rotation channels; empty: correctable.
+
+    carried: of a limb, by a flip in which the end turned along, whose own rotation then stays.
+    """
+    skeleton = motion.skeleton
+    rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
+    if rotatable is None:
+        return ()
+    return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])
+
+
+def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain:
+    """Return the chain or limb of a name: its own, or its label as `twistcore info` lists it.
+
+    Case and spaces matter only where two differ in nothing else. TwistError for a name that is
+    unknown, with the names that are near, or that may be two of them; where: what has the chains.
+    """
+    for chain in chains:
+        if chain.name == name:
+            return chain
+    chains = tuple(chains)
+    for key in (str, _without_spaces, _folded):
+        alike = [c for c in chains if key(name) in {key(c.name), key(c.label), key(c.list_label)}]
+        if len({c.parent for c in alike}) == 1:
+            return alike[0]  # a chain comes before the limb that it begins
+        if alike:
+            listed = " or ".join(c.name for c in alike)
+            raise TwistError(f"{where}: chain {name!r} may be {listed}; expected one of them")
+    # A chain that a limb begins with may have the limb's label, and goes before it.
+    known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
+    near = get_close_matches(_folded(name), known, cutoff=_NEAR)
+    if near:
+        listed = " or ".join(dict.fromkeys(known[word] for word in near))
+        raise TwistError(f"{where}: no chain {name!r}; did you mean {listed}?")
+    listed = ", ".join(sorted(c.name for c in chains)) or "–"
+    raise TwistError(f"{where}: no chain {name!r}; expected one of {listed}")
+
+
+def _without_spaces(name: str) -> str:
+    return "".join(name.split())
+
+
+def _folded(name: str) -> str:
+    return _without_spaces(name).casefold()
+
+
+def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
+    """Chains by the person whose they are, each in the given order."""
+    own: dict[str, list[SomeChain]] = {}
+    for chain in chains:
+        own.setdefault(chain.person, []).append(chain)
+    return own
+
+
+def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
+    """What was assumed for chains, each sentence once: two chains may share a joint."""
+    return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
+
+
+def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
+    """Unit direction from the parent, (3,), (frames, 3) where it varies, or None at no length."""
+    skeleton = motion.skeleton
+    offset = bone_offset(motion, joint)
+    if joint in motion.positioned and offset.ndim == 1:
+        warnings.append(
+            f"{skeleton.names[joint]}: the position channels are next to zero; its OFFSET is used."
+        )
+        return normalise(offset)
+    lengths, smallest = np.linalg.norm(offset, axis=-1), shortest(skeleton)
+    if lengths.min() <= smallest:
+        return None
+    directions = normalise(offset)
+    if directions.ndim == 1:
+        return directions
+    mean = normalise(directions.mean(axis=0))
+    if (directions @ mean).min() >= VARYING:
+        return mean
+    warnings.append(f"{skeleton.names[joint]}: the bone's direction varies by more than 1°.")
+    return directions

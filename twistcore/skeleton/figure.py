@@ -1,0 +1,61 @@
+"""A figure as a body in a room: which way is up, how tall it is, where it faces."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.people import find_people
+from twistcore.skeleton.rotation import Array
+
+
+def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
+    """Unit vector up, (3,): Y, or Z where the figure clearly stands along it.
+
+    From the knees to the shoulders over the clip, positions (frames, joints, 3): a rest pose may
+    be an arbitrary heap of bones. Without limbs the rest pose has to do.
+    """
+    knees = [c.parent for c in chains if c.segment == "Leg"]
+    shoulders = [c.parent for c in chains if c.segment == "Arm"]
+    if knees and shoulders:
+        rise = positions[:, shoulders].mean(axis=(0, 1)) - positions[:, knees].mean(axis=(0, 1))
+        extent = np.abs(rise)
+    else:
+        rest = np.zeros((len(skeleton), 3))
+        for joint, parent in enumerate(skeleton.parents):
+            rest[joint] = skeleton.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
+        extent = np.ptp(rest, axis=0)
+    up: Array = np.eye(3)[2 if extent[2] > 1.5 * extent[1] else 1]
+    return up
+
+
+def figure_size(positions: Array, skeleton: Skeleton) -> float:
+    """How tall the figure is, the file's length unit: no pose is larger, nor the rest pose.
+
+    positions: (frames, joints, 3); some 200 frames of them are looked at. Of several people the
+    tallest one.
+    """
+    some = positions[:: max(1, len(positions) // 200)]
+    poses = (some[:, list(person.joints)] for person in find_people(skeleton))
+    largest = max(float(np.ptp(pose, axis=1).max()) for pose in poses)
+    return min(skeleton.height, largest) if largest > 0.0 else skeleton.height
+
+
+def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
+    """The level unit vector in which the figure faces, (3,).
+
+    positions: (joints, 3); up: a unit vector, (3,). From right to left across hips and shoulders;
+    Z (−Y where Z is up) if sides are unknown. Of several people the first one with chains counts.
+    """
+    across = np.zeros(3)
+    own = [c for c in chains if c.person == chains[0].person]
+    for segment in ("UpLeg", "Arm"):
+        sides = {c.side: positions[c.parent] for c in own if c.segment == segment}
+        if {"Left", "Right"} <= sides.keys():
+            across += sides["Left"] - sides["Right"]
+    ahead = np.cross(across, up)
+    size = float(np.linalg.norm(ahead))
+    if size > 1e-9:
+        return ahead / size
+    return np.array([0.0, 0.0, 1.0]) if up[1] > 0.5 else np.array([0.0, -1.0, 0.0])

@@ -1,0 +1,83 @@
+"""Twist bones next to the chain, as in Unreal rigs: they share out the roll of a limb's bone.
+
+A helper hangs on the joint P of a bone, next to C, and turns about the bone. One that turns alone
+wrings the skin ("candy wrapper") although no joint of the limb is wrong.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.skeleton.body import Body, Bone, LimbLine, bone_offset, has_length
+from twistcore.skeleton.chain import Chain, make_chain
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.rotation import normalise
+
+_IN_LINE = np.cos(np.radians(5.0))  # a helper lies on the bone
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Helper(Chain):
+    """A twist bone next to a chain, by its own index in place of P's.
+
+    parent: the helper; child: C of the bone that it lies in, whose roll it shares out; axis: the
+    bone's direction in the coordinates of the joint that both hang on.
+    """
+
+    def __repr__(self) -> str:
+        return f"<Helper {self.name}: joint {self.parent} next to {self.child}>"
+
+    @property
+    def part(self) -> str:
+        """The bone and the helper: 'Left Arm · upperarm_twist_01_l'."""
+        bone = f"{self.side} {self.segment}"
+        return f"{bone} · {self.name}" if self.segment else self.name
+
+    @property
+    def list_label(self) -> str:
+        """The label in a list of chains and limbs."""
+        return f"{self.label} · helper"
+
+    def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
+        """The helper and what hangs on it."""
+        del carried
+        return self.parent, *skeleton.children[self.parent]
+
+
+def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
+    """Twist bones next to the bones of a body's limbs, by the bones' order."""
+    return tuple(
+        helper
+        for line in body.lines
+        for bone in line.bones
+        for helper in _next_to(motion, body, line, bone)
+    )
+
+
+def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
+    """Helpers of one bone: leaves that lie on it, and children that are called so."""
+    skeleton, parent, child = motion.skeleton, bone.parent, bone.child
+    chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)
+    if chain is None:
+        return
+    chain = replace(chain, person=line.person, warnings=())
+    for joint in skeleton.children[parent]:
+        name = body.names[joint]
+        if joint == child or name.other or not (name.helper or _lies_on(motion, joint, child)):
+            continue
+        fields = vars(replace(chain, name=skeleton.names[joint], parent=joint))
+        yield Helper(**fields)
+
+
+def _lies_on(motion: Motion, joint: int, child: int) -> bool:
+    """True for a leaf strictly between the ends of the bone to `child`."""
+    if motion.skeleton.children[joint]:
+        return False
+    place, bone = (bone_offset(motion, j).reshape(-1, 3).mean(axis=0) for j in (joint, child))
+    if not (has_length(motion.skeleton, place) and has_length(motion.skeleton, bone)):
+        return False
+    inside = np.linalg.norm(place) < np.linalg.norm(bone)
+    return bool(inside and normalise(place) @ normalise(bone) > _IN_LINE)

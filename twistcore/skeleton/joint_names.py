@@ -1,0 +1,391 @@
+"""What the names of joints say: the side, and which part of the body.
+
+Words and their meanings are in `joint_vocabulary.py`.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+from twistcore.skeleton.joint_vocabulary import (
+    ROLES,
+    JointName,
+    Meaning,
+    Vocabulary,
+    default_vocabulary,
+    folded,
+    joint_as_said,
+    read_vocabulary,
+    read_words,
+    vocabulary_of,
+)
+from twistcore.skeleton.joint_words import decodings, words_of
+
+__all__ = [
+    "FEET",
+    "HANDS",
+    "ROLES",
+    "TOES",
+    "JointName",
+    "Vocabulary",
+    "default_vocabulary",
+    "is_helper",
+    "joint_as_said",
+    "own_names",
+    "read_vocabulary",
+    "read_words",
+    "understood",
+    "vocabulary_of",
+]
+
+HANDS = ("wrist", "hand")
+FEET = ("ankle", "foot")
+TOES = ("toe", "ball", "foot")
+
+_SHARED = 0.6  # an unknown first or last word of so many joints is the rig's name, not the joint's
+_FEWEST = 3  # bones that a language must name beyond the others
+_ENOUGH = 6  # bones that are named: no other language is looked for
+_SHORTEST = 3  # letters of a word that is found within a longer one
+_SHORTEST_SIDE = 4
+_LONGEST = 60  # letters of a word that is taken apart
+_LAST = 3  # the rank of a word that counts only where nothing else is
+
+
+def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
+    """What every joint's name of a skeleton says, by default by the words of the program."""
+    return list(_understood(tuple(names), vocabulary or default_vocabulary()))
+
+
+def own_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
+    """What a person's vocabulary says of a skeleton's joints that the program's does not.
+
+    By joint, in the words of :func:`joint_as_said`.
+    """
+    before, after = understood(names), understood(names, vocabulary)
+    return {
+        name: _said(new)
+        for name, old, new in zip(names, before, after, strict=True)
+        if (old.side, old.roles, old.helper, old.other)
+        != (new.side, new.roles, new.helper, new.other)
+    }
+
+
+def _said(joint: JointName) -> str:
+    if joint.helper or joint.other:
+        return "helper" if joint.helper else "other"
+    return f"{joint.side} {joint.roles[0]}".lower() if joint.side and joint.roles else "unknown"
+
+
+def is_helper(name: str) -> bool:
+    """Whether a joint only shares out the twist of the bone that it lies in."""
+    return understood([name])[0].helper
+
+
+@lru_cache(maxsize=16)
+def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
+    readings = [_in_languages([*map(words_of, text)], vocabulary) for text in decodings(names)]
+    found = max(readings, key=_known)  # the first of equal ones
+    own = vocabulary.joints
+    return tuple(own.get(name, joint) for name, joint in zip(names, found, strict=True))
+
+
+def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
+    """What the names say in the language that most bones are named in."""
+    found = _read(words, vocabulary)
+    if _limb_words(found) >= _ENOUGH:
+        return found
+    text = "\n".join({folded(word) for joint in words for word in joint if not word.isdigit()})
+    for language, both in zip(vocabulary.languages, vocabulary.with_languages, strict=True):
+        if sum(word in text for word in language.words) < _FEWEST:
+            continue
+        other = _read(words, both)
+        if _limb_words(other) >= _limb_words(found) + _FEWEST:
+            found = other
+    return found
+
+
+def _known(joints: Iterable[JointName]) -> int:
+    """How many joints have a name that is known."""
+    return sum(bool(joint.roles or joint.other or joint.trunk) for joint in joints)
+
+
+def _limb_words(joints: Iterable[JointName]) -> int:
+    """How many different bones are named."""
+    return len({joint.word for joint in joints if joint.roles and not joint.helper})
+
+
+# -- what they mean --------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Piece:
+    word: str
+    meaning: Meaning | None  # None: unknown
+    upper: bool = False
+
+    def __bool__(self) -> bool:
+        return self.meaning is not None
+
+    def has(self, mark: str) -> bool:
+        return self.meaning is not None and mark in self.meaning.marks
+
+    @property
+    def side(self) -> str:
+        return self.meaning.side if self.meaning is not None else ""
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        return self.meaning.roles if self.meaning is not None else ()
+
+
+def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
+    """What each joint's words mean, by themselves and then in view of the others."""
+    numbers = [_number(w, vocabulary) for w in words]
+    letters = [[w for w in joint if not w.isdigit()] for joint in words]
+    pieces = [_pieces(joint, vocabulary) for joint in letters]
+    pieces = _without_shared(pieces, 0)
+    pieces = _without_shared(pieces, -1)
+    sides = _mirrored(pieces, numbers, vocabulary)
+    joints = [
+        _joint_name(p, number, side) for p, number, side in zip(pieces, numbers, sides, strict=True)
+    ]
+    return _best(joints, pieces)
+
+
+def _number(words: list[str], vocabulary: Vocabulary) -> str:
+    """All digits, without those behind the rig's own prefix: Bip01."""
+    out = ""
+    for k, word in enumerate(words):
+        if word.isdigit():
+            before = folded(words[k - 1]) if k else ""
+            two = folded(words[k - 2]) + before if k > 1 else ""
+            known = (vocabulary.words.get(w) for w in (before, two) if w)
+            if not any(m is not None and "prefixes" in m.marks for m in known):
+                out += word
+    return out
+
+
+def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
+    """A name's words, phrases of several put together and words written together taken apart."""
+    split: list[_Piece] = []
+    for word in words:
+        split += _sides_off(folded(word), word.isupper(), vocabulary)
+    rest = [p for p in split if not p.side]
+    out = [p for p in split if p.side]
+    k = 0
+    while k < len(rest):
+        for stop in range(len(rest), k, -1):
+            phrase = "".join(p.word for p in rest[k:stop])
+            meaning = vocabulary.words.get(phrase)
+            if meaning is not None and not meaning.side:
+                piece = _Piece(phrase, meaning)
+                apart = _taken_apart(phrase, vocabulary) if piece.has("sided") else []
+                if any(p.side for p in out) or not any(p.side for p in apart):  # larm, L_larm
+                    apart = [piece]
+                out += apart
+                k = stop
+                break
+        else:
+            out += _taken_apart(rest[k].word, vocabulary) or [rest[k]]
+            k += 1
+    return out
+
+
+def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
+    """A word, or the side that it begins or ends with and the rest of it."""
+    meaning = vocabulary.words.get(word)
+    if meaning is not None:
+        return [_Piece(word, meaning, upper)] if meaning.side else [_Piece(word, None, upper)]
+    for length in range(min(len(word) - 1, vocabulary.longest), 0, -1):
+        for side, rest in ((word[:length], word[length:]), (word[-length:], word[:-length])):
+            known = vocabulary.words.get(side)
+            if known is not None and known.side and _may_join(side, _SHORTEST_SIDE):
+                return [_Piece(side, known), _Piece(rest, None)]
+    return [_Piece(word, None, upper)]
+
+
+def _may_join(word: str, shortest: int) -> bool:
+    """Whether a word may be found within another: not a short one of an alphabet."""
+    return len(word) >= shortest or not _has_case(word)
+
+
+def _has_case(word: str) -> bool:
+    return word.upper() != word
+
+
+def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
+    """The known words that a word is made of, as few as can be; [] where something is left."""
+    if len(word) > _LONGEST:
+        return []
+    best: list[list[_Piece] | None] = [None] * (len(word) + 1)
+    best[0] = []
+    for stop in range(1, len(word) + 1):
+        for start in range(max(0, stop - vocabulary.longest), stop):
+            before, part = best[start], word[start:stop]
+            meaning = vocabulary.words.get(part)
+            if before is None or meaning is None or (start, stop) == (0, len(word)):
+                continue
+            if meaning.side:
+                at_end = start == 0 or stop == len(word)
+                if any(p.side for p in before) or not (at_end or len(part) >= _SHORTEST_SIDE):
+                    continue
+                if len(part) > 1 and not _may_join(part, _SHORTEST_SIDE):
+                    continue
+            elif not _may_join(part, _SHORTEST):
+                continue
+            so_far = best[stop]
+            if so_far is None or len(before) + 1 < len(so_far):
+                best[stop] = [*before, _Piece(part, meaning)]
+    return best[-1] or []
+
+
+def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]]:
+    """Without the unknown first (0) or last (−1) words, sides apart, that most joints have."""
+    while True:
+        rest = [[p for p in joint if not p.side] for joint in pieces]
+        ends = Counter(r[place].word for r in rest if len(r) > 1 and not r[place])
+        word, often = ends.most_common(1)[0] if ends else ("", 0)
+        if often < max(2.0, _SHARED * len(pieces)):
+            return pieces
+        pieces = [
+            [p for p in joint if p is not r[place]]
+            if len(r) > 1 and not r[place] and r[place].word == word
+            else joint
+            for joint, r in zip(pieces, rest, strict=True)
+        ]
+
+
+def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabulary) -> list[str]:
+    """Sides by words that mean one only where the mirrored name has the other; '' elsewhere."""
+    out = [""] * len(pieces)
+    for pair in vocabulary.pairs:
+        seen: tuple[dict[Any, int], dict[Any, int]] = ({}, {})
+        for joint, (joint_pieces, number) in enumerate(zip(pieces, numbers, strict=True)):
+            if not any(p.word in pair for p in joint_pieces):
+                continue
+            if any(p.side for p in joint_pieces if p.word not in pair):
+                continue
+            rest = tuple(p.word for p in joint_pieces if p.word not in pair)
+            known = any(p.roles or p.has("other") for p in joint_pieces if p.word not in pair)
+            for words, letter in zip(seen, pair, strict=True):
+                if known and any(p.word == letter for p in joint_pieces):
+                    words[rest, number] = joint
+        for key in seen[0].keys() & seen[1].keys():
+            out[seen[0][key]], out[seen[1][key]] = "Left", "Right"
+    return out
+
+
+def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
+    side = mirrored or _side(pieces)
+    rest = [p for p in pieces if not p.side]
+    if not any(p.roles for p in rest if not p.has("noise")):  # French "main", where nothing else is
+        stem = [p for p in rest if not p.has("noise") or (p.roles and side)]
+    else:
+        stem = [p for p in rest if not p.has("noise")]
+    stem = [p for p in stem if p or len(p.word) > 1 or not _has_case(p.word)]
+    if not stem:
+        return JointName("", "".join(p.word for p in pieces), number)
+    bones = [p for p in stem if p.roles and (side or not p.has("sided"))]
+    other = next((p for p in stem if p.has("other")), None)
+    trunk = next((p for p in stem if p.has("trunk")), None)
+    bone = bones[-1] if bones else None
+    if bone is not None and trunk is not None and not side:
+        bone = None  # Kinect's SpineShoulder
+    if bone is not None and (other is None or "toe" in bone.roles):
+        other = trunk = None
+    roles = bone.roles if bone is not None and other is None else ()
+    said = other or (bone if roles else trunk)
+    return JointName(
+        side,
+        "".join(p.word for p in stem),
+        number,
+        roles,
+        any(p.has("helper") for p in stem),
+        other is not None,
+        trunk is not None and other is None,
+        said.word if said else "",
+    )
+
+
+def _side(pieces: list[_Piece]) -> str:
+    """The side: a word before a letter, a capital before a small letter."""
+    sides = [p for p in pieces if p.side]
+    if len(sides) == len(pieces):
+        return ""  # Xsens' L5 is a vertebra
+    sides.sort(key=lambda p: (len(p.word) == 1 and _has_case(p.word), not p.upper))
+    return sides[0].side if sides else ""
+
+
+def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
+    """The roles in view of the others: without those of words that a side has a better one for.
+
+    Of a word with several meanings the one comes first that no other word of its side has.
+    """
+    ranks = [_rank(p) for p in pieces]
+    best: dict[tuple[str, str], int] = {}
+    for joint, rank in zip(joints, ranks, strict=True):
+        if joint.roles and not joint.helper:
+            for side in {joint.side, ""}:  # a joint without a side is compared with all
+                key = side, joint.roles[0]
+                best[key] = min(rank, best.get(key, rank))
+    out = list(joints)
+    last = []
+    for k, (joint, rank) in enumerate(zip(joints, ranks, strict=True)):
+        if joint.roles and not joint.helper and rank == _LAST:
+            last.append(k)
+            out[k] = _without_roles(joint, pieces[k])
+        elif joint.roles and not joint.helper and rank > best[joint.side, joint.roles[0]]:
+            out[k] = _without_roles(joint, pieces[k])
+    out, taken = _sorted_out(out)
+    if last := [k for k in last if (joints[k].side, joints[k].roles[0]) not in taken]:
+        for k in last:
+            out[k] = joints[k]
+        out, taken = _sorted_out(out)
+    return out
+
+
+def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
+    layer = any(p.has("layer") for p in pieces)
+    trunk = any(p.has("trunk") for p in pieces) and not layer
+    return replace(joint, roles=(), other=layer, trunk=trunk)
+
+
+def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
+    """Joints with the roles in front that no other has for certain; and those certain ones."""
+    out = list(joints)
+    open_ = {k: list(joint.roles) for k, joint in enumerate(joints) if joint.roles}
+    taken: set[tuple[str, str]] = set()
+    while True:
+        certain = {
+            (out[k].side, roles[0])
+            for k, roles in open_.items()
+            if len(roles) == 1 and not out[k].helper
+        }
+        if certain == taken:
+            return out, taken
+        taken = certain
+        for k, roles in open_.items():
+            free = [role for role in roles if (out[k].side, role) not in taken]
+            if free and len(roles) > 1:
+                open_[k] = free
+                rest = [role for role in out[k].roles if role not in free]
+                out[k] = replace(out[k], roles=(*free, *rest))
+
+
+def _rank(pieces: list[_Piece]) -> int:
+    """How far a name is from one that says only what it is, in known words; 0 for such a one."""
+    if any(p.has("third") for p in pieces):
+        return _LAST
+    bare = [p for p in pieces if p or len(p.word) > 1]
+    two = sum(len(p.roles) == 1 for p in bare) > 1  # Unreal's calf_knee
+    if two or not all(bare) or any(_is_extra(p) for p in bare):
+        return 2
+    return int(any(p.has("second") for p in bare))
+
+
+def _is_extra(piece: _Piece) -> bool:
+    return piece.has("layer") or piece.has("tip") or (piece.has("trunk") and not piece.roles)

@@ -1,0 +1,294 @@
+"""The words in joints' names and what they mean: `joint_names.toml`, and a person's own file."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+from twistcore.errors import FormatError
+from twistcore.files.document_values import (
+    bytes_of,
+    flag,
+    has,
+    items,
+    parsed_toml,
+    saying,
+    text,
+    texts,
+)
+
+ROLES = ("shoulder", "arm", "forearm", "hand", "upleg", "leg", "foot", "toe")
+
+_Value = TypeVar("_Value")
+_DEFAULT = Path(__file__).with_name("joint_names.toml")
+_KANA_MARKS = "\u3099\u309a"  # か with one is が, another letter
+_PLAIN = str.maketrans({"ł": "l", "ø": "o", "đ": "d", "ı": "i", "æ": "ae", "œ": "oe"})
+_MARKS = (
+    "sided",
+    "second",
+    "third",
+    "trunk",
+    "other",
+    "helper",
+    "layer",
+    "tip",
+    "noise",
+    "prefixes",
+)
+_SIDES = {"left": "Left", "right": "Right"}
+_KEYS = (*_SIDES, *ROLES, *_MARKS, "pairs", "either", "whole")
+
+
+@dataclass(frozen=True)
+class JointName:
+    """What a name says.
+
+    side: 'Left', 'Right' or ''; stem: the rest in lower-case letters, without accents; number: its
+    digits; roles: which of ROLES the word can mean, the likeliest first, () for none; helper: the
+    joint only shares out the twist of the bone that it lies in; other: it is a part of the head or
+    hand, or something carried, and never part of an arm or leg; trunk: it is the pelvis, spine or
+    neck; word: the word that said so.
+    """
+
+    side: str
+    stem: str
+    number: str
+    roles: tuple[str, ...] = ()
+    helper: bool = False
+    other: bool = False
+    trunk: bool = False
+    word: str = ""
+
+    @property
+    def no_limb(self) -> bool:
+        """Whether it names a part of the head or hand, or something carried."""
+        return self.other
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a word says; see `joint_names.toml`."""
+
+    side: str = ""
+    roles: tuple[str, ...] = ()
+    marks: frozenset[str] = frozenset()  # 'sided', 'other', …
+
+    def joined(self, other: Meaning) -> Meaning:
+        """Both, of a word that is in two lists."""
+        roles = tuple(dict.fromkeys(self.roles + other.roles))
+        return Meaning(self.side or other.side, roles, self.marks | other.marks)
+
+
+@dataclass(frozen=True, eq=False)
+class Vocabulary:
+    """Words, folded as `folded` does, and what they mean.
+
+    pairs: words for left and right that mean it only on mirrored names; languages: vocabularies
+    whose words count only for a skeleton that is named in them as a whole; joints: what a person
+    says of single joints, by their whole names.
+    """
+
+    words: Mapping[str, Meaning]
+    pairs: tuple[tuple[str, str], ...] = ()
+    languages: tuple[Vocabulary, ...] = ()
+    joints: Mapping[str, JointName] = field(default_factory=dict)
+
+    def over(self, other: Vocabulary) -> Vocabulary:
+        """This one's words, where it has none those of the other."""
+        return Vocabulary(
+            {**other.words, **self.words},
+            tuple(dict.fromkeys(self.pairs + other.pairs)),
+            tuple(language for language in other.languages if language is not self),
+            {**other.joints, **self.joints},
+        )
+
+    @cached_property
+    def with_languages(self) -> tuple[Vocabulary, ...]:
+        """This one with each of its languages."""
+        return tuple(language.over(self) for language in self.languages)
+
+    @cached_property
+    def longest(self) -> int:
+        """Letters of the longest word."""
+        return max(map(len, self.words), default=0)
+
+
+@cache
+def default_vocabulary() -> Vocabulary:
+    """The words that come with the program."""
+    return _vocabulary(parsed_toml(_DEFAULT.read_bytes()))
+
+
+def read_vocabulary(path: Path) -> Vocabulary:
+    """A person's own file over the default; raises TwistError, FormatError for a damaged file."""
+    return vocabulary_of(read_words(path))
+
+
+def read_words(path: Path) -> dict[str, Any]:
+    """What a person's own file of words says, checked; raises as :func:`read_vocabulary`."""
+    data = bytes_of(path)
+    with saying(path):
+        document = parsed_toml(data)
+        try:
+            _vocabulary(document)
+        except _WordsError as error:
+            raise FormatError(f"{_place(data, error.at)}{error}") from None
+    return document
+
+
+def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
+    """The vocabulary of what a file of words says, over the default; FormatError if damaged."""
+    return _vocabulary(words).over(default_vocabulary())
+
+
+class _WordsError(FormatError):
+    """What is wrong, and `at` which words of the file: its line is looked for."""
+
+    def __init__(self, message: str, *at: str) -> None:
+        super().__init__(message)
+        self.at = at
+
+
+def _place(data: bytes, at: tuple[str, ...]) -> str:
+    """'line 7: ', the first line that has all these words after each other, or ''."""
+    found = 0
+    lines = data.decode("utf-8", "replace").splitlines()
+    for word in at:
+        later = (k for k in range(found, len(lines)) if word in lines[k].partition("#")[0])
+        found = next(later, -1)
+        if found < 0:
+            return ""
+    return f"line {found + 1}: "
+
+
+def folded(word: str) -> str:
+    """Lower-case letters without accents, of full and half width alike."""
+    if word.isascii():
+        return word.lower()
+    plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", word).casefold())
+    kept = (c for c in plain if not unicodedata.combining(c) or c in _KANA_MARKS)
+    return unicodedata.normalize("NFC", "".join(kept)).translate(_PLAIN)
+
+
+def _vocabulary(document: Mapping[str, Any]) -> Vocabulary:
+    """What a document says; FormatError where it is damaged."""
+    words: dict[str, Meaning] = {}
+    pairs: list[tuple[str, str]] = []
+    languages: list[Vocabulary] = []
+    joints: dict[str, JointName] = {}
+    for name, table in document.items():
+        if not isinstance(table, Mapping):
+            raise _WordsError(f"expected {name} in a table, as [english]", name)
+        if name == "joints":
+            joints |= _own_joints(table)
+            continue
+        found, its_pairs = _table(name, table)
+        if _checked(flag, table.get("whole", False), name, "whole"):
+            languages.append(Vocabulary(found, its_pairs))
+        else:
+            pairs += its_pairs
+            for word, meaning in found.items():
+                words[word] = meaning.joined(words[word]) if word in words else meaning
+    return Vocabulary(words, tuple(pairs), tuple(languages), joints)
+
+
+def _table(
+    name: str, table: Mapping[str, Any]
+) -> tuple[dict[str, Meaning], tuple[tuple[str, str], ...]]:
+    if unknown := sorted(table.keys() - set(_KEYS)):
+        raise _WordsError(f"expected {', '.join(_KEYS)}; found {unknown[0]!r}", name, unknown[0])
+    words: dict[str, Meaning] = {}
+
+    def add(word: str, meaning: Meaning, at: str) -> None:
+        key = _phrase(word)
+        if not meaning.side:
+            key = _without_side(key)
+        if not key:
+            raise _WordsError(f"expected a word with letters for {at}, found {word!r}", name, at)
+        words[key] = words[key].joined(meaning) if key in words else meaning
+
+    for key in _SIDES:
+        for word in _checked(texts, table.get(key, []), name, key):
+            add(word, Meaning(side=_SIDES[key]), key)
+    for word, roles in _checked(_mapping, table.get("either", {}), name, "either").items():
+        add(word, Meaning(roles=_checked(_roles, roles, name, word)), word)
+    for key in ROLES:
+        for word in _checked(texts, table.get(key, []), name, key):
+            add(word, Meaning(roles=(key,)), key)
+    for key in _MARKS:
+        marks = frozenset({key, "noise"} if key == "prefixes" else {key})
+        for word in _checked(texts, table.get(key, []), name, key):
+            add(word, Meaning(marks=marks), key)
+    return words, _checked(_pairs, table.get("pairs", []), name, "pairs")
+
+
+def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
+    """What `check` makes of a value of a table, which it names; _WordsError says at which line."""
+    try:
+        return check(value, key)
+    except FormatError as error:
+        raise _WordsError(str(error), table, key) from None
+
+
+def _mapping(value: Any, what: str) -> Mapping[str, Any]:
+    return has(value, what=what)
+
+
+def _roles(value: Any, word: str) -> tuple[str, ...]:
+    roles = texts(value, word)
+    if unknown := [role for role in roles if role not in ROLES]:
+        raise FormatError(f"expected {', '.join(ROLES)} for {word}, found {unknown[0]!r}")
+    return roles
+
+
+def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
+    pairs = [texts(pair, what) for pair in items(value, what)]
+    if any(len(pair) != 2 for pair in pairs):
+        raise FormatError("expected pairs of two words, left and right")
+    return tuple((folded(left), folded(right)) for left, right in pairs)
+
+
+def _phrase(words: str) -> str:
+    """A phrase as it is looked up: written together."""
+    if words.isascii():
+        return "".join(filter(str.isalnum, words)).lower()
+    return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
+
+
+def _without_side(phrase: str) -> str:
+    """A phrase without 'left' or 'right' at an end: a person may give a whole name."""
+    for side in _SIDES:
+        rest = phrase.removeprefix(side).removesuffix(side)
+        if rest:
+            phrase = rest
+    return phrase
+
+
+def _own_joints(table: Mapping[str, Any]) -> dict[str, JointName]:
+    """What a person says of single joints, by name."""
+    return {name: _checked(_as_said, said, "joints", name) for name, said in table.items()}
+
+
+def _as_said(said: Any, name: str) -> JointName:
+    return joint_as_said(name, text(said, name))
+
+
+def joint_as_said(name: str, said: str) -> JointName:
+    """What a person says of one joint: 'left hand', 'helper', 'other' or 'unknown'.
+
+    Raises FormatError for other words.
+    """
+    words = said.casefold().split()
+    side = _SIDES[words.pop(0)] if words and words[0] in _SIDES else ""
+    what = " ".join(words)
+    if what not in (*ROLES, "helper", "other", "unknown") or (what in ROLES) != bool(side):
+        raise FormatError(
+            f"expected left or right and {', '.join(ROLES)}, or helper, other, unknown for "
+            f"{name}, found {said!r}"
+        )
+    joint = JointName(side, folded(name), "", (what,) if what in ROLES else (), word=name)
+    return replace(joint, helper=what == "helper", other=what == "other")

@@ -1,0 +1,89 @@
+"""The words that a joint's name is made of, in any script."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Sequence
+from contextlib import suppress
+
+_WORDS = 12  # read from either end of a name; no rig's names have more
+# Shift-JIS, Windows' Chinese, Korean and Cyrillic, and latin-1, which takes every byte.
+_ENCODINGS = ("cp932", "gb18030", "cp949", "cp1251", "latin-1")
+
+
+def words_of(name: str) -> list[str]:
+    """Runs of letters or digits, as written; namespaces, paths and what is in brackets left out."""
+    plain = "".join(
+        c for c in unicodedata.normalize("NFKC", name) if unicodedata.category(c) != "Cf"
+    )
+    parts = [part for part in re.split(r"[:|/\\]", plain) if any(c.isalnum() for c in part)]
+    bare = parts[-1] if parts else plain
+    without = re.sub(r"\[[^\]]*\]", " ", bare)
+    runs = _runs(without) or _runs(bare) or [bare]
+    return runs if len(runs) <= 2 * _WORDS else runs[:_WORDS] + runs[-_WORDS:]
+
+
+def _runs(name: str) -> list[str]:
+    words: list[str] = []
+    kind = ""
+    for c in unicodedata.normalize("NFC", name):
+        now = _kind(c)
+        if now == "mark":
+            now = kind
+        if now == "":
+            pass
+        elif now == kind or (kind, now) == ("upper", "lower"):
+            if (kind, now) == ("upper", "lower") and len(words[-1]) > 1:  # LHip
+                capitals = words.pop()
+                before = capitals[:-1]
+                words += before if _is_side_and_letter(before) else [before]
+                words.append(capitals[-1] + c)
+            else:
+                words[-1] += c
+        else:
+            words.append(c)
+        kind = now
+    return words
+
+
+def _is_side_and_letter(capitals: str) -> bool:
+    """Whether two capitals before a word are a side and the begin of it: LUArm, RFArm."""
+    return len(capitals) == 2 and capitals[0] in "LR"
+
+
+def _kind(c: str) -> str:
+    if c.isdigit():
+        return "digit"
+    if c.isupper() or c.istitle():
+        return "upper"
+    if c.islower():
+        return "lower"
+    if c.isalpha():
+        return "letter"  # of a script without case
+    return "mark" if unicodedata.category(c) in ("Mn", "Mc") else ""
+
+
+def decodings(names: Sequence[str]) -> list[tuple[str, ...]]:
+    """The names in the encodings that they may have been written in.
+
+    A byte without UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). Without any
+    the names are what they are.
+    """
+    if not any(_is_byte(c) for name in names if not name.isascii() for c in name):
+        return [tuple(names)]
+    found = []
+    for encoding in _ENCODINGS:
+        with suppress(UnicodeDecodeError):
+            found.append(tuple(_decoded(name, encoding) for name in names))
+    return found
+
+
+def _decoded(name: str, encoding: str) -> str:
+    if not any(map(_is_byte, name)):
+        return name
+    return name.encode("utf-8", "surrogateescape").decode(encoding)
+
+
+def _is_byte(c: str) -> bool:
+    return "\udc80" <= c <= "\udcff"

@@ -1,0 +1,199 @@
+"""Limbs of three joints: a flip turns them about the line from their first joint to their end.
+
+The angle of the middle joint about that line is the *swivel angle* of inverse kinematics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from twistcore.skeleton.body import lower_pair
+from twistcore.skeleton.chain import Chain, find_chains, limbs
+from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
+from twistcore.skeleton.rotation import Array, rotate
+
+_SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
+_MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}
+_ENDS = {"Arm": "hand", "UpLeg": "foot"}
+_SHORTEST = 0.3  # of the other bone: beside a longer one a stump has no knee
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Limb(Chain):
+    """A chain looked at as a whole: hip P, knee C and ankle E, or shoulder, elbow and wrist.
+
+    Its errors turn about the line from P to E, not about the bone from P to C.
+
+    Parameters
+    ----------
+    name : str
+        Names of P and E, as 'LeftUpLeg-LeftFoot': the chain of the same joints has P's alone.
+    parent, child, grandchild : int
+        Joint indices of P, C and E.
+    axis, arm, side, segment, warnings, pieces, ends, person
+        As those of :class:`Chain`.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> limb = tc.find_limbs(tc.read_clip("assets/walk.bvh"))[1]
+    >>> limb, limb.label, limb.middle_word
+    (<Limb LeftUpLeg-LeftFoot: joints 2 → 3 → 4>, 'Left leg', 'knee')
+    """
+
+    def __repr__(self) -> str:
+        return f"<Limb {self.name}: joints {self.parent} → {self.child} → {self.end}>"
+
+    @property
+    def end(self) -> int:
+        """E: the joint whose place a flip leaves."""
+        return self.grandchild
+
+    def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
+        """P, and E unless it was carried: C's own rotation is none of a flip's."""
+        del skeleton
+        return (self.parent,) if carried else (self.parent, self.end)
+
+    @property
+    def part(self) -> str:
+        """The limb: 'Left arm', or the joints' names where the limb is unknown."""
+        return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
+
+    @property
+    def list_label(self) -> str:
+        """Beside the chain 'Right Leg' it is told by more than a letter: 'Right leg · limb'."""
+        return f"{self.label} · limb"
+
+    @property
+    def middle_word(self) -> str:
+        """What a person calls C: 'knee', 'elbow', or 'middle joint' where the limb is unknown."""
+        return _MIDDLES.get(self.segment, "middle joint")
+
+    @property
+    def end_word(self) -> str:
+        """What a person calls E and what hangs on it: 'foot', 'hand' or 'end'."""
+        return _ENDS.get(self.segment, "end")
+
+
+def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) -> tuple[Limb, ...]:
+    """Find the limbs of a clip: arms and legs, by names or by the shape of the skeleton.
+
+    Where names say nothing, a limb is the two neighbouring bones of a line that are longest
+    together. A limb ends in a joint, neither of its bones is much shorter than the other, and a
+    bone in pieces is one bone.
+
+    Parameters
+    ----------
+    clip : Clip or Motion
+        What to look at.
+    chains : sequence of Chain, optional
+        The chains that limbs are made of; :func:`find_chains` of the clip if not given.
+
+    Returns
+    -------
+    tuple of Limb
+        In the order of the chains; empty if there is none.
+
+    Raises
+    ------
+    TypeError
+        If `clip` is neither a clip nor a motion.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> [limb.label for limb in tc.find_limbs(clip)]
+    ['Left arm', 'Left leg', 'Right arm', 'Right leg']
+    """
+    motion = motion_of(clip)
+    chains = find_chains(motion) if chains is None else chains
+    found = []
+    for line in limbs(motion.skeleton, chains):
+        own = [c for c in _of_two_bones(line) if _has_two_bones(motion, c)]
+        if any(c.segment for c in line):
+            own = [c for c in own if c.segment in _SEGMENTS]
+        elif own:
+            own = [own[lower_pair([sum(bones(motion, c)) for c in own])]]
+        found += [as_limb(motion, c) for c in own]
+    order = {c.name: k for k, c in enumerate(chains)}
+    names = motion.skeleton.names
+    return tuple(sorted(found, key=lambda limb: order[names[limb.parent]]))
+
+
+def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
+    """Chains over a whole bone and the whole bone below it, P to C to E; line: of one limb."""
+    by_parent = {c.parent: c for c in line}
+    inner = {c.child for c in line if not c.ends}
+    for chain in line:
+        if chain.parent in inner:  # a bone begins with its first piece
+            continue
+        last = _last_piece(chain, by_parent)
+        below = by_parent.get(last.child)
+        end = last.grandchild if below is None else _last_piece(below, by_parent).child
+        if last.ends and last.grandchild >= 0:
+            yield replace(last, parent=chain.parent, axis=chain.axis, grandchild=end)
+
+
+def _last_piece(chain: Chain, by_parent: Mapping[int, Chain]) -> Chain:
+    """The chain of the last piece of a bone; chain: of its first one."""
+    while not chain.ends and chain.child in by_parent:
+        chain = by_parent[chain.child]
+    return chain
+
+
+def path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
+    """Joints from `above`, left out, down to `below`, its descendant."""
+    out = [below]
+    while (joint := int(skeleton.parents[out[-1]])) != above:
+        out.append(joint)
+    return tuple(out[::-1])
+
+
+def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
+    """Where C and E are from P, in the frame of P's parent: two of (frames, 3), file's unit."""
+    upper = path(motion.skeleton, limb.parent, limb.child)
+    lower = path(motion.skeleton, limb.child, limb.end)
+    to_end = along(motion, lower)
+    to_child = along(motion, upper)
+    for joint in upper[::-1]:
+        to_end = motion.translation(joint) + rotate(motion.rotations[:, joint], to_end)
+    hip = motion.rotations[:, limb.parent]
+    return rotate(hip, to_child), rotate(hip, to_end)
+
+
+def along(motion: Motion, joints: Sequence[int]) -> Array:
+    """Place of the last joint in the frame that the first one hangs in, (frames, 3)."""
+    place = np.zeros((motion.frames, 3))
+    for joint in joints[::-1]:
+        if joint != joints[-1]:
+            place = rotate(motion.rotations[:, joint], place)
+        place = motion.translation(joint) + place
+    return place
+
+
+def as_limb(motion: Motion, chain: Chain) -> Limb:
+    """The three joints of a chain looked at as a whole."""
+    names = motion.skeleton.names
+    name = f"{names[chain.parent]}-{names[chain.grandchild]}"
+    fields = {k: v for k, v in vars(chain).items() if k != "name"}
+    return Limb(name=name, **fields)
+
+
+def bones(motion: Motion, chain: Chain) -> tuple[float, float]:
+    """Lengths of P to C and of C to E."""
+    upper = path(motion.skeleton, chain.parent, chain.child)
+    lower = path(motion.skeleton, chain.child, chain.grandchild)
+    return _length(motion, upper), _length(motion, lower)
+
+
+def _length(motion: Motion, joints: Sequence[int]) -> float:
+    return sum(float(np.linalg.norm(motion.translation(j), axis=-1).mean()) for j in joints)
+
+
+def _has_two_bones(motion: Motion, chain: Chain) -> bool:
+    upper, lower = bones(motion, chain)
+    return min(upper, lower) > _SHORTEST * max(upper, lower)

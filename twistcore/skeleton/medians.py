@@ -1,0 +1,47 @@
+"""Medians and quantiles of finite numbers, bit for bit as numpy has them.
+
+numpy's own take four times as long for the short arrays of one joint, and load its masked arrays,
+a twentieth of a command's time.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from twistcore.skeleton.rotation import Array
+
+
+def median(values: ArrayLike) -> float:
+    """Return the median of all numbers; there must be one."""
+    return float(medians(np.ravel(values)))
+
+
+def medians(values: Array, axis: int = -1) -> Array:
+    """Return the medians along an axis, which must not be empty."""
+    count = values.shape[axis]
+    middle = (count - 1) // 2, count // 2
+    parts = np.partition(values, middle, axis=axis)
+    low, high = (parts.take(k, axis=axis) for k in middle)
+    both: Array = (low + high) / 2
+    return both
+
+
+def quantile(values: ArrayLike, share: float) -> float:
+    """Return the number below which a share, 0-1, of all numbers lies, between two of them."""
+    return float(quantiles(np.ravel(values), share))
+
+
+def quantiles(values: Array, share: float) -> Array:
+    """Return the quantiles along the last axis, which must not be empty."""
+    place = (values.shape[-1] - 1) * share
+    at = math.floor(place), math.ceil(place)
+    parts = np.partition(values, at, axis=-1)
+    low, high = (parts[..., k] for k in at)
+    beyond = place - at[0]
+    between: Array = low + (high - low) * beyond
+    if beyond >= 0.5:
+        between = high - (high - low) * (1 - beyond)
+    return between

@@ -1,0 +1,27 @@
+"""Words for joints that a person adds to those of the program, as `--joint-names` brings them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from twistcore.skeleton.joint_names import own_names, vocabulary_of
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.people import find_people
+from twistcore.skeleton.rig import Rig
+
+
+def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
+    """Return the rig with joints taken for what a person's words say; its own names go first.
+
+    words: as :func:`twistcore.skeleton.joint_names.read_words` has them, or None.
+    """
+    if words is None:
+        return rig
+    vocabulary, every = vocabulary_of(words), motion.skeleton.names
+    names = {j: said for j, said in own_names(every, vocabulary).items() if j in vocabulary.joints}
+    for person in find_people(motion.skeleton):
+        said = own_names(person.words, vocabulary)
+        of_person = zip(person.joints, person.words, strict=True)
+        names |= {every[joint]: said[word] for joint, word in of_person if word in said}
+    return rig.with_names({**names, **rig.names})

@@ -1,0 +1,337 @@
+"""Several people in one skeleton: which joints belong to whom, and what each is called.
+
+People hang side by side, under roots of their own or under one joint, and have the same limbs.
+Their joints are told apart by a namespace (`A:Hips`), by words before or behind the joint's own
+(`P1_Hips`, `Hips_B`), or by the number that a reader gives the second of equals (`Hips #2`).
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from twistcore.skeleton.joint_names import JointName, understood
+from twistcore.skeleton.motion import Skeleton
+
+_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
+_NUMBERED = re.compile(r"(.+) #([0-9]+)")  # as readers name the second of equals
+_BREAKS = " _-.:|"
+_SIDES = frozenset(("l", "r", "left", "right"))
+_MOST = 0.6  # of a person's joints have the person's word
+# A person whose hands and feet have unknown names:
+_FEWEST = 8  # joints
+_LINES, _LONG = 3, 3  # lines, of joints, that hang on two joints or more: a cape hangs on one
+_ALIKE = 0.7  # words in common with the other person below the same joint
+_EVERY = 0.9  # of the skeleton's joints, which such people are together
+_ENDS = ("hand", "foot")
+_SHORTEST = 3  # joints of a limb
+_LEVELS = 5  # of branchings, from the roots down, at which people are looked for
+_CROWD = 50  # people in a file; damaged files have more
+_LATEST = 8  # people to whom a further limb may belong
+
+
+@dataclass(frozen=True)
+class Person:
+    """A person in a skeleton; `name` is '' where there is no other one.
+
+    joints: indices in file order; words: the joints' names, in the same order, without what tells
+    the person.
+    """
+
+    name: str
+    joints: tuple[int, ...]
+    words: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class _Mark:
+    """What most names of a person have and other people's have not; '' for nothing."""
+
+    namespace: str = ""
+    affix: str = ""
+    number: str = ""
+
+
+@dataclass(frozen=True)
+class _Top:
+    """A joint with all that hangs on it.
+
+    words: its joints' names without the mark; limbs: (side, 'hand' or 'foot') of each limb whose
+    end has a known name.
+    """
+
+    joint: int
+    joints: tuple[int, ...]
+    mark: _Mark
+    words: tuple[str, ...]
+    limbs: frozenset[tuple[str, str]]
+
+
+def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
+    """The people in a skeleton, in file order; one alone has the name '' and all joints.
+
+    Two joints side by side begin a person each where both carry a limb of the same kind and side.
+    Where no hand or foot has a known name, both must be whole figures: roots, or alike in names.
+    """
+    roots = [joint for joint, parent in enumerate(skeleton.parents.tolist()) if parent < 0]
+    groups = _split(skeleton, roots, _sizes(skeleton))
+    if not 1 < len(groups) <= _CROWD:
+        return (Person("", tuple(range(len(skeleton))), skeleton.names),)
+    people = []
+    for name, tops in zip(_person_names(groups), groups, strict=True):
+        own = {j: word for top in tops for j, word in zip(top.joints, top.words, strict=True)}
+        above = int(skeleton.parents[tops[0].joint])
+        if len(tops) > 1 and above >= 0:  # the hips, on which another person hangs
+            own[above] = skeleton.names[above]
+        joints = tuple(sorted(own))
+        people.append(Person(name, joints, tuple(own[j] for j in joints)))
+    return tuple(people)
+
+
+def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]:
+    """Return what each joint's name says, without what tells its person; as written for nobody's.
+
+    Joints that several people hang on are nobody's.
+    """
+    names = [JointName("", "", "")] * len(skeleton)
+    for person in people:
+        for joint, name in zip(person.joints, understood(person.words), strict=True):
+            names[joint] = name
+    return names
+
+
+# -- where the skeleton falls into people ----------------------------------------------------------
+
+
+def _split(
+    skeleton: Skeleton, begin: Sequence[int], sizes: Sequence[int], levels: int = _LEVELS
+) -> list[list[_Top]]:
+    """People among joints side by side and what hangs on them, each by its tops; empty: no two."""
+    begin = [joint for joint in begin if sizes[joint] >= _SHORTEST]
+    while len(begin) == 1:
+        begin = [c for c in skeleton.children[begin[0]] if sizes[c] >= _SHORTEST]
+    if not begin or not levels:
+        return []
+    tops = _tops(skeleton, begin)
+    groups = _with_equal_limbs(skeleton, tops) or _whole_figures(skeleton, tops)
+    carrying = [top for top in tops if top.limbs or len(top.joints) >= _FEWEST]
+    people = []
+    for group in groups or [[top] for top in carrying]:
+        alone = len(group) == 1
+        children = skeleton.children[group[0].joint] if alone else ()
+        below = _split(skeleton, children, sizes, levels - 1)
+        people += below or ([group] if groups else [])
+    return people
+
+
+def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
+    """People by their limbs; tops with different limbs and the same mark are one person.
+
+    A limb that hangs alone next to a person is no other person, unless it has a root of its own.
+    """
+    if max(Counter(limb for top in tops for limb in top.limbs).values(), default=0) < 2:
+        return []
+    groups: list[list[_Top]] = []
+    for top in sorted(tops, key=lambda top: -len(top.limbs)):
+        fitting = [
+            group
+            for group in groups[-_LATEST:]
+            if group[0].mark == top.mark and not top.limbs & _limbs_of(group)
+        ]
+        if top.limbs and fitting:
+            max(reversed(fitting), key=lambda group: len(_limbs_of(group))).append(top)
+        elif top.limbs or _is_figure(skeleton, top):
+            groups.append([top])
+    fewest = 1 if skeleton.parents[tops[0].joint] < 0 else 2
+    people = [g for g in groups if len(_limbs_of(g)) >= fewest or not _limbs_of(g)]
+    return sorted(people, key=lambda g: min(t.joint for t in g)) if len(people) > 1 else []
+
+
+def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
+    return frozenset[tuple[str, str]]().union(*(top.limbs for top in tops))
+
+
+def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
+    """People whose hands and feet have unknown names: roots, or joints with like names."""
+    figures = [top for top in tops if _is_figure(skeleton, top)]
+    if len(figures) < 2 or sum(len(t.joints) for t in figures) < _EVERY * len(skeleton):
+        return []
+    at_root = skeleton.parents[figures[0].joint] < 0
+    alike = all(_likeness(figures[0], other) >= _ALIKE for other in figures[1:])
+    return [[top] for top in figures] if at_root or alike else []
+
+
+def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
+    """True if long lines leave from two joints, as legs do from hips and arms from a chest."""
+    if len(top.joints) < _FEWEST:
+        return False
+    leave, own = [], set(top.joints)
+    for joint in top.joints:
+        if skeleton.children[joint]:
+            continue
+        length, here = 1, int(skeleton.parents[joint])
+        while here in own and len(skeleton.children[here]) == 1:
+            length, here = length + 1, int(skeleton.parents[here])
+        if length >= _LONG:
+            leave.append(here)
+    return len(leave) >= _LINES and len(set(leave)) > 1
+
+
+def _likeness(one: _Top, other: _Top) -> float:
+    """Words that both have, as a share of all."""
+    a, b = Counter(one.words), Counter(other.words)
+    return (a & b).total() / (a | b).total()
+
+
+def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
+    """Joints side by side with what hangs on them, and what their names say about people."""
+    below = [_all_below(skeleton, joint) for joint in begin]
+    marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
+    return [
+        _Top(joint, joints, mark, words, _limbs(skeleton, joints, understood(words)))
+        for joint, joints, (mark, words) in zip(begin, below, marks, strict=True)
+    ]
+
+
+def _limbs(
+    skeleton: Skeleton, joints: Sequence[int], names: Sequence[JointName]
+) -> frozenset[tuple[str, str]]:
+    """Hands and feet that have two joints of their side above them, as (side, kind)."""
+    above: dict[int, Counter[str]] = {-1: Counter()}  # joints from the top down, by side
+    found = set()
+    for joint, name in zip(joints, names, strict=True):
+        sides = above.get(int(skeleton.parents[joint]), above[-1])
+        part = "" if name.other or name.helper else next(iter(name.roles), "")
+        if part in _ENDS and name.side and sides[name.side] > 1:
+            found.add((name.side, part))
+        above[joint] = sides + Counter([name.side])
+    return frozenset(found)
+
+
+def _sizes(skeleton: Skeleton) -> list[int]:
+    """How many joints each joint has below it, with itself."""
+    sizes = [1] * len(skeleton)
+    for joint in reversed(range(len(sizes))):
+        if (parent := int(skeleton.parents[joint])) >= 0:
+            sizes[parent] += sizes[joint]
+    return sizes
+
+
+def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
+    """A joint and all below it, in file order."""
+    out = [joint]
+    for here in out:
+        out.extend(skeleton.children[here])
+    return tuple(sorted(out))
+
+
+# -- what names say about people -------------------------------------------------------------------
+
+
+def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
+    """A name for each person: what its names have in common, its first joint's, or a number."""
+    own = [min(group, key=lambda top: top.joint).words[0] for group in groups]
+    names = [group[0].mark.namespace or group[0].mark.affix for group in groups]
+    if known := next(filter(None, names), ""):
+        before = _before(known, names)
+        names = [name or before or str(k) for k, name in enumerate(names, 1)]
+    else:
+        names = own if len(set(own)) == len(own) else [str(k) for k in range(1, len(own) + 1)]
+    out: list[str] = []
+    for name in names:
+        number, unique = 2, name
+        while unique in out:
+            number, unique = number + 1, f"{name} {number}"
+        out.append(unique)
+    return out
+
+
+def _before(name: str, names: Sequence[str]) -> str:
+    """'A' before 'B', '1' before '2', 'P1' before 'P2'; '' if there is none, or it is taken."""
+    found = ""
+    if len(name) == 1 and name.isalpha():
+        found = chr(ord(name) - 1)
+        found = found if found.isalpha() else ""
+    elif (digits := re.search(r"[0-9]+$", name)) and int(digits.group()) > 0:
+        number = str(int(digits.group()) - 1).zfill(len(digits.group()))
+        found = name[: digits.start()] + number
+    return "" if found in names else found
+
+
+def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]]:
+    """Of each group of names the mark that other groups do not have, and the names without it."""
+    spaces, numbers, bare = [], [], []
+    for group in names:
+        parts = [_NUMBERED.fullmatch(name) for name in group]
+        number = _of_most([part.group(2) if part else "" for part in parts])
+        own = [
+            part.group(1) if part and part.group(2) == number else name
+            for name, part in zip(group, parts, strict=True)
+        ]
+        space = _of_most([name.rpartition(":")[0] for name in own])
+        spaces.append(space)
+        numbers.append(number)
+        bare.append([name.removeprefix(f"{space}:") if space else name for name in own])
+    several = {k: len(set(values)) > 1 for k, values in enumerate((spaces, numbers))}
+    fronts = [_shared_words(group, 1) for group in bare]
+    backs = [_shared_words(group, -1) for group in bare]
+    front, back = _in_common(fronts), _in_common(backs)
+    marks = []
+    for k, group in enumerate(bare):
+        first, last = fronts[k][front:], backs[k][back:]
+        words = tuple(
+            _without(_without(name, fronts[k], front, 1), backs[k], back, -1) for name in group
+        )
+        affix = _affix(first, fronts[k][:front]) or _affix(last[::-1], backs[k][:back][::-1])
+        mark = _Mark(spaces[k] if several[0] else "", affix, numbers[k] if several[1] else "")
+        marks.append((mark, words))
+    return marks
+
+
+def _of_most(values: Sequence[str]) -> str:
+    """The value that most have, or ''."""
+    value, count = Counter(values).most_common(1)[0]
+    return value if count >= _MOST * len(values) else ""
+
+
+def _shared_words(names: Sequence[str], step: int) -> list[str]:
+    """Words that most names begin with (step 1) or end with, from the outside (step −1)."""
+    words = [_WORD.findall(name)[::step] for name in names]
+    shared: list[str] = []
+    while True:
+        k = len(shared)
+        nxt = Counter(w[k] for w in words if w[:k] == shared and len(w) > k + 1)
+        word, count = nxt.most_common(1)[0] if nxt else ("", 0)
+        if count < max(2.0, _MOST * len(words)) or word.lower() in _SIDES:
+            return shared
+        shared.append(word)
+
+
+def _in_common(runs: Sequence[Sequence[str]]) -> int:
+    """How many words all runs begin with; 0 for one alone: nothing tells it from others."""
+    count = 0
+    while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
+        count += 1
+    return count
+
+
+def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
+    """A person's name from words in reading order: 'B'; 'Person1', not '1', after 'Person'."""
+    if words and shared and all(word.isdigit() for word in words):
+        words = [shared[-1], *words]
+    return "".join(words)
+
+
+def _without(name: str, words: Sequence[str], keep: int, step: int) -> str:
+    """A name without words at its beginning (step 1) or end (−1), but for the outermost `keep`."""
+    spans = [found.span() for found in _WORD.finditer(name)][::step]
+    own = [name[a:b] for a, b in spans]
+    if len(words) == keep or own[: len(words)] != list(words) or len(own) == len(words):
+        return name
+    (a, b), (c, d) = spans[keep], spans[len(words) - 1]
+    start, stop = min(a, c), max(b, d)
+    left, right = name[:start], name[stop:]
+    inner = right.lstrip(_BREAKS) if step == 1 else left.rstrip(_BREAKS)
+    return left + inner if step == 1 else inner + right

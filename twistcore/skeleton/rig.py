@@ -1,0 +1,304 @@
+"""Which chains a skeleton gets: those that are found, without some, and others a person wants."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twistcore.errors import FormatError, TwistError
+from twistcore.files.atomic import write_atomically
+from twistcore.files.document_values import (
+    bytes_of,
+    each,
+    has,
+    one_of,
+    parsed_toml,
+    saying,
+    shown,
+    text,
+    texts,
+)
+from twistcore.files.encoding import encoded, legible, toml_string, unescaped
+from twistcore.skeleton.body import Body, find_body
+from twistcore.skeleton.chain import VARYING, Chain, find_chains, make_chain
+from twistcore.skeleton.helper import find_helpers
+from twistcore.skeleton.joint_names import joint_as_said
+from twistcore.skeleton.limb import Limb, along, as_limb, bones, find_limbs, path
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.people import find_people
+from twistcore.skeleton.rotation import normalise
+
+_ZERO = 1e-6  # of the skeleton's height
+_EXPECTED = "expected [[chain]] tables with two or three joints, and remove with names of chains"
+
+
+@dataclass(frozen=True)
+class OwnChain:
+    """A chain of one's own, by the names of its joints.
+
+    Parameters
+    ----------
+    joints : tuple of str
+        Parent, child and perhaps a joint below the child.
+    limb : bool
+        True to look at the three joints as a whole, as a :class:`Limb`.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> tc.OwnChain(("Neck", "Neck1", "Head")).made(clip.motion)
+    <Chain Neck: joints 14 → 15 → 16>
+    """
+
+    joints: tuple[str, ...]
+    limb: bool = False
+
+    @property
+    def name(self) -> str:
+        """The first joint's name; a limb's is that of both its ends."""
+        return f"{self.joints[0]}-{self.joints[-1]}" if self.limb else self.joints[0]
+
+    def made(self, motion: Motion) -> Chain:
+        """The chain or limb in a motion; TwistError says in one sentence why it is none."""
+        if len(self.joints) not in ((3,) if self.limb else (2, 3)):
+            number = "three" if self.limb else "two or three"
+            raise TwistError(f"expected {number} joints, found {len(self.joints)}")
+        skeleton = motion.skeleton
+        joints = [_joint(skeleton, name) for name in self.joints]
+        for above, joint in pairwise(joints):
+            _check_below(skeleton, above, joint)
+        parent, child, below = (*joints, -1)[:3]
+        if not self.limb and skeleton.parents[child] != parent:
+            between = skeleton.names[path(skeleton, parent, child)[0]]
+            raise TwistError(
+                f"{self.joints[1]} is no child of {self.joints[0]}, but {between} is: that turns "
+                "back where an error twists its parent"
+            )
+        chain = make_chain(motion, parent, child, below)
+        if chain is not None and below >= 0 and skeleton.parents[below] != child:
+            chain = _over_joints_between(motion, chain, below)
+        if chain is None or chain.grandchild != below:
+            at = 0 if chain is None else 1
+            raise TwistError(f"{self.joints[at + 1]} lies in the place of {self.joints[at]}")
+        if self.limb and min(bones(motion, chain)) <= _ZERO * skeleton.height:
+            raise TwistError(f"a bone of {self.name} has no length")
+        [person] = {p.name for p in find_people(skeleton) if parent in p.joints} or {""}
+        chain = replace(chain, person=person)
+        return as_limb(motion, chain) if self.limb else chain
+
+
+@dataclass(frozen=True)
+class Rig:
+    """Which chains a skeleton gets: those found, without some, and with one's own.
+
+    A limb and the chain that begins it are added and removed each by itself.
+
+    Parameters
+    ----------
+    add : tuple of OwnChain
+        Chains to add, in this order.
+    remove : tuple of str
+        Names of found chains to leave out.
+    names : mapping of str to str
+        What joints are, by joint name, such as ``{"Bone07": "left forearm"}``.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> clip = tc.read_clip("assets/walk.bvh")
+    >>> rig = tc.Rig(add=(tc.OwnChain(("Neck", "Neck1")),), remove=("LeftShoulder",))
+    >>> tc.analyse(clip, rig=rig).chains[-1]
+    <Chain Neck: joints 14 → 15>
+    """
+
+    add: tuple[OwnChain, ...] = ()
+    remove: tuple[str, ...] = ()
+    names: Mapping[str, str] = field(default_factory=dict, hash=False)
+
+    def __bool__(self) -> bool:
+        """True if anything was changed."""
+        return bool(self.add or self.remove or self.names)
+
+    def body(self, motion: Motion) -> Body:
+        """Return the limbs of a motion by these names of joints."""
+        return find_body(motion, said=self.names)
+
+    def with_names(self, names: Mapping[str, str]) -> Rig:
+        """Return the rig with joints taken for what `names` says; FormatError for unknown words."""
+        for joint, said in names.items():
+            joint_as_said(joint, said)
+        return replace(self, names=dict(names))
+
+    def chains(self, motion: Motion) -> tuple[Chain, ...]:
+        """The chains of a motion, then its limbs, those found first.
+
+        TwistError where this skeleton has no such joints or chains, or two would have one name.
+        """
+        found = self._found(motion)
+        names = {chain.name for chain in found}
+        for name in self.remove:
+            if name not in names:
+                raise TwistError(f"no chain {shown(name)} to remove in this skeleton")
+        chains = [chain for chain in found if chain.name not in self.remove]
+        for own in self.add:
+            made = own.made(motion)
+            if any(chain.name == made.name for chain in chains):
+                raise TwistError(f"there is a chain {shown(made.name)} already: remove that first")
+            chains.append(made)
+        return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
+
+    def with_chain(self, motion: Motion, own: OwnChain) -> Rig:
+        """With one more; one that was found and removed comes back as it was.
+
+        TwistError where it is no chain, or its name is taken.
+        """
+        made = own.made(motion)
+        for chain in self._found(motion):
+            if chain.name in self.remove and _same(chain, made):
+                return replace(self, remove=tuple(n for n in self.remove if n != chain.name))
+        rig = replace(self, add=(*self.add, own))
+        rig.chains(motion)
+        return rig
+
+    def without(self, name: str) -> Rig:
+        """Without the chain or limb of a name, which it has."""
+        left = tuple(own for own in self.add if own.name != name)
+        if len(left) < len(self.add):
+            return replace(self, add=left)
+        return replace(self, remove=(*self.remove, name))
+
+    def own(self, name: str) -> OwnChain | None:
+        """What was added under a name; None for a chain that is as found."""
+        return next((own for own in self.add if own.name == name), None)
+
+    def _found(self, motion: Motion) -> tuple[Chain, ...]:
+        body = self.body(motion)
+        chains = find_chains(motion, body)
+        return *chains, *find_helpers(motion, body), *find_limbs(motion, chains)
+
+    def summary(self) -> str:
+        """'2 added, 1 removed'."""
+        counts = (
+            (len(self.add), "added"),
+            (len(self.remove), "removed"),
+            (len(self.names), "named"),
+        )
+        return ", ".join(f"{n} {word}" for n, word in counts if n) or "as found"
+
+
+AS_FOUND = Rig()
+
+
+def skeleton_mark(skeleton: Skeleton) -> str:
+    """SHA-256 of the joints' names and parents: the same for all clips of a rig."""
+    import hashlib  # slow to load; few commands need it
+
+    text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])
+    return hashlib.sha256(encoded(text)).hexdigest()
+
+
+def rig_to_json(rig: Rig) -> dict[str, Any]:
+    """What is added and removed, as a session keeps it."""
+    entries = [{"joints": list(o.joints)} | ({"kind": "limb"} if o.limb else {}) for o in rig.add]
+    document: dict[str, Any] = {"add": entries, "remove": list(rig.remove)}
+    return document | ({"names": dict(rig.names)} if rig.names else {})
+
+
+def rig_from_json(entry: Any) -> Rig:
+    """The reverse; FormatError where it is damaged."""
+    rig = has(entry, what="rig")
+    add, remove = each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
+    names = {k: text(v, k) for k, v in has(rig.get("names", {}), what="names").items()}
+    return Rig(add, tuple(dict.fromkeys(texts(remove, "remove")))).with_names(names)
+
+
+def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
+    """A TOML file readable by :func:`read_rig`, the old one or the new one; raises OSError."""
+    lines = [
+        f"# Chains of a rig, for twistcore --rig, made on {legible(source)}.",
+        f'skeleton = "{skeleton_mark(skeleton)}"',
+        f"remove = {_toml(rig.remove)}",
+    ]
+    if rig.names:
+        entries = (f"{toml_string(j)} = {toml_string(said)}" for j, said in rig.names.items())
+        lines.append(f"names = {{ {', '.join(entries)} }}")
+    for own in rig.add:
+        lines += ["", "[[chain]]", f"joints = {_toml(own.joints)}"]
+        lines += ['kind = "limb"'] if own.limb else []
+    write_atomically(path, encoded("\n".join(lines) + "\n"))
+
+
+def read_rig(path: Path) -> Rig:
+    """A rig from a TOML file; raises TwistError, FormatError for a damaged file."""
+    with saying(path):
+        document = parsed_toml(bytes_of(path))
+        if unknown := sorted(document.keys() - {"skeleton", "remove", "chain", "names"}):
+            raise FormatError(f"{_EXPECTED}; found {shown(unknown[0])}")
+        try:
+            rig = rig_from_json(
+                {
+                    "add": document.get("chain", []),
+                    "remove": document.get("remove", []),
+                    "names": document.get("names", {}),
+                }
+            )
+        except FormatError as error:
+            raise FormatError(f"{_EXPECTED}; {error}") from None
+    add = tuple(OwnChain(tuple(map(unescaped, own.joints)), own.limb) for own in rig.add)
+    names = {unescaped(joint): said for joint, said in rig.names.items()}
+    return Rig(add, tuple(map(unescaped, rig.remove))).with_names(names)
+
+
+def _own_from_json(entry: Any) -> OwnChain:
+    has(entry, "joints", what="a chain of the rig")
+    limb = one_of(entry.get("kind", "chain"), "kind", ("chain", "limb")) == "limb"
+    joints = texts(entry["joints"], "joints")
+    if len(joints) not in ((3,) if limb else (2, 3)):
+        raise FormatError(f"found {len(joints)} joints")
+    return OwnChain(joints, limb)
+
+
+def _toml(names: Iterable[str]) -> str:
+    return f"[{', '.join(map(toml_string, names))}]"
+
+
+def _same(one: Chain, other: Chain) -> bool:
+    joints = [(c.name, c.parent, c.child, c.grandchild) for c in (one, other)]
+    return joints[0] == joints[1]
+
+
+def _joint(skeleton: Skeleton, name: str) -> int:
+    try:
+        return skeleton.index(name)
+    except KeyError:
+        raise TwistError(f"no joint {shown(name)} in this skeleton") from None
+
+
+def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
+    here = joint
+    while (here := int(skeleton.parents[here])) >= 0:
+        if here == above:
+            return
+    names = skeleton.names
+    raise TwistError(f"{names[joint]} does not hang below {names[above]}")
+
+
+def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
+    """With b to a joint that is no child of C, per frame where the joints between them bend.
+
+    Without it where it has no length.
+    """
+    bone = along(motion, path(motion.skeleton, chain.child, grandchild))
+    if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:
+        return replace(chain, grandchild=-1)
+    directions = normalise(bone)
+    mean = normalise(directions.mean(axis=0))
+    steady = (directions @ mean).min() >= VARYING
+    return replace(chain, grandchild=grandchild, arm=mean if steady else directions)

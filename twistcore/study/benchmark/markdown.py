@@ -1,0 +1,227 @@
+"""The benchmark for a person: Markdown that reads as text too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from twistcore.detection import DETECTORS
+from twistcore.study.benchmark.clip_run import Settings
+from twistcore.study.benchmark.runner import Summary
+from twistcore.study.benchmark.tables import (
+    OVERALL,
+    Row,
+    fidelity_rows,
+    label_of,
+    make_rows,
+    protocol_text,
+    why_of,
+)
+
+BAR = 40  # characters of the longest bar
+_COLUMNS = (
+    ("FSR %", "fsr_percent", 2),
+    ("worse %", "worse_percent", 2),
+    ("MAE before °", "mae_before_deg", 2),
+    ("MAE after °", "mae_after_deg", 3),
+    ("RMSE before °", "rmse_before_deg", 2),
+    ("RMSE after °", "rmse_after_deg", 2),
+    ("RER %", "rer_percent", 2),
+    ("damage %", "damage_percent", 3),
+    ("of target %", "damage_target_percent", 3),
+    ("damage °", "damage_mean_deg", 3),
+    ("natural %", "natural_percent", 3),
+    ("precision %", "precision_percent", 2),
+    ("recall %", "recall_percent", 2),
+    ("alarms/min", "false_alarms_per_minute", 2),
+)
+_COSTS = (
+    ("lag frames", "lag_frames", 2),
+    ("lag ms", "lag_ms", 1),
+    ("peak loss %", "peak_loss_percent", 2),
+    ("fast: lag ms", "fast_lag_ms", 1),
+    ("fast: peak loss %", "fast_peak_loss_percent", 2),
+)
+_OF_TABLE_2 = (
+    ("MAE After (°)", "mae_after_deg", 2),
+    ("RER (%)", "rer_percent", 2),
+    ("FSR (%)", "fsr_percent", 2),
+)
+_LEGEND = """\
+FSR: error frames with at least 80 % of the error taken out; worse: those left worse by more than
+0.5° than they were. Frames whose error is below 0.5° are neither error frames nor clean ones.
+Damage: clean (joint, frame) pairs of all chains that a method changed by more than 1° and not so
+in the clean clip, and the mean change by damage over all pairs; 'of target': of the injected
+chain's two joints alone. Natural: pairs that the method changes in the clean clip in the same way
+(within 1°), counted apart. Precision, recall: intervals with an overlap (IoU) of at least 0.5;
+what the clean clip shows as well is left out. Alarms: intervals found in the clean clips, all
+chains together. Oracles know the true frames."""
+
+
+def benchmark_to_markdown(summary: Summary, settings: Settings, source: str) -> str:
+    """The whole page."""
+    rows = make_rows(summary, settings)
+    minutes = summary.micros / 6e7
+    seeds = ", ".join(str(s) for s in settings.seeds)
+    parts = [
+        f"# Benchmark of {source}",
+        f"{summary.clips} clips, {minutes:.1f} minutes, seeds {seeds}, without {summary.dropped} "
+        "frames at the start of clips that are a T-pose or a blend out of it. "
+        + (f"**{summary.missing} clips are missing.**" if summary.missing else ""),
+        _LEGEND,
+    ]
+    for protocol in settings.protocols:
+        chosen = [r for r in rows if r.protocol == protocol]
+        parts += _protocol_parts(protocol, chosen, settings)
+    parts += _fidelity_parts(summary, settings)
+    parts.append("## Methods")
+    parts.append("\n".join(f"- **{label_of(m)}** (`{m}`): {why_of(m)}." for m in settings.methods))
+    parts += _event_parts(summary)
+    if summary.problems:
+        parts.append("## Could not be processed")
+        parts.append("\n".join(f"- {problem}" for _, problem in summary.problems))
+    return "\n\n".join(part.rstrip() for part in parts) + "\n"
+
+
+def _protocol_parts(protocol: str, rows: Sequence[Row], settings: Settings) -> list[str]:
+    title = "P0 (P0-all)" if protocol == "P0" else protocol
+    parts = [f"## {title}: {protocol_text(protocol)}"]
+    parts.append(_overall(rows, audited=False))
+    if not any(row.tally.frames for row in rows):
+        return parts
+    parts.append(
+        f"Audited: only passes whose target chains have no natural event "
+        f"(what `{settings.auditor}` finds in the clean clip, and flips of one joint alone)."
+    )
+    parts.append(_overall(rows, audited=True))
+    parts.append("FSR % by segment")
+    parts.append(_by_segment(rows, settings))
+    for method in settings.methods:
+        if method in DETECTORS:
+            own = [r for r in rows if r.method == method and not r.audited]
+            parts += _paper_layout(method, [row for row in own if row.tally.frames])
+    return parts
+
+
+def _overall(rows: Sequence[Row], *, audited: bool) -> str:
+    place = (audited, "", OVERALL)
+    chosen = (r for r in rows if (r.audited, r.side, r.segment) == place)
+    return _listed(["method"], (([label_of(r.method)], r.to_json()) for r in chosen), _COLUMNS)
+
+
+def _by_segment(rows: Sequence[Row], settings: Settings) -> str:
+    known: dict[tuple[str, str], dict[str, Any]] = {}
+    for row in rows:
+        if not row.audited:
+            known.setdefault((row.side, row.segment), {})[row.method] = row.to_json()
+    lines = [
+        [side or "both", segment]
+        + [_number(v.get(m, {}).get("fsr_percent"), 2) for m in settings.methods]
+        for (side, segment), v in known.items()
+    ]
+    return table(["side", "segment", *(label_of(m) for m in settings.methods)], lines)
+
+
+def _paper_layout(method: str, rows: Sequence[Row]) -> list[str]:
+    """Tables 1 and 2 and Fig. 6 of [Choi26], from our run."""
+    by_place = {(row.side, row.segment): row.to_json() for row in rows}
+    if ("", OVERALL) not in by_place:
+        return []
+    name = label_of(method)
+    total = by_place.pop(("", OVERALL))
+    first = table(
+        ["Metric", "Before Refinement", "After Refinement", "Performance Improvement"],
+        [
+            _change("MAE (deg)", total["mae_before_deg"], total["mae_after_deg"]),
+            _change("RMSE (deg)", total["rmse_before_deg"], total["rmse_after_deg"]),
+            ["FSR (%)", "–", "–", _number(total["fsr_percent"], 2)],
+        ],
+    )
+    segments = {k: v for k, v in by_place.items() if k[0] and k[1] != OVERALL} or by_place
+    second = _listed(["Side", "Segment"], segments.items(), _OF_TABLE_2)
+    return [
+        f"### {name}, as in the paper's Table 1",
+        first,
+        f"### {name}, as in the paper's Table 2",
+        second,
+        f"### {name}, as in the paper's Fig. 6: MAE before (░) and after (█), degrees",
+        bars(segments),
+    ]
+
+
+def _change(metric: str, before: float, after: float) -> list[str]:
+    better = f"{100.0 * (1.0 - after / before):.2f}% reduction" if before else "–"
+    return [metric, f"{before:.2f}", f"{after:.2f}", better]
+
+
+def bars(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
+    """Two bars a segment, before and after, in a block of fixed width."""
+    highest = max(
+        (v[k] for v in segments.values() for k in ("mae_before_deg", "mae_after_deg")), default=0.0
+    )
+    lines = []
+    for (side, segment), v in segments.items():
+        title = f"{side} {segment}".strip()
+        for mark, key in (("░", "mae_before_deg"), ("█", "mae_after_deg")):
+            length = round(BAR * v[key] / highest) if highest else 0
+            value = f"{v[key]:.2f}"
+            lines.append(" ".join(part for part in (f"{title:<16}", mark * length, value) if part))
+            title = ""
+    return "\n".join(["```text", *lines, "```"])
+
+
+def _fidelity_parts(summary: Summary, settings: Settings) -> list[str]:
+    rows = fidelity_rows(summary, settings)
+    if not rows:
+        return []
+    fast = rows[0]["fast_clips"]
+    return [
+        "## What a method costs a clean clip",
+        f"Medians over clips. Lag: best cross-correlation of angular speeds. Peak loss: of the "
+        f"fastest joint's highest mean speed over 50 ms. Fast: the {fast} fastest of "
+        f"{rows[0]['clips']} clips, {rows[0]['fast_peak_deg_per_s']:.0f}°/s.",
+        _listed(["method"], (([label_of(r["method"])], r) for r in rows), _COSTS),
+    ]
+
+
+def _event_parts(summary: Summary) -> list[str]:
+    if not summary.events:
+        return []
+    lines = [
+        [clip, e.chain, e.kind, f"{e.start}-{e.stop}", f"{e.degrees:+.1f}"]
+        for clip, e in summary.events[:50]
+    ]
+    said = f"{len(summary.events)} in the clips as captured"
+    more = "; the first 50 (all: --json)" if len(summary.events) > 50 else ""
+    return [
+        "## Natural events",
+        f"{said}{more}.",
+        table(["clip", "chain", "kind", "frames", "degrees"], lines),
+    ]
+
+
+def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
+    """A Markdown table with columns lined up, numbers to the right."""
+    columns = []
+    for title, *cells in zip(head, *lines, strict=True):
+        width = max(map(len, (title, *cells)))
+        bare = [c.lstrip("+-–").replace(".", "") for c in cells if c != "–"]
+        right = bool(cells) and all(map(str.isdigit, bare))
+        top, *below = (f" {c.rjust(width) if right else c.ljust(width)} " for c in (title, *cells))
+        columns.append([top, "-" * (width + 1) + (":" if right else "-"), *below])
+    return "\n".join(f"|{'|'.join(row)}|" for row in zip(*columns, strict=True))
+
+
+def _listed(
+    names: Sequence[str],
+    rows: Iterable[tuple[Sequence[str], Mapping[str, Any]]],
+    columns: Sequence[tuple[str, str, int]],
+) -> str:
+    """A table of lines that begin with their names; columns: title, key of the value, decimals."""
+    lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
+    return table([*names, *(title for title, _, _ in columns)], lines)
+
+
+def _number(value: float | None, digits: int) -> str:
+    # + 0.0: a rounded −0.0 is nothing to a reader
+    return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"

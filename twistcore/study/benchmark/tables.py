@@ -1,0 +1,219 @@
+"""The numbers of a benchmark by protocol, method, side and segment, as rows, CSV and JSON."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+from twistcore.detection import DETECTORS
+from twistcore.files.encoding import csv_text
+from twistcore.files.version import __version__
+from twistcore.study.benchmark.baselines import BASELINES
+from twistcore.study.benchmark.clip_run import Settings
+from twistcore.study.benchmark.filtering_cost import Fidelity
+from twistcore.study.benchmark.hinge import HINGE
+from twistcore.study.benchmark.hinge import LABEL as HINGE_LABEL
+from twistcore.study.benchmark.hinge import WHY as HINGE_WHY
+from twistcore.study.benchmark.runner import Summary
+from twistcore.study.benchmark.tally import MICRO, Key, Tally
+from twistcore.study.evaluation import segment_order
+from twistcore.synthesis import parse_protocol
+
+SCHEMA = "twistcore.benchmark/1"
+OVERALL = "Overall"
+FAST_SHARE = 0.1
+_DETECTOR_NOTES = {
+    "paper": "[Choi26] §3.3, angles wrapped, τ 5°; its running sum is taken out as it is",
+    "consistency": "counter-rotation beyond natural motion, paired into intervals; τ auto",
+}
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line: a method under a protocol, in a side and segment ('' is both sides)."""
+
+    protocol: str
+    method: str
+    audited: bool
+    side: str
+    segment: str
+    tally: Tally
+    minutes: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Degrees and per cent, rounded to what a seed reproduces; null where nothing counts."""
+        t = self.tally
+        detector = self.method in DETECTORS
+        found = detector and t.truths > 0
+        before, after = _mean(t.before, t.frames), _mean(t.after, t.frames)
+        return {
+            "protocol": self.protocol,
+            "method": self.method,
+            "audited": self.audited,
+            "side": self.side,
+            "segment": self.segment,
+            "passes": t.passes,
+            "frames": t.frames,
+            "mae_before_deg": before,
+            "mae_after_deg": after,
+            "rmse_before_deg": _root(t.before_squared, t.frames),
+            "rmse_after_deg": _root(t.after_squared, t.frames),
+            "rer_percent": _percent(t.after, t.before),
+            "fsr_percent": _percent(t.repaired, t.frames),
+            "worse_percent": _percent(t.worse, t.frames),
+            "damage_percent": _percent(t.damaged, t.pairs),
+            "damage_mean_deg": _mean(t.damage, t.pairs),
+            "damage_target_percent": _percent(t.target_damaged, t.target_pairs),
+            "natural_percent": _percent(t.natural, t.pairs),
+            "natural_mean_deg": _mean(t.natural_change, t.pairs),
+            "precision_percent": _percent(t.matched, t.found) if found else None,
+            "recall_percent": _percent(t.matched, t.truths) if found else None,
+            "intervals": t.truths,
+            "false_alarms": t.alarms if detector and not self.audited else None,
+            "false_alarms_per_minute": (
+                round(t.alarms / self.minutes, 6)
+                if detector and not self.audited and self.minutes
+                else None
+            ),
+        }
+
+
+def make_rows(summary: Summary, settings: Settings) -> list[Row]:
+    """All rows: per protocol all clips, then audited; per method sides × segments and totals."""
+    minutes = summary.micros / MICRO / 60.0
+    rows = []
+    for protocol in settings.protocols:
+        for audited in (False, True):
+            for method in settings.methods:
+                chosen = {
+                    k: t
+                    for k, t in summary.tallies.items()
+                    if (k.protocol, k.method) == (protocol, method) and (k.audited or not audited)
+                }
+                for side, segment in _places(chosen):
+                    own = [
+                        t
+                        for k, t in chosen.items()
+                        if side in ("", k.side) and segment in (OVERALL, k.segment)
+                    ]
+                    tally = sum(own, Tally())
+                    rows.append(Row(protocol, method, audited, side, segment, tally, minutes))
+    return rows
+
+
+def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
+    """(side, segment) of every line: each side's segments, sides, segments, everything."""
+    both = {(k.side, k.segment) for k in keys}
+    sides = sorted({side for side, _ in both if side})
+    segments = sorted({segment for _, segment in both}, key=segment_order)
+    lines = [(side, s) for side in sides for s in segments if (side, s) in both]
+    lines += [(side, OVERALL) for side in sides]
+    lines += [("", s) for s in segments]
+    return [*lines, ("", OVERALL)]
+
+
+def _mean(total: int, count: int) -> float | None:
+    return round(total / MICRO / count, 6) if count else None
+
+
+def _root(total: int, count: int) -> float | None:
+    return round(math.sqrt(total / MICRO / count), 6) if count else None
+
+
+def _percent(part: int, whole: int) -> float | None:
+    return round(100.0 * part / whole, 6) if whole else None
+
+
+def fidelity_rows(summary: Summary, settings: Settings) -> list[dict[str, Any]]:
+    """Lag and peak speed on the clean clips: medians over all, and over the fastest tenth."""
+    out = []
+    for method in settings.methods:
+        measured = [f for _, f in summary.fidelity.get(method, [])]
+        if not measured:
+            continue
+        fastest = sorted(measured, key=lambda f: -f.peak)
+        fast = fastest[: max(1, math.ceil(FAST_SHARE * len(fastest)))]
+        out.append(
+            {
+                "method": method,
+                "clips": len(measured),
+                "lag_frames": median([f.lag_frames for f in measured]) / 1e6,
+                "lag_ms": median([f.lag for f in measured]) / 1e3,
+                "peak_loss_percent": _loss(measured),
+                "fast_clips": len(fast),
+                "fast_peak_deg_per_s": median([f.peak for f in fast]) / 1e3,
+                "fast_lag_ms": median([f.lag for f in fast]) / 1e3,
+                "fast_peak_loss_percent": _loss(fast),
+            }
+        )
+    return out
+
+
+def _loss(measured: Sequence[Fidelity]) -> float:
+    """Median share of the peak that is lost, per cent."""
+    return round(100.0 - median([f.kept for f in measured]) / 1e4, 4)
+
+
+def label_of(method: str) -> str:
+    """What a table calls a method."""
+    if method == HINGE:
+        return HINGE_LABEL
+    return BASELINES[method].label if method in BASELINES else method
+
+
+def why_of(method: str) -> str:
+    """One line on what a method is and why it is in the table."""
+    if method in BASELINES:
+        return BASELINES[method].why
+    if method == HINGE:
+        return HINGE_WHY
+    return _DETECTOR_NOTES.get(method, "detector, τ auto")
+
+
+def protocol_text(name: str) -> str:
+    """One line on a protocol; P0 is P0-all here."""
+    protocol = parse_protocol(name)
+    if protocol.clean:
+        return protocol.text
+    if protocol.both:
+        return f"{protocol.text}; a pass is a chain and the one below it"
+    return f"{protocol.text}; each {'limb' if protocol.limb else 'chain'} in turn, one a pass"
+
+
+def benchmark_to_json(summary: Summary, settings: Settings, source: str) -> dict[str, Any]:
+    """The whole benchmark as one document."""
+    return {
+        "schema": SCHEMA,
+        "version": __version__,
+        "source": source,
+        "complete": summary.missing == 0,
+        "clips": summary.clips,
+        "minutes": round(summary.micros / MICRO / 60.0, 6),
+        "dropped_frames": summary.dropped,
+        "seeds": list(settings.seeds),
+        "auditor": settings.auditor,
+        "protocols": [{"name": p, "text": protocol_text(p)} for p in settings.protocols],
+        "methods": [
+            {
+                "name": m,
+                "label": label_of(m),
+                "detector": m in DETECTORS,
+                "oracle": m in BASELINES and BASELINES[m].oracle,
+                "text": why_of(m),
+            }
+            for m in settings.methods
+        ],
+        "rows": [row.to_json() for row in make_rows(summary, settings)],
+        "filtering": fidelity_rows(summary, settings),
+        "natural_events": [{"clip": clip, **event.to_json()} for clip, event in summary.events],
+        "problems": [{"clip": clip, "problem": problem} for clip, problem in summary.problems],
+    }
+
+
+def rows_to_csv(rows: Iterable[Row]) -> str:
+    """Every row, one line each; empty where nothing counts."""
+    documents = [row.to_json() for row in rows]
+    return csv_text(documents[0], documents) if documents else ""

@@ -1,0 +1,131 @@
+"""The methods of QuaMo's tables: trackers, their rivals, other representations, networks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cache
+
+import numpy as np
+
+from twistcore.quamo.both_ways import track_both_ways
+from twistcore.quamo.network import Network
+from twistcore.quamo.state_space import EXACT, FIRST_ORDER, NETWORK_DT, Gains
+from twistcore.quamo.tracker import HandGains, track
+from twistcore.skeleton.rotation import Array
+from twistcore.study.quamo.pose_errors import lag_parts
+from twistcore.study.quamo.representations import (
+    REPRESENTATIONS,
+    Representation,
+    full_turns,
+    track_coordinates,
+    track_places,
+)
+from twistcore.study.quamo.rivals import RIVALS, Rival, constant_offset, mean_offset
+from twistcore.study.quamo.sequences import Sequence24
+from twistcore.study.quamo.tables import CONDITIONS, Method, noisy_clip
+
+HAND, HAND_FIRST_ORDER, HAND_ALPHA = "hand gains", "hand gains, first-order", "hand gains + α"
+HAND_ROOT_SUBSTEPS = "hand gains, root in six sub-steps"
+FULL = "learned, full"
+BOTH_WAYS, FULL_BOTH_WAYS, SPLINE = "both ways, file", "learned both ways, file", "spline, file"
+HAND_ACCELERATION = 150.0  # chosen on subjects 02, 08, 12: Accel at level A grows by a quarter
+_ROOT_SUBSTEPS = 6  # of NeurPhys, as [Le26 supplement F] tells it
+_TRAIN_SEED = 100  # none that a table is of
+
+
+def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
+    """Constant offset (fitted on the other subjects) and the tuned rivals, causal ones first."""
+
+    @cache
+    def offset(subject: str) -> Array:
+        others = [s for s in sequences if s.subject != subject] or sequences
+        noise = CONDITIONS[-1].noise
+        return mean_offset((noisy_clip(s, noise, _TRAIN_SEED)[0], s.q) for s in others)
+
+    def rival_method(rival: Rival) -> Method:
+        return lambda _, q_hat, r_hat: rival.run(q_hat, r_hat, NETWORK_DT)
+
+    return {
+        "constant offset": lambda s, q, r: (constant_offset(q, offset(s.subject)), r),
+        **{rival.name: rival_method(rival) for rival in RIVALS},
+    }
+
+
+def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
+    """Hand gains at 25 Hz."""
+
+    def run(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+        found = track(q_hat, r_hat, NETWORK_DT, HandGains(gains), integration=integration)
+        return found.q, found.r
+
+    return run
+
+
+def hand_both_ways(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+    """Hand gains at 25 Hz in both directions of time."""
+    found = track_both_ways(q_hat, r_hat, NETWORK_DT, HandGains())
+    return found.q, found.r
+
+
+def root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+    """Hand gains, the root's place by six Euler steps a frame [Le26 supplement F]."""
+    q, _ = hand_method()(clip, q_hat, r_hat)
+    return q, track_places(r_hat, NETWORK_DT, Gains(), _ROOT_SUBSTEPS)
+
+
+def hand_methods() -> dict[str, Method]:
+    """Rows that need no training."""
+    return {
+        HAND: hand_method(),
+        HAND_FIRST_ORDER: hand_method(integration=FIRST_ORDER),
+        HAND_ALPHA: hand_method(Gains(ka=HAND_ACCELERATION)),
+        HAND_ROOT_SUBSTEPS: root_in_substeps,
+    }
+
+
+def representation_methods() -> dict[str, Method]:
+    """The same hand gains on other representations; the root's place as with quaternions."""
+
+    def method(rep: Representation) -> Method:
+        return lambda _, q_hat, r_hat: (
+            track_coordinates(q_hat, NETWORK_DT, rep, Gains()),
+            track_places(r_hat, NETWORK_DT, Gains()),
+        )
+
+    return {rep.name: method(rep) for rep in REPRESENTATIONS}
+
+
+def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False) -> Method:
+    """For each clip the network that was trained without its subject."""
+    way = track_both_ways if both_ways else track
+
+    def run(sequence: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
+        network = by_subject[sequence.subject]
+        controller = network.started(q_hat, r_hat)
+        found = way(q_hat, r_hat, NETWORK_DT, controller, integration=network.integration)
+        return found.q, found.r
+
+    return run
+
+
+def turning(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
+    """Clips whose root turns through a discontinuity of some representation."""
+    return tuple(s for s in sequences if full_turns(s.q))
+
+
+def lags(sequences: Sequence[Sequence24], methods: Mapping[str, Method]) -> dict[str, Array]:
+    """Milliseconds by which each method lags on the clips as they are: joints, root's place.
+
+    Joints relative to the root, over all clips together.
+    """
+    found = {}
+    for name, method in methods.items():
+        sums = np.zeros((2, 2))
+        for sequence in sequences:
+            q, r = method(sequence, sequence.q[:, None], sequence.r[:, None])
+            here = sequence.places_mm(q[:, 0], r[:, 0])
+            truth = sequence.places_mm(sequence.q, sequence.r)
+            sums[0] += lag_parts(here - here[:, :1], truth - truth[:, :1], NETWORK_DT)
+            sums[1] += lag_parts(here[:, 0], truth[:, 0], NETWORK_DT)
+        found[name] = 1000.0 * sums[:, 0] / sums[:, 1]
+    return found

@@ -1,0 +1,153 @@
+"""Scores of methods at every level of noise and seed, as tables and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from twistcore.skeleton.rotation import Array
+from twistcore.study.quamo.noise import LEVELS, Noise, noisy
+from twistcore.study.quamo.pose_errors import METRICS, errors
+from twistcore.study.quamo.sequences import Sequence24
+from twistcore.synthesis import generator
+
+# A method: what it makes of noisy versions of a clip of a subject it was not trained on, poses
+# (frames, versions, 24, 4) and root places (frames, versions, 3).
+Method = Callable[[Sequence24, Array, Array], tuple[Array, Array]]
+
+_ORDER = tuple(LEVELS.values())
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Noise of a table: a level with or without its systematic part."""
+
+    level: str
+    systematic: bool
+
+    def __str__(self) -> str:
+        return f"{self.level}{' + systematic' if self.systematic else ''}"
+
+    @property
+    def noise(self) -> Noise:
+        """What to draw."""
+        return Noise(LEVELS[self.level], self.systematic)
+
+
+CONDITIONS = tuple(Condition(level, s) for level in LEVELS for s in (False, True))
+
+
+@dataclass(frozen=True, eq=False)
+class Scores:
+    """Metrics by method and condition, one row a seed, (seeds, len(METRICS)); frames weigh."""
+
+    by_method: Mapping[tuple[str, Condition], Array]
+    clips: tuple[str, ...]
+
+    def mean(self, method: str, condition: Condition) -> Array:
+        """Over seeds, in the order of METRICS."""
+        mean: Array = self.by_method[method, condition].mean(axis=0)
+        return mean
+
+    def ratio(self, method: str, condition: Condition) -> Array:
+        """Mean over the input's mean, in the order of METRICS; where that is 0, 1."""
+        return _ratio(self.mean(method, condition), self.mean("input", condition))
+
+    def ratios(self, method: str, condition: Condition, base: str = "input") -> Array:
+        """Method over base seed by seed, (seeds, len(METRICS))."""
+        return _ratio(self.by_method[method, condition], self.by_method[base, condition])
+
+
+def _ratio(over: Array, under: Array) -> Array:
+    return np.divide(over, under, out=np.ones_like(over), where=under > 0.0)
+
+
+def score(
+    sequences: Sequence[Sequence24],
+    methods: Mapping[str, Method],
+    seeds: Sequence[int],
+    conditions: Sequence[Condition] = CONDITIONS,
+    tell: Callable[[str], None] = lambda _: None,
+    *,
+    from_truth: bool = False,
+) -> Scores:
+    """Run every method on every clip, condition and seed; all get the same noise.
+
+    from_truth: the input's root is shifted so that it begins where the truth's does [Le26 §4.2].
+    """
+    # All conditions and seeds of a clip go through a method side by side: far fewer steps.
+    draws = [(condition, k) for condition in conditions for k in range(len(seeds))]
+    table = {
+        (name, c): np.zeros((len(seeds), len(METRICS)))
+        for c in conditions
+        for name in ("input", *methods)
+    }
+    total = sum(len(s.q) for s in sequences)
+    for sequence in sequences:
+        drawn = [noisy_clip(sequence, c.noise, seeds[k]) for c, k in draws]
+        q_hat, r_hat = (np.stack(x, axis=1) for x in zip(*drawn, strict=True))
+        if from_truth:
+            r_hat = r_hat - r_hat[:1] + sequence.r[0]
+        truth = sequence.places_mm(sequence.q, sequence.r)
+        for name in ("input", *methods):
+            q, r = (q_hat, r_hat) if name == "input" else methods[name](sequence, q_hat, r_hat)
+            places = sequence.places_mm(q, r)
+            for d, (condition, k) in enumerate(draws):
+                found = np.array(errors(places[:, d], truth).values())
+                table[name, condition][k] += len(sequence.q) / total * found
+        tell(f"{sequence.name}: {len(sequence.q)} frames")
+    return Scores(table, tuple(s.name for s in sequences))
+
+
+def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Array]:
+    """A clip with the noise that belongs to the seed and the clip's name."""
+    rng = generator(seed, sequence.name, _ORDER.index(noise.level), int(noise.systematic))
+    return noisy(sequence.q, sequence.r, noise, rng)
+
+
+def scores_to_json(scores: Scores) -> dict[str, Any]:
+    """Means and seeds by method and condition."""
+    return {
+        "clips": list(scores.clips),
+        "metrics": list(METRICS),
+        "rows": [
+            {
+                "method": method,
+                "level": condition.level,
+                "systematic": condition.systematic,
+                "mean": np.round(values.mean(axis=0), 6).tolist(),
+                "seeds": np.round(values, 6).tolist(),
+            }
+            for (method, condition), values in scores.by_method.items()
+        ],
+    }
+
+
+def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: Condition) -> str:
+    """One condition: metrics of each method, the input in numbers, the others also as ratios."""
+    rows = []
+    for method in methods:
+        mean, ratio = scores.mean(method, condition), scores.ratio(method, condition)
+        shown = [f"{m:.1f}" for m in mean]
+        if method != "input":
+            shown = [f"{m} ({r:.2f})" for m, r in zip(shown, ratio, strict=True)]
+        rows.append((method, *shown))
+    return markdown_table((f"noise {condition}", *METRICS), rows)
+
+
+def ratios_to_markdown(
+    title: str, scores: Scores, methods: Sequence[str], condition: Condition
+) -> str:
+    """One condition: ratios to the input alone."""
+    rows = [(m, *(f"{r:.2f}" for r in scores.ratio(m, condition))) for m in methods]
+    return markdown_table((title, *METRICS), rows)
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table in Markdown, its columns not lined up."""
+    lines = [f"| {' | '.join(cells)} |" for cells in (head, *rows)]
+    lines.insert(1, f"|{'---|' * len(head)}")
+    return "\n".join(lines) + "\n"
