@@ -11,7 +11,7 @@ from tests.conftest import ASSETS
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction.twist_removal import applied_unasked, refine
 from twistcore.detection import Interval
-from twistcore.detection.consistency.chain_analysis import judged
+from twistcore.detection.consistency.chain_analysis import judged, tempered
 from twistcore.detection.evidence import Background, Find, Witnesses, judgement_of, terms_of
 from twistcore.detection.evidence.judgement import WEIGHTS
 from twistcore.detection.evidence.witnesses import ALONG
@@ -103,7 +103,7 @@ def test_no_confidence_is_above_what_the_evidence_gives():
     assert applied_unasked([made_up])
     assert not applied_unasked([doubted])
     unsure = replace(made_up, confidence=0.01)
-    assert judged(unsure, terms, known.segment)[0].confidence == 0.01
+    assert judged(unsure, terms, known.segment)[0].confidence == tempered(0.01)
 
 
 def test_the_same_interval_is_judged_once_at_every_tau():
@@ -236,3 +236,14 @@ def test_on_a_straight_limb_both_bones_must_turn_at_the_ends():
     quiet = replace(against, quiet=0.03)  # one bone never turns elsewhere
     for answered in (quiet, replace(terms, quiet=1.0)):
         assert "unanswered" not in judgement_of(answered, straight=True).terms
+
+
+def test_doubts_overlap_so_that_below_even_odds_they_count_half():
+    for probability in (0.0, 0.5, 0.8, 1.0):
+        assert tempered(probability) == probability
+    odds = [0.001, 0.01, 0.1, 0.3, 0.49]
+    found = [tempered(p) for p in odds]
+    assert found == sorted(found)
+    assert max(found) < 0.5
+    for before, after in zip(odds, found, strict=True):
+        assert math.log(after / (1 - after)) == pytest.approx(0.5 * math.log(before / (1 - before)))

@@ -253,10 +253,21 @@ def judged(
     And whether that takes it for motion.
     """
     found = judgement_of(terms, segment, straight=straight)
-    least = min(interval.confidence or 0.0, found.probability)
+    least = tempered(min(interval.confidence or 0.0, found.probability))
     explain = partial(_with_judgement, interval.explain, found)
     left = interval.open or found.small
     return replace(interval, confidence=least, explain=explain, open=left), found.motion
+
+
+def tempered(probability: float) -> float:
+    """Return a probability with half its log odds where they are against: doubts overlap.
+
+    Of real finds that had 0.07 two blind judges took a third for errors (docs/atlas.md).
+    """
+    if not 0.0 < probability < 0.5:
+        return probability
+    root = math.sqrt(probability / (1.0 - probability))
+    return root / (1.0 + root)
 
 
 def _with_judgement(
