@@ -96,7 +96,11 @@ def test_the_watch_sees_a_socket_in_this_process_and_in_one_that_it_starts(run):
     [
         ("detect", "walk_injected.bvh"),
         ("refine", "walk_injected.bvh", "-o", "out.bvh"),
-        ("batch", ".", "-o", "out", "--refine", "--report", "--workers", "2"),
+        pytest.param(
+            ("batch", ".", "-o", "out", "--refine", "--report", "--workers", "2"),
+            marks=pytest.mark.thorough,
+            id="batch",
+        ),
         ("quamo", "refine", "walk_injected.bvh", "-o", "out.bvh"),
     ],
     ids=lambda words: words[0],
@@ -105,6 +109,7 @@ def test_commands_need_no_network(run, words):
     assert run("-m", "twistcore", *words) == ""
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not has_screen() and not shutil.which("Xvfb"), reason="needs a screen, or Xvfb")
 def test_the_window_its_session_and_report_need_no_network(run, tmp_path):
     with screens.screen() as env:
