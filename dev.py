@@ -233,6 +233,8 @@ def main(argv: list[str]) -> int:
         ensure_venv()
         if name == "test":
             ensure_axe()
+            # Tests start hundreds of programs, and pytest rewrites every module of tests: once.
+            os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
         if name == "setup":
             say(f"Ready. {places.PYTHON.parent} has everything; try: python3 dev.py run")
             return 0
