@@ -93,7 +93,8 @@ def run_all(*, everything: bool = False) -> int:
                     run_twice(part, parent)
 
     with parent_of_tests() as parent, ThreadPoolExecutor(3) as lanes:
-        windows = iter([([module], parent) for module in window_tests()])
+        modules = window_tests() if everything else [m for m in window_tests() if has_quick(m)]
+        windows = iter([([module], parent) for module in modules])
         core = iter([(part, None) for part in core_tests()])
         # Windows wait for half their time, on the screen and on each other: there is room for more.
         queues = (
@@ -134,6 +135,12 @@ def window_tests() -> list[str]:
     files = sorted(places.ROOT.glob("tests/gui/test_*.py"))
     files.sort(key=lambda file: not any(name in file.name for name in LONG))
     return [file.relative_to(places.ROOT).as_posix() for file in files]
+
+
+def has_quick(module: str) -> bool:
+    """False if all tests of the module are thorough, so that its process need not start."""
+    text = (places.ROOT / module).read_text("utf-8")
+    return not re.search(r"^pytestmark = (\[\s*)?pytest\.mark\.thorough", text, re.MULTILINE)
 
 
 @contextlib.contextmanager

@@ -356,6 +356,20 @@ def test_modules_that_take_long_come_first():
     assert gone == [], "or renamed"
 
 
+def test_no_process_starts_for_a_module_without_quick_tests(monkeypatch, tmp_path):
+    monkeypatch.setattr(places, "ROOT", tmp_path)
+    mark = "pytest.mark.thorough"
+    texts = {
+        "one": f"import pytest\n\npytestmark = {mark}\n",
+        "several": f"pytestmark = [\n    {mark},\n    pytest.mark.skip,\n]\n",
+        "tests": f"@{mark}\ndef test_a(): pass\ndef test_b(): pass\n",
+        "other": f"pytestmark = pytest.mark.skip\n@{mark}\ndef test_a(): pass\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    assert [name for name in texts if all_tests.has_quick(name)] == ["tests", "other"]
+
+
 def test_every_module_is_in_one_part():
     core = [module for part in all_tests.core_tests() for module in part]
     assert len(core) == len(set(core))

@@ -19,6 +19,7 @@ import pytest
 from checkout import screens
 from inspector.system_libraries import has_screen
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 
 ROOT = Path(__file__).resolve().parents[1]
 # AF_UNIX is the screen's, the desktop's, or a process's of ours.
@@ -91,18 +92,15 @@ def test_the_watch_sees_a_socket_in_this_process_and_in_one_that_it_starts(run):
     assert run("-c", again, code, fails=True).count("socket.connect") >= 2
 
 
-@pytest.mark.parametrize(
+@parametrize(
     "words",
     [
         ("detect", "walk_injected.bvh"),
         ("refine", "walk_injected.bvh", "-o", "out.bvh"),
-        pytest.param(
-            ("batch", ".", "-o", "out", "--refine", "--report", "--workers", "2"),
-            marks=pytest.mark.thorough,
-            id="batch",
-        ),
         ("quamo", "refine", "walk_injected.bvh", "-o", "out.bvh"),
+        ("batch", ".", "-o", "out", "--refine", "--report", "--workers", "2"),
     ],
+    quick=3,
     ids=lambda words: words[0],
 )
 def test_commands_need_no_network(run, words):

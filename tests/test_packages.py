@@ -104,6 +104,7 @@ def test_an_index_would_take_both_and_show_their_text(packages):
     assert [a for a in sum(links, ()) if a and not a.startswith(("https://", "http://", "#"))] == []
 
 
+@pytest.mark.thorough
 def test_the_source_holds_what_its_tests_need_and_nothing_that_work_leaves(packages):
     with tarfile.open(packages[0]) as files:
         names = {name.partition("/")[2] for name in files.getnames()}
@@ -116,6 +117,7 @@ def test_the_source_holds_what_its_tests_need_and_nothing_that_work_leaves(packa
     assert [name for name in names if junk.search(name)] == []
 
 
+@pytest.mark.thorough
 def test_the_wheel_holds_what_the_program_shows(packages):
     with zipfile.ZipFile(packages[1]) as files:
         names = {*files.namelist()}
@@ -135,6 +137,7 @@ def test_the_wheel_holds_what_the_program_shows(packages):
     assert [name for name in names if re.match(r"inspector/assets/.*\.pyc?$", name)] == []
 
 
+@pytest.mark.thorough
 def test_the_core_is_small(packages):
     files = [d.locate_file(f) for d in without_extras(packages[1]) for f in d.files]
     assert sum(f.stat().st_size for f in files if f.is_file()) / 1e6 < CORE_MB

@@ -18,7 +18,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
-from tests.tiers import quick
+from tests.tiers import parametrize
 from tests.twistcore.amass_files import amass_arrays
 from twistcore.cli import main
 from twistcore.report import picture_job
@@ -250,11 +250,10 @@ MADE_BEFORE = {
 }
 # The README's are run, and what comes of them is looked at, in tests/twistcore/test_notebook.py.
 SCRIPTED = [n for n in NAMES if n != "README.md" and list(blocks(ROOT / n, "python"))]
+SCRIPTED.sort(key="docs/report.md".__eq__)  # takes longest: thorough
 
-DEAR = [name for name in SCRIPTED if name == "docs/report.md"]  # seconds
 
-
-@pytest.mark.parametrize("name", quick(*(n for n in SCRIPTED if n not in DEAR), thorough=DEAR))
+@parametrize("name", SCRIPTED, quick=-1)
 def test_python_runs(name, place, monkeypatch):
     monkeypatch.setattr(
         picture_job, "draw", lambda figures, *_: [Drawn({}, "not now")] * len(figures)

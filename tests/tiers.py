@@ -11,19 +11,15 @@ def examples(number):
     return max(min(number, 5), number * settings().max_examples // _PATIENT)
 
 
-def quick(*cases, thorough=()):
-    """Cases of `parametrize`: the quick ones and those that only a thorough run takes."""
-    return [*cases, *(_thorough(case) for case in thorough)]
-
-
-def first_quick(cases, number=1):
-    """All cases of `parametrize`, the first of which are quick and the others thorough."""
+def parametrize(names, cases, quick=1, **more):
+    """pytest's mark of that name, of which only the first cases are quick; quick: how many."""
+    several = not isinstance(names, str) or "," in names
     cases = list(cases)
-    return quick(*cases[:number], thorough=cases[number:])
+    late = [_thorough(case, several) for case in cases[quick:]]
+    return pytest.mark.parametrize(names, [*cases[:quick], *late], **more)
 
 
-def _thorough(case):
+def _thorough(case, several):
     if isinstance(case, type(pytest.param())):
         return pytest.param(*case.values, id=case.id, marks=[*case.marks, pytest.mark.thorough])
-    values = case if isinstance(case, tuple) else (case,)
-    return pytest.param(*values, marks=pytest.mark.thorough)
+    return pytest.param(*(case if several else (case,)), marks=pytest.mark.thorough)

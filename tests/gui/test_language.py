@@ -165,6 +165,7 @@ def test_a_language_that_there_is_not_is_refused(tmp_path):
     assert done.stderr == "twist-inspector: --language takes en, de or system, not fr.\n"
 
 
+@pytest.mark.thorough
 def test_a_damaged_file_of_settings_is_told_in_the_language(tmp_path):
     settings = tmp_path / "settings.json"
     settings.write_text('{"language": "de", "step": 0}')
@@ -208,6 +209,7 @@ def said(tmp_path_factory):
         return dict(zip(("en", "de"), both.map(one, ("en", "de")), strict=True))
 
 
+@pytest.mark.thorough
 def test_no_text_of_the_window_is_one_that_is_translated(said):
     known = {e.msgid: e.msgstr for e in entries("de") if e.translated() and not e.msgctxt}
     texts = {t: where for t, where in said["de"]["texts"].items() if known.get(t, t) != t}
@@ -215,6 +217,7 @@ def test_no_text_of_the_window_is_one_that_is_translated(said):
     assert {t: where for t, where in found.items() if not waits("de", t)} == {}
 
 
+@pytest.mark.thorough
 def test_no_english_words_stand_in_both_windows(said):
     both = said["en"]["texts"].keys() & said["de"]["texts"].keys() - in_german()
     found = [t for t in sorted(both) if english(t) and not waits("de", t)]
@@ -226,6 +229,7 @@ def in_german():
     return {text for entry in entries("de") for text in translations(entry)}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("code", ["en", "de"])
 def test_a_screen_reader_has_a_name_for_all_that_the_keyboard_reaches(said, code):
     assert said[code]["unnamed"] == {}

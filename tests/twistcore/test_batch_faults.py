@@ -94,7 +94,9 @@ def test_a_run_that_is_killed_goes_on_and_does_nothing_twice(tmp_path):
     assert corrected == sorted(p.name for p in folder.iterdir())
 
 
-@pytest.fixture(params=["a small disk", "a limit of files"])
+@pytest.fixture(
+    params=[pytest.param("a small disk", marks=pytest.mark.thorough), "a limit of files"]
+)
 def full(request, tmp_path):
     """A folder in which 300 kB have room, and what a process that writes there is started with."""
     out = tmp_path / "out"

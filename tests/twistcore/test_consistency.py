@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from tests.tiers import examples
+from tests.tiers import examples, parametrize
 from tests.twistcore.strategies import axes, quaternions
 from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.analysis.correction import remove_twist
@@ -173,7 +173,7 @@ def test_a_soft_onset_is_followed(ramp):
     assert_found(found_in(WALK, error), error)
 
 
-@pytest.mark.parametrize("name", ["walk", "dance", "basketball"])
+@parametrize("name", ["walk", "dance", "basketball"])
 def test_ramps_at_60_hz_do_not_hide_themselves(name):
     """Every 2nd frame: where the first pass takes a ramp for motion, σ hides it for good."""
     scene = make_scene(name, read_bvh(ASSETS / f"{name}.bvh").motion, parse_protocol("H2+H3-4"))
