@@ -9,6 +9,7 @@ import re
 import signal
 import sys
 import tempfile
+import textwrap
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -34,7 +35,7 @@ QUICK_MINUTES = "about 5 minutes on two cores"
 ALL_MINUTES = "about 15 minutes on two cores"
 EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # what a person sets goes before the tier's
 NO_TESTS = 5  # pytest's status where no test was left to run
-CORE_PARTS = 6
+CORE_PARTS = 8
 
 
 @dataclass(frozen=True)
@@ -207,7 +208,7 @@ def failure_of(case: ElementTree.Element) -> list[str]:
             errors = [line[1:] for line in text.splitlines() if line.startswith("E ")]
             message = errors[-1] if errors else text.strip()
         reason = next(iter(message.strip().splitlines()), "no reason was given")
-        lines.append(f"{name}: {reason.strip()}")
+        lines.append(f"{name}: {textwrap.shorten(reason, 160, placeholder=' …')}")
     return lines
 
 
