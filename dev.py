@@ -3,7 +3,8 @@
 
     python3 dev.py setup            make .venv, install everything that is missing
     python3 dev.py run [ARGS]       open the program; without a screen, a demonstration into out/
-    python3 dev.py test [ARGS]      pytest, e.g. dev.py test -k chain
+    python3 dev.py test             the quick tests; --all: the thorough ones, too
+    python3 dev.py test ARGS        pytest, e.g. dev.py test -k chain
     python3 dev.py check            lint, format, types, import contracts
     python3 dev.py bench [NAME]     every benchmark, or the one named
     python3 dev.py shot             take the pictures of docs/ from the real window
@@ -24,7 +25,7 @@ from pathlib import Path
 
 # Nothing but the standard library there, either.
 from checkout import places
-from checkout.all_tests import run_all
+from checkout.all_tests import ALL, EXAMPLES, QUICK, run_all
 from checkout.environment import OLDEST_PYTHON, ensure_axe, ensure_venv, write_locks
 from checkout.screens import screen
 from checkout.starting import SetupError, say, start, without_driver_noise
@@ -112,11 +113,29 @@ def tell_results(began: float) -> None:
 
 
 def command_test(args: list[str]) -> int:
-    """Run pytest; without arguments all of it, every module of window tests by itself."""
-    if not args:
-        return run_all()
+    """Run the quick tests, all of them with --all, or those that arguments of pytest ask for.
+
+    Thorough tests are run where a file or a mark is named, or with --all.
+    """
+    words = [word for word in args if word != "--all"]
+    everything = words != args
+    if not words:
+        status = run_all(everything=everything)
+        warn_of_missing_translations()
+        return status
+    named = any(w.startswith("-m") or Path(w.split("::")[0]).exists() for w in words)
+    if not everything and not named:
+        say("Of the quick tests; of all with --all.")
+        words = [*QUICK.words, *words]
     with screen() as env:
-        return start([str(places.PYTHON), "-m", "pytest", *args], env)
+        examples = (ALL if everything else QUICK).examples
+        return start([str(places.PYTHON), "-m", "pytest", *words], {EXAMPLES: examples, **env})
+
+
+def warn_of_missing_translations() -> int:
+    """List texts that wait for a translation; the exit status, 0 unless CI is set."""
+    status = start([str(places.PYTHON), "-m", "tests.gui.untranslated"], dict(os.environ))
+    return status if os.environ.get("CI") else 0
 
 
 def command_check(args: list[str]) -> int:
@@ -137,6 +156,9 @@ def command_check(args: list[str]) -> int:
         say(f"--- {name}")
         if start(command, dict(os.environ)):
             failed.append(name)
+    say("--- translations")
+    if warn_of_missing_translations():
+        failed.append("translations")
     say(f"Failed: {', '.join(failed)}." if failed else "All checks passed.")
     return 1 if failed else 0
 
@@ -211,6 +233,8 @@ def main(argv: list[str]) -> int:
         ensure_venv()
         if name == "test":
             ensure_axe()
+            # Tests start hundreds of programs, and pytest rewrites every module of tests: once.
+            os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
         if name == "setup":
             say(f"Ready. {places.PYTHON.parent} has everything; try: python3 dev.py run")
             return 0

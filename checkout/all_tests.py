@@ -1,14 +1,17 @@
-"""All tests, every module of window tests by itself, several at a time."""
+"""The tests in two tiers, every module of window tests by itself, several at a time."""
 
 from __future__ import annotations
 
 import collections
 import contextlib
 import os
+import re
 import signal
 import sys
 import tempfile
+import textwrap
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 from xml.etree import ElementTree
@@ -19,7 +22,7 @@ from checkout.starting import RUNNING, finish, say, start
 from inspector.system_libraries import has_screen
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterable, Iterator
 
     from tests.gui.forked import Parent
 
@@ -28,57 +31,104 @@ LONG = (
     *("nothing_lost", "taken_away", "kill", "test_looks", "starts_and_ends"),
     *("by_hand", "uncovered", "in_browser", "test_teaching", "test_tour"),
 )
-TEST_MINUTES = "about 15 minutes on two cores"
+QUICK_MINUTES = "about 5 minutes on two cores"
+ALL_MINUTES = "about 15 minutes on two cores"
+EXAMPLES = "TWIST_INSPECTOR_EXAMPLES"  # what a person sets goes before the tier's
+NO_TESTS = 5  # pytest's status where no test was left to run
+CORE_PARTS = 8
 
 
-def run_all() -> int:
-    """Run every module of window tests by itself, the rest together; the exit status.
+@dataclass(frozen=True)
+class Tier:
+    """Which tests run: pytest's words for them, and Hypothesis's profile (tests/conftest.py)."""
 
-    Three parts at a time where each has a virtual screen of its own: on a real one windows would
-    take each other's keys, and only what has no windows runs beside them.
+    words: tuple[str, ...]
+    examples: str
+
+
+QUICK = Tier(("-m", "not thorough"), "quick")
+ALL = Tier((), "patient")
+
+
+@dataclass
+class Outcome:
+    """What became of some tests: how many passed and so on, and a line for each that failed."""
+
+    counts: collections.Counter[str] = field(default_factory=collections.Counter)
+    failures: list[str] = field(default_factory=list)
+
+
+def run_all(*, everything: bool = False) -> int:
+    """Run the quick tests, or all, several processes at a time; return the exit status.
+
+    Every module of window tests has a process of its own. Three run at a time where each has a
+    virtual screen: on a real one windows would take each other's keys, so that they run one after
+    another, with the tests that open no windows at the same time.
     """
-    say(f"All tests take {TEST_MINUTES}; dev.py test -k WORD runs some.")
-    counts: collections.Counter[str] = collections.Counter()
-    notes: list[str] = []
+    if everything:
+        say(f"All tests take {ALL_MINUTES}; dev.py test runs the quick ones.")
+    else:
+        say(f"The quick tests take {QUICK_MINUTES}. All of them, in {ALL_MINUTES}:")
+        say("    python3 dev.py test --all")
+    whole, notes = Outcome(), list[str]()
+    given_up = False
+    tier = ALL if everything else QUICK
 
-    def run_twice(part: list[str], parent: Parent | None = None) -> int:
+    def run_twice(part: list[str], parent: Parent | None) -> None:
         with tempfile.TemporaryFile() as output:
-            done = run_part(part, output, parent)
+            done = run_part(part, output, parent, tier)
             if done is None and not given_up:  # it crashed, or hung until pytest gave it up
                 notes.append(f"{part[0]}: its process did not come to its end and was run again.")
-                done = run_part(part, output, parent)
+                done = run_part(part, output, parent, tier)
             output.seek(0)
             say(output.read().decode(errors="replace"))
-        counts.update(done or {"failed": 1})
-        return int(not done or done["failed"] > 0)
+        if done is None:
+            done = Outcome(collections.Counter(failed=1), [f"{part[0]}: its process crashed."])
+        whole.counts.update(done.counts)
+        whole.failures.extend(done.failures)
 
-    def test_windows() -> int:
-        status = 0
-        # A program has one window: hundreds in one process try Qt's bindings, not the program.
-        for module in waiting:  # one list for all lanes
-            status |= 0 if given_up else run_twice([module], parent)
-        return status
+    def lane(*queues: Iterator[tuple[list[str], Parent | None]]) -> None:
+        for queue in queues:  # each is shared by all lanes
+            for part, parent in queue:
+                if not given_up:
+                    run_twice(part, parent)
 
-    def test_the_rest() -> int:
-        status = run_twice(["tests", "--ignore=tests/gui"])
-        return status if has_screen() else status | test_windows()
-
-    waiting, given_up = iter(window_tests()), False
-    # Windows wait for half their time, on the screen and on each other: a core has room for more.
-    more = [test_windows] if not has_screen() else []
     with parent_of_tests() as parent, ThreadPoolExecutor(3) as lanes:
-        running = [lanes.submit(lane) for lane in (test_the_rest, test_windows, *more)]
+        modules = window_tests() if everything else [m for m in window_tests() if has_quick(m)]
+        windows = iter([([module], parent) for module in modules])
+        core = iter([(part, None) for part in core_tests()])
+        # Windows wait for half their time, on the screen and on each other: there is room for more.
+        queues = (
+            [(core,), (windows,)] if has_screen() else [(core, windows), *[(windows, core)] * 2]
+        )
+        running = [lanes.submit(lane, *these) for these in queues]
         try:
-            status = max([lane.result() for lane in running])
+            for each in running:
+                each.result()
         except BaseException:  # Ctrl+C, or we were told to end
             given_up = True
             for child in tuple(RUNNING):
                 child.terminate()
             raise
-    for note in notes:
-        say(note)
+    for line in (*notes, *failures_told(whole.failures)):
+        say(line)
+    counts = whole.counts
     say(f"{counts['passed']} passed, {counts['failed']} failed, {counts['skipped']} skipped")
-    return status
+    return int(counts["failed"] > 0)
+
+
+def failures_told(failures: Iterable[str]) -> list[str]:
+    """Every failed test once, with the first line of its reason."""
+    lines = [f"  {line}" for line in dict.fromkeys(failures)]
+    return ["", "Failed:", *lines] if lines else []
+
+
+def core_tests() -> list[list[str]]:
+    """The modules of tests that open no window, in parts of about the same size."""
+    files = sorted(places.ROOT.glob("tests/**/test_*.py"))
+    names = [file.relative_to(places.ROOT).as_posix() for file in files]
+    names = [name for name in names if not name.startswith("tests/gui/")]
+    return [part for k in range(CORE_PARTS) if (part := names[k::CORE_PARTS])]
 
 
 def window_tests() -> list[str]:
@@ -86,6 +136,12 @@ def window_tests() -> list[str]:
     files = sorted(places.ROOT.glob("tests/gui/test_*.py"))
     files.sort(key=lambda file: not any(name in file.name for name in LONG))
     return [file.relative_to(places.ROOT).as_posix() for file in files]
+
+
+def has_quick(module: str) -> bool:
+    """False if all tests of the module are thorough, so that its process need not start."""
+    text = (places.ROOT / module).read_text("utf-8")
+    return not re.search(r"^pytestmark = (\[\s*)?pytest\.mark\.thorough", text, re.MULTILINE)
 
 
 @contextlib.contextmanager
@@ -104,18 +160,24 @@ def parent_of_tests() -> Iterator[Parent | None]:
 
 
 def run_part(
-    part: list[str], output: IO[bytes] | None = None, parent: Parent | None = None
-) -> collections.Counter[str] | None:
+    part: list[str],
+    output: IO[bytes] | None = None,
+    parent: Parent | None = None,
+    tier: Tier = ALL,
+) -> Outcome | None:
     """Run some of the tests on a screen of their own and count; None if pytest did not end.
 
     What it says goes to `output`, or to where we say things. parent: it is forked off that.
     """
     with tempfile.TemporaryDirectory(prefix="twist-inspector-") as folder, screen() as env:
         report = Path(folder) / "report.xml"
-        words = ["-m", "pytest", f"--junitxml={report}", *part]
+        words = ["-m", "pytest", f"--junitxml={report}", *tier.words, *part]
+        env = {EXAMPLES: tier.examples, **env}
         forked = run_forked(parent, words, env, output) if parent and output else None
         command = [str(places.PYTHON), *words]
         status = start(command, env, places.ROOT, output) if forked is None else forked
+        if status == NO_TESTS:
+            return Outcome()
         if status > 2 or not report.exists():
             return None
         suite = ElementTree.parse(report).getroot()[0]
@@ -124,8 +186,30 @@ def run_part(
     if status == 2 and not failed:
         raise KeyboardInterrupt
     passed = number["tests"] - failed - number["skipped"]
-    failed = failed or status  # what went wrong outside of any test
-    return collections.Counter(passed=passed, failed=failed, skipped=number["skipped"])
+    failures = [line for case in suite.iter("testcase") for line in failure_of(case)]
+    if status and not failed:  # what went wrong outside of any test
+        failed, failures = 1, [f"{part[-1]}: pytest ended with {status}, outside of any test."]
+    counts = collections.Counter(passed=passed, failed=failed, skipped=number["skipped"])
+    return Outcome(counts, failures)
+
+
+def failure_of(case: ElementTree.Element) -> list[str]:
+    """Name a test of pytest's report and the first line of each reason why it failed."""
+    module, name = case.get("classname", ""), case.get("name", "")
+    if not module:  # one that could not be collected
+        module, name = name, ""
+    # Of the words with points between them the first that begins like one is the file.
+    file = re.sub(r"^((?:\w+\.)*?test_\w+)", lambda m: m[0].replace(".", "/") + ".py", module)
+    name = "::".join(filter(None, [*file.replace(".py.", ".py::").split("::"), name]))
+    lines = []
+    for found in (*case.iterfind("failure"), *case.iterfind("error")):
+        message, text = found.get("message", ""), found.text or ""
+        if message.startswith("collection failure"):  # why is in the text alone
+            errors = [line[1:] for line in text.splitlines() if line.startswith("E ")]
+            message = errors[-1] if errors else text.strip()
+        reason = next(iter(message.strip().splitlines()), "no reason was given")
+        lines.append(f"{name}: {textwrap.shorten(reason, 160, placeholder=' …')}")
+    return lines
 
 
 def run_forked(

@@ -16,10 +16,13 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import Clip
 
 # A machine that is busy with something else is no reason to fail. The examples of properties are
-# the same in every run; TWIST_INSPECTOR_EXAMPLES=random takes others, and a failure prints its own.
-settings.register_profile("fixed", deadline=None, derandomize=True)
+# the same in every run, a quarter of them in the quick one; TWIST_INSPECTOR_EXAMPLES=random takes
+# others, and a failure prints its own.
+settings.register_profile("quick", deadline=None, derandomize=True, max_examples=25)
+settings.register_profile("patient", deadline=None, derandomize=True, max_examples=100)
 settings.register_profile("random", deadline=None, derandomize=False, print_blob=True)
-settings.load_profile(os.environ.get("TWIST_INSPECTOR_EXAMPLES", "fixed"))
+_usual = "patient" if os.environ.get("CI") else "quick"
+settings.load_profile(os.environ.get("TWIST_INSPECTOR_EXAMPLES", _usual))
 
 # Under nohup programs are deaf to it; tests send it to those that they start.
 if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) == signal.SIG_IGN:

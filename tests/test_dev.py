@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
@@ -208,13 +209,19 @@ def test_what_drivers_say_of_a_virtual_screen_is_left_out(capfd):
     assert out == "out\n"
 
 
+@pytest.mark.thorough
 def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
     bare_project, monkeypatch, capsys
 ):
     monkeypatch.setattr(all_tests, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
+    monkeypatch.setattr(dev, "warn_of_missing_translations", lambda: 0)
     gui = bare_project / "tests/gui"
     gui.mkdir(parents=True)
-    (bare_project / "tests/test_core.py").write_text("def test_core(): pass\n")
+    thorough = "\n@pytest.mark.thorough\ndef test_dear(): pass\n"
+    core = f"import pytest\ndef test_core(): pass\n{thorough}"
+    (bare_project / "tests/test_core.py").write_text(core)
+    marks = "[tool.pytest.ini_options]\nmarkers = ['thorough: dear']\n"
+    (bare_project / "pyproject.toml").write_text(marks)
     (gui / "test_sound.py").write_text("def test_a(): pass\n")
     falls_once = "import os, pathlib\ndef test_b():\n    mark = pathlib.Path('fell')\n"
     falls_once += "    if not mark.exists(): mark.touch(); os.abort()\n"
@@ -222,23 +229,62 @@ def test_all_tests_run_in_parts_and_a_part_that_dies_is_run_again_once(
     monkeypatch.chdir(bare_project)
     assert dev.command_test([]) == 0
     told = capsys.readouterr().out.splitlines()
+    assert "python3 dev.py test --all" in told[1]
     assert told[-1] == "3 passed, 0 failed, 0 skipped"
     assert "tests/gui/test_falls.py" in told[-2]
+    assert dev.command_test(["--all"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "4 passed, 0 failed, 0 skipped"
 
     monkeypatch.setattr(all_tests, "parent_of_tests", contextlib.nullcontext)  # as where none forks
     (gui / "test_falls.py").write_text("import os\ndef test_b(): os.abort()\n")
-    (gui / "test_wrong.py").write_text("def test_c(): assert False\n")
+    (gui / "test_wrong.py").write_text(
+        "def test_c():\n    assert not 'c',\\\n        'why\\nmore'\n"
+    )
     (gui / "test_broken.py").write_text("import no_such_module\n")
+    (gui / "test_dear.py").write_text(f"import pytest\n{thorough}")
     assert dev.command_test([]) == 1
-    assert capsys.readouterr().out.splitlines()[-1] == "2 passed, 3 failed, 0 skipped"
+    told = capsys.readouterr().out.splitlines()
+    assert told[-1] == "2 passed, 3 failed, 0 skipped"
+    assert sorted(told[told.index("Failed:") + 1 : -1]) == [
+        "  tests/gui/test_broken.py: ModuleNotFoundError: No module named 'no_such_module'",
+        "  tests/gui/test_falls.py: its process crashed.",
+        "  tests/gui/test_wrong.py::test_c: AssertionError: why",
+    ]
 
     late = "def pytest_sessionfinish(session): session.exitstatus = 1\n"
     (bare_project / "tests/conftest.py").write_text(late)
-    assert all_tests.run_part(["tests/test_core.py"]) == {"passed": 1, "failed": 1, "skipped": 0}
+    done = all_tests.run_part(["tests/test_core.py"])
+    assert done.counts == {"passed": 2, "failed": 1, "skipped": 0}
+    assert "outside of any test" in done.failures[0]
     (bare_project / "tests/conftest.py").unlink()
     (bare_project / "tests/test_core.py").write_text("def test_d(): raise KeyboardInterrupt\n")
     with pytest.raises(KeyboardInterrupt):
         all_tests.run_part(["tests/test_core.py"])
+
+
+def test_a_failure_is_listed_with_the_first_line_of_its_reason(bare_project, monkeypatch):
+    monkeypatch.setattr(all_tests, "screen", lambda: contextlib.nullcontext(dict(os.environ)))
+    text = """
+        import pytest
+        class TestAll:
+            @pytest.mark.parametrize("x", [1, 2.5])
+            def test_one(self, x): assert x == 1, "no\\nmore"
+        @pytest.fixture
+        def gone(): raise OSError("a.b is gone")
+        def test_two(gone): pass
+        @pytest.mark.skip
+        def test_three(): pass
+    """
+    (bare_project / "test_a.py").write_text(textwrap.dedent(text))
+    done = all_tests.run_part(["test_a.py"])
+    assert done.counts == {"passed": 1, "failed": 2, "skipped": 1}
+    assert all_tests.failures_told(done.failures)[1:] == [
+        "Failed:",
+        "  test_a.py::TestAll::test_one[2.5]: AssertionError: no",
+        '  test_a.py::test_two: failed on setup with "OSError: a.b is gone"',
+    ]
+    assert all_tests.failures_told([]) == []
+    assert all_tests.run_part(["test_a.py", "-k", "nothing"]).counts == {}
 
 
 class Forked:
@@ -262,7 +308,7 @@ def test_tests_run_although_what_they_are_forked_off_is_gone(bare_project, monke
         def start(self, *_):
             raise self.gone
 
-    parent, passed = Parent(), {"passed": 1, "failed": 0, "skipped": 0}
+    parent, passed = Parent(), all_tests.Outcome({"passed": 1, "failed": 0, "skipped": 0})
     with (bare_project / "said").open("w+b") as output:
         for parent.gone in (BrokenPipeError(), AssertionError("nothing was forked")):
             assert all_tests.run_part(["test_a.py"], output, parent) == passed
@@ -273,6 +319,34 @@ def test_tests_run_although_what_they_are_forked_off_is_gone(bare_project, monke
     assert not starting.RUNNING
 
 
+@pytest.mark.parametrize(
+    ("args", "words"),
+    [
+        (["-k", "chain"], ["-m", "not thorough", "-k", "chain"]),
+        (["-x", "--maxfail=2"], ["-m", "not thorough", "-x", "--maxfail=2"]),
+        (["--all", "-k", "chain"], ["-k", "chain"]),
+        (["-m", "thorough"], ["-m", "thorough"]),
+        (["tests/test_dev.py::test_x"], ["tests/test_dev.py::test_x"]),
+    ],
+)
+def test_thorough_tests_are_run_where_a_file_or_a_mark_is_named(monkeypatch, args, words):
+    started = []
+    monkeypatch.chdir(places.ROOT)
+    monkeypatch.setattr(dev, "screen", lambda: contextlib.nullcontext({}))
+    monkeypatch.setattr(dev, "start", lambda command, env: started.append((command[3:], env)) or 0)
+    assert dev.command_test(args) == 0
+    examples = "patient" if "--all" in args else "quick"
+    assert started == [(words, {"TWIST_INSPECTOR_EXAMPLES": examples})]
+
+
+@pytest.mark.parametrize(("ci", "status"), [("", 0), ("true", 1)])
+def test_a_missing_translation_fails_the_check_in_ci_only(monkeypatch, ci, status):
+    monkeypatch.setenv("CI", ci)
+    lacking = ["-m", "tests.gui.untranslated"]
+    monkeypatch.setattr(dev, "start", lambda command, _: int(command[1:] == lacking))
+    assert dev.command_check([]) == status
+
+
 def test_modules_that_take_long_come_first():
     modules = all_tests.window_tests()
     assert len(modules) == len(set(modules)) == len([*places.ROOT.glob("tests/gui/test_*.py")])
@@ -280,6 +354,29 @@ def test_modules_that_take_long_come_first():
     assert long == sorted(long, reverse=True)
     gone = [name for name in all_tests.LONG if not any(name in module for module in modules)]
     assert gone == [], "or renamed"
+
+
+def test_no_process_starts_for_a_module_without_quick_tests(monkeypatch, tmp_path):
+    monkeypatch.setattr(places, "ROOT", tmp_path)
+    mark = "pytest.mark.thorough"
+    texts = {
+        "one": f"import pytest\n\npytestmark = {mark}\n",
+        "several": f"pytestmark = [\n    {mark},\n    pytest.mark.skip,\n]\n",
+        "tests": f"@{mark}\ndef test_a(): pass\ndef test_b(): pass\n",
+        "other": f"pytestmark = pytest.mark.skip\n@{mark}\ndef test_a(): pass\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text)
+    assert [name for name in texts if all_tests.has_quick(name)] == ["tests", "other"]
+
+
+def test_every_module_is_in_one_part():
+    core = [module for part in all_tests.core_tests() for module in part]
+    assert len(core) == len(set(core))
+    every = {
+        path.relative_to(places.ROOT).as_posix() for path in places.ROOT.glob("tests/**/test_*.py")
+    }
+    assert every == {*core, *all_tests.window_tests()}
 
 
 def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):

@@ -54,6 +54,7 @@ def mutation(folder, *options):
     )
 
 
+@pytest.mark.thorough
 def test_what_no_test_sees_is_listed_and_the_rest_counted(tmp_path):
     done = mutation(tmp_path, "--least", "100")
     survivors = [line for line in done.stdout.splitlines() if line.startswith("small.py:")]

@@ -19,6 +19,7 @@ import pytest
 from checkout import screens
 from inspector.system_libraries import has_screen
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 
 ROOT = Path(__file__).resolve().parents[1]
 # AF_UNIX is the screen's, the desktop's, or a process's of ours.
@@ -91,20 +92,22 @@ def test_the_watch_sees_a_socket_in_this_process_and_in_one_that_it_starts(run):
     assert run("-c", again, code, fails=True).count("socket.connect") >= 2
 
 
-@pytest.mark.parametrize(
+@parametrize(
     "words",
     [
         ("detect", "walk_injected.bvh"),
         ("refine", "walk_injected.bvh", "-o", "out.bvh"),
-        ("batch", ".", "-o", "out", "--refine", "--report", "--workers", "2"),
         ("quamo", "refine", "walk_injected.bvh", "-o", "out.bvh"),
+        ("batch", ".", "-o", "out", "--refine", "--report", "--workers", "2"),
     ],
+    quick=3,
     ids=lambda words: words[0],
 )
 def test_commands_need_no_network(run, words):
     assert run("-m", "twistcore", *words) == ""
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(not has_screen() and not shutil.which("Xvfb"), reason="needs a screen, or Xvfb")
 def test_the_window_its_session_and_report_need_no_network(run, tmp_path):
     with screens.screen() as env:

@@ -37,6 +37,7 @@ def test_a_notebook_is_stored_without_results(name):
 
 
 # zmq and tornado, under nbclient, have warnings of their own about event loops.
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("default")
 @pytest.mark.parametrize("name", NOTEBOOKS)
 def test_a_notebook_runs_and_comes_out_right(name, tmp_path):

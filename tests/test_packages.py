@@ -90,6 +90,7 @@ def core(packages, tmp_path_factory) -> Path:
     return commands
 
 
+@pytest.mark.thorough
 def test_an_index_would_take_both_and_show_their_text(packages):
     tool("twine", "check", "--strict", *packages)
     tool("check_wheel_contents", packages[1])
@@ -103,6 +104,7 @@ def test_an_index_would_take_both_and_show_their_text(packages):
     assert [a for a in sum(links, ()) if a and not a.startswith(("https://", "http://", "#"))] == []
 
 
+@pytest.mark.thorough
 def test_the_source_holds_what_its_tests_need_and_nothing_that_work_leaves(packages):
     with tarfile.open(packages[0]) as files:
         names = {name.partition("/")[2] for name in files.getnames()}
@@ -115,6 +117,7 @@ def test_the_source_holds_what_its_tests_need_and_nothing_that_work_leaves(packa
     assert [name for name in names if junk.search(name)] == []
 
 
+@pytest.mark.thorough
 def test_the_wheel_holds_what_the_program_shows(packages):
     with zipfile.ZipFile(packages[1]) as files:
         names = {*files.namelist()}
@@ -134,11 +137,13 @@ def test_the_wheel_holds_what_the_program_shows(packages):
     assert [name for name in names if re.match(r"inspector/assets/.*\.pyc?$", name)] == []
 
 
+@pytest.mark.thorough
 def test_the_core_is_small(packages):
     files = [d.locate_file(f) for d in without_extras(packages[1]) for f in d.files]
     assert sum(f.stat().st_size for f in files if f.is_file()) / 1e6 < CORE_MB
 
 
+@pytest.mark.thorough
 def test_without_a_window_the_core_is_whole(core, packages, tmp_path):
     (tmp_path / "in").mkdir()
     clip = tmp_path / "in/walk.bvh"
@@ -166,6 +171,7 @@ def test_without_a_window_the_core_is_whole(core, packages, tmp_path):
     assert "No pictures: the window is not installed" in page
 
 
+@pytest.mark.thorough
 def test_a_window_that_is_not_installed_is_told_in_one_sentence(core, tmp_path):
     done = said_by(core / "twist-inspector", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")
@@ -173,6 +179,7 @@ def test_a_window_that_is_not_installed_is_told_in_one_sentence(core, tmp_path):
     assert 'pip install "twist-inspector[gui]"' in told
 
 
+@pytest.mark.thorough
 @needs_screen
 def test_the_installed_window_opens_outside_of_a_checkout(packages, tmp_path):
     commands, place = environment(tmp_path / "venv", packages[1])

@@ -82,6 +82,7 @@ def pages(site: Path) -> dict[Path, Page]:
     return found
 
 
+@pytest.mark.thorough
 def test_every_page_of_docs_is_there(site: Path, pages: dict[Path, Page]) -> None:
     sources = {p.relative_to(DOCS).with_suffix(".html") for p in DOCS.rglob("*.md")}
     sources |= {p.relative_to(DOCS).with_suffix(".html") for p in DOCS.rglob("*.ipynb")}
@@ -89,6 +90,7 @@ def test_every_page_of_docs_is_there(site: Path, pages: dict[Path, Page]) -> Non
     assert built - set(map(Path, MADE_BY_SPHINX)) == sources
 
 
+@pytest.mark.thorough
 def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
     wrong = []
     for path, page in pages.items():
@@ -106,6 +108,7 @@ def test_links_lead_somewhere(pages: dict[Path, Page]) -> None:
     assert wrong == []
 
 
+@pytest.mark.thorough
 def test_nothing_is_fetched_from_the_net(site: Path, pages: dict[Path, Page]) -> None:
     for path, page in pages.items():
         for load in page.loads:
@@ -118,6 +121,7 @@ def test_nothing_is_fetched_from_the_net(site: Path, pages: dict[Path, Page]) ->
         assert not re.search(r"(url\(|@import)\s*['\"]?(https?:)?//", style.read_text("utf-8"))
 
 
+@pytest.mark.thorough
 def test_every_verb_and_every_command_has_its_place(pages: dict[Path, Page]) -> None:
     anchors = {anchor for page in pages.values() for anchor in page.anchors}
     last = {anchor.rpartition(".")[2] for anchor in anchors if anchor.startswith("twistcore.")}
@@ -135,6 +139,7 @@ def test_every_picture_is_used_and_every_used_one_is_there() -> None:
     assert used == {path.name for path in (DOCS / "images").iterdir()}
 
 
+@pytest.mark.thorough
 def test_equations_are_set_without_a_script(pages: dict[Path, Page], site: Path) -> None:
     equation = r"q = s\,t_a, \quad \theta_p = 2\arctan\tfrac{a}{w}"
     program = f'import mathml; print(mathml.convert(r"{equation}"))'
@@ -149,6 +154,7 @@ def test_equations_are_set_without_a_script(pages: dict[Path, Page], site: Path)
 # -- the search -----------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_the_index_knows_greek_letters_by_name(site: Path) -> None:
     text = (site / "searchindex.js").read_text("utf-8")
     index = json.loads(text[text.index("{") : text.rindex("}") + 1])
@@ -179,6 +185,7 @@ def found_pages(browser: Browser, site: Path, words: str) -> list[str]:
     return [Path(unquote(path)).stem for path in json.loads(str(found))]
 
 
+@pytest.mark.thorough
 @needs_browser
 def test_a_search_for_a_letter_finds_its_page(browser: Browser, site: Path) -> None:
     browser.size(1280, 900)
@@ -188,6 +195,7 @@ def test_a_search_for_a_letter_finds_its_page(browser: Browser, site: Path) -> N
     assert browser.messages == []
 
 
+@pytest.mark.thorough
 @needs_browser
 def test_pages_fit_a_phone_and_say_nothing_in_the_console(
     browser: Browser, site: Path, pages: dict[Path, Page]
@@ -203,6 +211,7 @@ def test_pages_fit_a_phone_and_say_nothing_in_the_console(
     assert {urlsplit(address).scheme for address in browser.asked} <= {"file", "data", "about"}
 
 
+@pytest.mark.thorough
 @needs_browser
 @pytest.mark.skipif(
     not AXE and not os.environ.get("CI"), reason="axe is not here: python3 dev.py test fetches it"

@@ -18,6 +18,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from tests.twistcore.amass_files import amass_arrays
 from twistcore.cli import main
 from twistcore.report import picture_job
@@ -249,9 +250,10 @@ MADE_BEFORE = {
 }
 # The README's are run, and what comes of them is looked at, in tests/twistcore/test_notebook.py.
 SCRIPTED = [n for n in NAMES if n != "README.md" and list(blocks(ROOT / n, "python"))]
+SCRIPTED.sort(key="docs/report.md".__eq__)  # takes longest: thorough
 
 
-@pytest.mark.parametrize("name", SCRIPTED)
+@parametrize("name", SCRIPTED, quick=-1)
 def test_python_runs(name, place, monkeypatch):
     monkeypatch.setattr(
         picture_job, "draw", lambda figures, *_: [Drawn({}, "not now")] * len(figures)

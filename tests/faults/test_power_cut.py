@@ -20,6 +20,7 @@ def journal(tmp_path_factory):
     return made_journal(tmp_path_factory.mktemp("journal"), seed=1)
 
 
+@pytest.mark.thorough
 def test_a_journal_cut_at_some_bytes(journal, tmp_path):
     whole = journal.data
     lines = [k + 1 for k, byte in enumerate(whole) if byte == 10]

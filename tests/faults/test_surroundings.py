@@ -93,6 +93,7 @@ def test_without_a_home_nothing_is_made_where_it_was_started(tmp_path, monkeypat
 C_LOCALE = {"LC_ALL": "C", "LANG": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
 
 
+@pytest.mark.thorough
 def test_a_locale_without_letters_loses_no_name(tmp_path):
     """Where Python takes names for ASCII, and prints nothing else."""
     folder = tmp_path / "übung 舞"
@@ -122,6 +123,7 @@ def test_a_locale_without_letters_loses_no_name(tmp_path):
     assert not [p.name for p in folder.rglob("*") if "?" in p.name or "\\" in p.name]
 
 
+@pytest.mark.thorough
 def test_of_two_runs_into_one_folder_the_second_is_told(tmp_path):
     folder, out = tmp_path / "in", tmp_path / "out"
     clips(folder, ASSETS / "walk_injected.bvh", 3, 60)

@@ -1,13 +1,12 @@
 """Some damaged files of every kind; `python -m tests.fuzz all --number 10000` tries many."""
 
-import pytest
-
 from tests.fuzz.trial import FAILED, Report, kinds, tried
+from tests.tiers import parametrize
 
 NUMBER, SEED = 60, 2026
 
 
-@pytest.mark.parametrize("kind", kinds().values(), ids=lambda kind: kind.name)
+@parametrize("kind", kinds().values(), quick=3, ids=lambda kind: kind.name)
 def test_damaged_files_are_read_or_refused_in_a_sentence(kind, tmp_path):
     report = Report(kind.name, SEED)
     for case in range(NUMBER):

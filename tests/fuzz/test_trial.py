@@ -30,7 +30,7 @@ LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the bounds are those
         ("unworded", UNWORDED),
         pytest.param("large", LARGE, marks=LINUX),
         pytest.param("no-memory", LARGE, marks=LINUX),
-        ("hung", HUNG),
+        pytest.param("hung", HUNG, marks=pytest.mark.thorough),
         ("ended", ENDED),
     ],
 )

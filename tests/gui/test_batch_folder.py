@@ -83,6 +83,7 @@ def test_the_table_has_every_clip_that_is_listed(queue, outdir):
     assert "broken.bvh" in rows[2]["reason"]
 
 
+@pytest.mark.thorough
 def test_the_options_of_the_batch_are_those_of_the_window(qtbot, show_window, tmp_path):
     put_errors(tmp_path / "a.bvh", 3)
     given = ["--tau", "20", "--method", "paper"]
@@ -136,6 +137,7 @@ def test_clips_of_one_name_are_told_apart(queue, outdir):
     assert len({clip.title for clip in queue.ordered}) == 3
 
 
+@pytest.mark.thorough
 def test_the_report_of_a_batch_is_written_with_what_was_decided(qtbot, show_window, outdir):
     window = show_window(Settings(theme="light", turn_ms=0, reviewer="Ada"))
     with qtbot.waitSignal(window.document.opened, timeout=60_000):

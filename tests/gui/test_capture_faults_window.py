@@ -78,6 +78,7 @@ def test_a_burst_is_filtered_seen_and_led_to_its_page_of_tracking(qtbot, opened)
     assert not opened.document.offset("LeftForeArm").any()
 
 
+@pytest.mark.thorough
 def test_the_button_is_for_faults_of_the_capture_alone(qtbot, opened):
     (frozen,) = rows_of(opened, Kind.FROZEN)
     opened.document.select_interval(frozen.id)
@@ -92,6 +93,7 @@ def test_the_button_is_for_faults_of_the_capture_alone(qtbot, opened):
     assert not detail.to_quality.isVisibleTo(detail)
 
 
+@pytest.mark.thorough
 def test_a_session_from_before_gets_them_undecided_and_brings_them_back(qtbot, show_window, path):
     clip = read_bvh(path)
     review = Review.of(analyse(clip).detect(kinds=frozenset(Kind) - FAULTS))

@@ -2,9 +2,13 @@
 
 import sys
 
+import pytest
+
 from benchmarks.day_at_the_window import main
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen
+
+pytestmark = pytest.mark.thorough
 
 
 @needs_real_screen

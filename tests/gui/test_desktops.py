@@ -37,6 +37,7 @@ def test_the_tests_by_hand_meet_every_look_between_them():
     assert {len(looks) for looks in by_hand.looks.values()} == {len(LOOKS) if EVERY else 1}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("asks", ["open_dialog", "open_folder", "browse"])
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_the_arrows_of_qts_own_file_dialog_are_seen(show_window, theme, asks):

@@ -87,6 +87,7 @@ def tau_lines(root):
                 yield path, numbers
 
 
+@pytest.mark.thorough
 def test_svg_of_everything_needs_nothing_that_readers_pass_over(figure):
     text = figure("all.svg").read_bytes()
     for unknown in (b"vector-effect", b"transform", b"<text", b"<use", b"<style", b"clip-path"):
@@ -131,6 +132,7 @@ def grey(image):
     return rows[:, : image.width()].astype(float)
 
 
+@pytest.mark.thorough
 def test_no_edge_runs_through_the_numbers_of_an_axis(sheet):
     items = sheet(Contents(view=False)).items
     numbers = [
@@ -148,6 +150,7 @@ def test_no_edge_runs_through_the_numbers_of_an_axis(sheet):
         assert not any(box.intersects(number) for number in numbers)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("wide", [90.0, 180.0])
 def test_every_word_is_whole_and_on_the_paper(sheet, wide):
     paper = sheet(size=(pixels(wide), 0))
@@ -161,6 +164,7 @@ def test_every_word_is_whole_and_on_the_paper(sheet, wide):
         assert plot in titles.replace(" ", "")
 
 
+@pytest.mark.thorough
 def test_the_view_is_drawn_at_the_resolution_of_print(sheet):
     fine, coarse = (
         [p for p in sheet(paper=Paper(dpi, 8.0, white=True), size=(pixels(90.0, dpi), 0)).items
@@ -171,6 +175,7 @@ def test_the_view_is_drawn_at_the_resolution_of_print(sheet):
     assert [p.image.width() for p in coarse] == [340]
 
 
+@pytest.mark.thorough
 def test_lines_of_the_view_are_as_thick_on_paper_at_any_resolution(sheet):
     """The teal arc of the swing covers the same share of the picture."""
     shares = []
@@ -219,6 +224,7 @@ def height_of_letters(path):
     return int(np.argmin(rows[start:]))
 
 
+@pytest.mark.thorough
 def test_letters_have_one_size_on_paper_and_as_many_pixels_as_dpi_ask_for(figure):
     def letters(name, dpi, points):
         size = (pixels(90.0, dpi), pixels(60.0, dpi))
@@ -235,6 +241,7 @@ def test_letters_have_one_size_on_paper_and_as_many_pixels_as_dpi_ask_for(figure
     assert letters("c.png", 300.0, 16.0) == pytest.approx(2.0 * usual, abs=2.0)
 
 
+@pytest.mark.thorough
 def test_white_paper_is_white_whatever_the_program_wears(window, figure):
     assert window.viewport.theme is DARK
     size = (pixels(90.0, 100.0), 0)
@@ -257,6 +264,7 @@ def test_a_figure_shows_what_the_plots_show(window, sheet):
     assert not any("Per" in t for t in said)
 
 
+@pytest.mark.thorough
 def test_a_long_title_goes_on_in_a_second_line_and_parts_no_name_from_its_number(window, sheet):
     window.taught.alter(twist=1.3, counter=True)
     items = sheet(size=(pixels(90.0), 0)).items
@@ -287,6 +295,7 @@ def test_type_alone_decides_what_a_size_holds():
                 assert not any(box.adjusted(0.5, 0.5, -0.5, -0.5).intersects(b) for b in others)
 
 
+@pytest.mark.thorough
 def test_equations_are_typeset_first_where_the_tab_was_never_shown(qtbot, at_forearm, tmp_path):
     path = tmp_path / "first.svg"
     contents = Contents(view=False, curves=False, equations=True)
@@ -298,6 +307,7 @@ def test_equations_are_typeset_first_where_the_tab_was_never_shown(qtbot, at_for
     assert path.read_text().count("<path") > 60
 
 
+@pytest.mark.thorough
 def test_equations_are_typeset_first_where_a_lesson_has_set_its_own(qtbot, at_forearm, tmp_path):
     typesetter = at_forearm.teaching.typesetter
     typesetter.start(["x^2"])

@@ -52,6 +52,7 @@ BAD = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", [*BAD, "missing.bvh"])
 def test_what_cannot_be_opened_is_one_sentence_and_the_clip_stays(qtbot, opened, tmp_path, name):
     path = tmp_path / "in" / name
@@ -86,6 +87,7 @@ def endless(monkeypatch):
     return ended
 
 
+@pytest.mark.thorough
 def test_escape_cancels_what_is_being_opened(qtbot, opened, endless):
     action = opened.actions_by_id["cancel_opening"]
     assert not action.isEnabled()
@@ -103,6 +105,7 @@ def test_escape_cancels_what_is_being_opened(qtbot, opened, endless):
     assert opened.document.review.undo_text, "the clip can be judged again"
 
 
+@pytest.mark.thorough
 def test_another_clip_cancels_what_is_being_opened(qtbot, window, endless):
     window.open_path(Path("one.bvh"))
     window.open_path(Path("two.bvh"))
@@ -111,6 +114,7 @@ def test_another_clip_cancels_what_is_being_opened(qtbot, window, endless):
     qtbot.waitUntil(lambda: endless == ["one.bvh", "two.bvh"])
 
 
+@pytest.mark.thorough
 def test_a_cut_motion_opens_with_a_note(qtbot, window, tmp_path):
     path = tmp_path / "cut.bvh"
     path.write_bytes(INJECTED.read_bytes()[:100_000])
@@ -144,6 +148,7 @@ Frame Time: 0.01
 """
 
 
+@pytest.mark.thorough
 def test_a_skeleton_without_a_chain_opens_and_says_so(qtbot, window, tmp_path):
     path = tmp_path / "stick.bvh"
     path.write_bytes(STICK)
@@ -159,6 +164,7 @@ def test_a_skeleton_without_a_chain_opens_and_says_so(qtbot, window, tmp_path):
     assert (tmp_path / "out.bvh").read_bytes() == STICK
 
 
+@pytest.mark.thorough
 def test_a_joint_without_three_rotations_is_shown_but_not_written(qtbot, window, tmp_path):
     text = INJECTED.read_bytes()
     head, _, rows = text.partition(b"MOTION")
@@ -194,6 +200,7 @@ def test_the_source_is_never_overwritten(qtbot, window, tmp_path):
     assert path.read_bytes() == INJECTED.read_bytes()
 
 
+@pytest.mark.thorough
 def test_a_source_that_has_gone_is_not_written_anew(qtbot, window, tmp_path):
     path = Path(shutil.copy(INJECTED, tmp_path / "walk.bvh"))
     open_clip(qtbot, window, path)
@@ -218,6 +225,7 @@ def test_an_export_replaces_its_own_file_and_no_other(opened, tmp_path):
     assert read_bvh(out).motion.frames == 344
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["out.replay.json", "out.intervals.csv"])
 def test_what_lies_beside_an_export_is_replaced_only_if_it_is_ours(opened, tmp_path, name):
     (tmp_path / name).write_text("mine")
@@ -227,6 +235,7 @@ def test_what_lies_beside_an_export_is_replaced_only_if_it_is_ours(opened, tmp_p
     assert (tmp_path / name).read_text() == "mine"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["../out.bvh", "/etc/passwd", "", ".", "a\0b", "out.bvh"])
 def test_a_strangers_list_of_files_makes_nothing_ours(opened, tmp_path, name):
     out, listing = tmp_path / "out.bvh", tmp_path / "out.report.json"
@@ -238,6 +247,7 @@ def test_a_strangers_list_of_files_makes_nothing_ours(opened, tmp_path, name):
     assert out.read_text() == "mine"
 
 
+@pytest.mark.thorough
 def test_an_export_never_touches_a_review_of_itself(opened, tmp_path):
     review = tmp_path / "out.twist.json"
     review.write_text("a review of out.bvh")
@@ -246,6 +256,7 @@ def test_an_export_never_touches_a_review_of_itself(opened, tmp_path):
     assert review.read_text() == "a review of out.bvh"
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name == "nt", reason="links and FIFOs as POSIX has them")
 def test_an_export_follows_a_link_and_writes_into_a_fifo(opened, tmp_path):
     real, link, fifo = tmp_path / "real.bvh", tmp_path / "link.bvh", tmp_path / "fifo.bvh"
@@ -263,6 +274,7 @@ def test_an_export_follows_a_link_and_writes_into_a_fifo(opened, tmp_path):
     assert stat.S_ISFIFO(fifo.stat().st_mode)
 
 
+@pytest.mark.thorough
 def test_a_tick_to_replace_is_for_the_file_it_was_given_for(opened, tmp_path):
     one, other = tmp_path / "one.bvh", tmp_path / "other.bvh"
     for path in (one, other):
@@ -276,6 +288,7 @@ def test_a_tick_to_replace_is_for_the_file_it_was_given_for(opened, tmp_path):
     dialog.reject()
 
 
+@pytest.mark.thorough
 def test_an_export_into_nowhere_is_told(opened, tmp_path):
     export(opened, ExportChoice(tmp_path / "no" / "where.bvh"))
     assert opened.bar.isVisible()
@@ -295,6 +308,7 @@ def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
     assert (tmp_path / "by_dialog.bvh").exists()
 
 
+@pytest.mark.thorough
 def test_the_export_dialog_says_what_is_in_the_way(opened, tmp_path):
     """A foreign clip is replaced when that is ticked, a foreign report never."""
     dialog = ExportDialog(opened.document, opened)

@@ -89,6 +89,7 @@ def test_new_clips_are_taken_up_and_vanished_ones_marked(qtbot, queue, tmp_path)
     assert "no longer" in queue.clips[tmp_path / "1.bvh"].reason
 
 
+@pytest.mark.thorough
 def test_the_window_stays_free_while_clips_are_analysed(qtbot, show_window, tmp_path):
     """Not a timed test of speed: a stall of half a second would mean work in the GUI thread."""
     for k in range(8):
@@ -108,6 +109,7 @@ def test_the_window_stays_free_while_clips_are_analysed(qtbot, show_window, tmp_
     assert longest[0] < 500
 
 
+@pytest.mark.thorough
 def test_exports_are_no_clips_and_tell_what_was_exported(qtbot, show_window, tmp_path):
     """By the session that replays one, by its report, or by the name that it has by default."""
     window = show_window(Settings(turn_ms=0, next_after_export=False))
@@ -219,6 +221,7 @@ def test_only_an_export_of_a_clip_here_is_left_out(tmp_path):
     assert exports_among([source, own, far]) == {own: "a.bvh"}
 
 
+@pytest.mark.thorough
 def test_a_clip_is_one_of_the_folder_however_it_is_named(qtbot, show_window, tmp_path):
     (tmp_path / "takes").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "takes")
@@ -233,6 +236,7 @@ def test_a_clip_is_one_of_the_folder_however_it_is_named(qtbot, show_window, tmp
     qtbot.waitUntil(lambda: window.queue.clips[clip].counts[0] == 1, timeout=5000)
 
 
+@pytest.mark.thorough
 def test_a_double_click_opens_a_clip_once(qtbot, show_window, tmp_path):
     window = two_takes(qtbot, show_window, tmp_path)
     chosen, table = [], window.clips.table

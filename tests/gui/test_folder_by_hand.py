@@ -12,6 +12,8 @@ from twistcore.formats.clip import rewritten
 from twistcore.skeleton.chain import find_chains
 from twistcore.synthesis import draw_errors, generator, inject
 
+pytestmark = pytest.mark.thorough
+
 TEXTS = (  # of the clips' list: what each row says, by the clip's name
     "(lambda m: {m.index(k, 0).data(): [str(m.index(k, c).data() or '') "
     "for c in range(2, m.columnCount())] for k in range(m.rowCount())})"

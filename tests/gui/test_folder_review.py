@@ -3,6 +3,8 @@
 import shutil
 from pathlib import Path
 
+import pytest
+
 from inspector.panels.reason_palette import ReasonPalette
 from inspector.session.settings import Settings
 from inspector.window.export_dialog import ExportDialog
@@ -32,6 +34,7 @@ def test_the_window_opens_a_folder_reviews_and_goes_on(qtbot, show_window, tmp_p
     assert "No other clip" in window.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_path, monkeypatch):
     monkeypatch.setattr("inspector.window.file_actions._FIRST_MS", 120_000)  # however busy it is
     for k in (2, 5):
@@ -58,6 +61,7 @@ def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_
     assert second.clips.tau.text() == "τ: automatic, of each clip"
 
 
+@pytest.mark.thorough
 def test_without_autosave_a_bar_asks_before_a_clip_is_left(qtbot, show_window, clip):
     other = Path(shutil.copy(clip, clip.with_name("other.bvh")))
     window = show_window(Settings(turn_ms=0, autosave=False))
@@ -89,6 +93,7 @@ def test_a_session_is_saved_by_itself(qtbot, show_window, clip, monkeypatch):
     assert not window.document.review.saved
 
 
+@pytest.mark.thorough
 def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, tmp_path):
     window = two_takes(qtbot, show_window, tmp_path)
     document, first = window.document, window.document.data.clip.path
@@ -126,6 +131,7 @@ def test_an_export_takes_no_clip_away_from_who_has_gone_on(qtbot, show_window, t
     assert not dialog.isVisible()  # it would export the new clip under the old one's name
 
 
+@pytest.mark.thorough
 def test_what_waits_for_a_clip_happens_with_no_other(qtbot, show_window, tmp_path):
     window = two_takes(qtbot, show_window, tmp_path)
     first = window.document.data.clip.path
@@ -141,6 +147,7 @@ def test_what_waits_for_a_clip_happens_with_no_other(qtbot, show_window, tmp_pat
     assert "Next clip" not in window.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_back_is_still_there_where_the_way_back_failed(qtbot, show_window, tmp_path):
     window = two_takes(qtbot, show_window, tmp_path)
     first = window.document.data.clip.path
@@ -158,6 +165,7 @@ def test_back_is_still_there_where_the_way_back_failed(qtbot, show_window, tmp_p
     assert "No clip was open before" in window.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_a_clip_with_decisions_to_restore_is_where_one_stopped(qtbot, show_window, tmp_path):
     window = two_takes(qtbot, show_window, tmp_path)
     worst = window.document.data.clip.path
@@ -184,6 +192,7 @@ def test_a_clip_with_decisions_to_restore_is_where_one_stopped(qtbot, show_windo
     assert second.document.intervals[0].decision == Decision.REJECTED
 
 
+@pytest.mark.thorough
 def test_saving_by_itself_waits_while_a_clip_is_opened(qtbot, show_window, clip, monkeypatch):
     monkeypatch.setattr("inspector.window.saving._AUTOSAVE_MS", 50)
     window = show_window()
@@ -198,6 +207,7 @@ def test_saving_by_itself_waits_while_a_clip_is_opened(qtbot, show_window, clip,
     qtbot.waitUntil(lambda: window.document.review.saved, timeout=5000)
 
 
+@pytest.mark.thorough
 def test_a_name_given_while_a_clip_is_opened_is_put_to_decisions_later(
     qtbot, show_window, clip, monkeypatch
 ):
@@ -212,6 +222,7 @@ def test_a_name_given_while_a_clip_is_opened_is_put_to_decisions_later(
     assert "Ada" in {j.reviewer for j in window.document.intervals}
 
 
+@pytest.mark.thorough
 def test_a_name_is_not_put_to_what_was_applied_automatically(qtbot, show_window, clip):
     document = (window := show_window()).document
     open_clip(qtbot, window, clip)
@@ -224,6 +235,7 @@ def test_a_name_is_not_put_to_what_was_applied_automatically(qtbot, show_window,
     assert {j.reviewer for j in accepted} == {""}
 
 
+@pytest.mark.thorough
 def test_a_reason_is_not_given_in_another_clip(qtbot, show_window, tmp_path):
     window = two_takes(qtbot, show_window, tmp_path)
     window.document.select_interval(window.document.intervals[0].id, jump=True)

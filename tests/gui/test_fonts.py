@@ -87,6 +87,7 @@ def test_a_system_without_fonts_shows_letters(tmp_path):
     assert fixed[:2] == [fonts.FIXED, "True"]
 
 
+@pytest.mark.thorough
 @ON_LINUX
 def test_pictures_are_the_same_whatever_a_system_says_of_letters(tmp_path):
     ways = ("hintnone", "hintslight", "hintfull")

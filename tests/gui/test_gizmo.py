@@ -44,6 +44,7 @@ def drag_w(window):
     assert window.taught.what_if.toward is not None
 
 
+@pytest.mark.thorough
 def test_w_is_let_go_where_its_release_was_lost(taught):
     drag_w(taught)
     what_if = taught.taught.what_if
@@ -52,6 +53,7 @@ def test_w_is_let_go_where_its_release_was_lost(taught):
     assert taught.taught.what_if == what_if
 
 
+@pytest.mark.thorough
 def test_w_is_let_go_with_the_window(taught):
     drag_w(taught)
     what_if = taught.taught.what_if
@@ -61,6 +63,7 @@ def test_w_is_let_go_with_the_window(taught):
     assert taught.taught.what_if == what_if
 
 
+@pytest.mark.thorough
 def test_another_buttons_release_does_not_let_w_go(taught):
     drag_w(taught)
     point(taught, QEvent.Type.MouseButtonPress, 0, RIGHT, LEFT | RIGHT)
@@ -70,6 +73,7 @@ def test_another_buttons_release_does_not_let_w_go(taught):
     assert not taught.teaching.gizmo.hold.held
 
 
+@pytest.mark.thorough
 def test_escape_puts_nothing_of_one_chain_on_another(qtbot, taught):
     taught.taught.alter(twist=1.0)
     drag_w(taught)
@@ -101,6 +105,7 @@ def test_lines_lie_where_the_vectors_say(taught):
         assert turned == pytest.approx(d.theta_p, abs=1e-6)
 
 
+@pytest.mark.thorough
 def test_frames_only_move_the_points(taught):
     data, chain = taught.document.data, taught.taught.chain
     shapes = []
@@ -114,6 +119,7 @@ def test_frames_only_move_the_points(taught):
     assert all(s == shapes[0] for s in shapes)
 
 
+@pytest.mark.thorough
 def test_labels_keep_apart_and_inside(qtbot, taught):
     taught.taught.set_what_if(WhatIf(twist=1.0, counter=True, bend=1.2))
     taught.viewport.focus_chain()
@@ -125,6 +131,7 @@ def test_labels_keep_apart_and_inside(qtbot, taught):
         assert not any(one.intersects(other) for other in boxes[k + 1 :])
 
 
+@pytest.mark.thorough
 def test_what_counters_is_in_view_too(qtbot, taught):
     document, viewport = taught.document, taught.viewport
     document.select_chain("LeftArm")
@@ -140,6 +147,7 @@ def test_what_counters_is_in_view_too(qtbot, taught):
     assert (places < np.array(size) - 10.0).all()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("swing", [90.0, 180.0])
 def test_no_label_lies_over_the_legend(qtbot, taught, swing):
     """Where the gizmo is behind it, from all around; at 180° the legend has a line more."""
@@ -183,6 +191,7 @@ def test_a_click_on_a_symbol_lights_it_in_3d_and_in_the_plot(qtbot, taught):
     assert pane.curves["p_after"].pen.widthF() == width
 
 
+@pytest.mark.thorough
 def test_side_by_side_split_and_close_with_the_gizmo(qtbot, taught):
     taught.actions_by_id["side_by_side"].trigger()
     taught.taught.set_what_if(WhatIf(twist=1.0))
@@ -193,6 +202,7 @@ def test_side_by_side_split_and_close_with_the_gizmo(qtbot, taught):
     assert near(grabbed(qtbot, taught.viewport), ink) > 30
 
 
+@pytest.mark.thorough
 def test_symbols_stay_crisp_and_take_the_themes_colours(qtbot, taught):
     button = taught.teaching.equations.buttons["q"]
     taught.apply_theme(LIGHT)
@@ -217,6 +227,7 @@ def test_symbols_stay_crisp_and_take_the_themes_colours(qtbot, taught):
     assert between < (values <= dark + 30).sum()
 
 
+@pytest.mark.thorough
 def test_a_view_that_is_hidden_has_no_labels_left(qtbot, taught):
     labels = taught.teaching.gizmo.labels
     assert labels.isVisible()

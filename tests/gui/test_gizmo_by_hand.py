@@ -9,6 +9,8 @@ import pytest
 from tests.conftest import ASSETS
 from tests.gui.real_screen import differing, needs_real_screen, real_screen, watched
 
+pytestmark = pytest.mark.thorough
+
 HOLD = "window.teaching.gizmo.hold"
 SOME = np.array([30.0, 20.0])  # pixels
 CURSOR = "window.viewport.view.cursor().shape().name"

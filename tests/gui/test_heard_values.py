@@ -36,6 +36,7 @@ def test_a_symbol_is_heard_with_its_meaning_and_value(qtbot, at_forearm, teachin
     assert heard(button)[1] == value.text()
 
 
+@pytest.mark.thorough
 def test_a_slider_is_heard_with_its_value_not_its_steps(qtbot, at_forearm, teaching):
     slider = teaching.what_if.sliders["twist"]
     slider.setFocus()
@@ -44,6 +45,7 @@ def test_a_slider_is_heard_with_its_value_not_its_steps(qtbot, at_forearm, teach
     assert heard(slider) == ("Twist parent", "+60.5°")
 
 
+@pytest.mark.thorough
 def test_the_plots_of_five_trackers_say_what_they_show(qtbot, at_forearm):
     act(at_forearm, "why_quaternions")
     five = at_forearm.lesson_actions.five_trackers

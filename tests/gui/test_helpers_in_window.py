@@ -80,6 +80,7 @@ def test_its_roll_is_marked_on_a_circle_about_the_bone(qtbot, document, show_vie
     assert 0.2 < along < 0.8
 
 
+@pytest.mark.thorough
 def test_before_after_and_both_show_what_is_asked_for(qtbot, document, show_view):
     view = show_view(document)
     for show, more in ((Show.BEFORE, {"before"}), (Show.AFTER, {"after"}), (Show.BOTH, None)):
@@ -94,6 +95,7 @@ def test_before_after_and_both_show_what_is_asked_for(qtbot, document, show_view
     assert shown(view) == set()
 
 
+@pytest.mark.thorough
 def test_the_bone_that_it_lies_in_is_chosen(document, show_view):
     view, names = show_view(document), document.data.motion.skeleton.names
     document.go_to(100)
@@ -127,6 +129,7 @@ def test_the_camera_frames_it_and_sees_its_circle_open(qtbot, document, show_vie
         piece.show(True)
 
 
+@pytest.mark.thorough
 def test_it_is_reviewed_to_the_end_and_exported(qtbot, show_window, tmp_path, popped):
     clip = tmp_path / "popped.bvh"
     clip.write_bytes(popped.read_bytes())
@@ -152,6 +155,7 @@ def test_it_is_reviewed_to_the_end_and_exported(qtbot, show_window, tmp_path, po
     assert np.degrees(geodesic_angle(written.rotations, UNREAL.rotations)[:, j].max()) < 4.0
 
 
+@pytest.mark.thorough
 def test_it_has_one_detector_and_the_plots_say_so(qtbot, show_window, tmp_path, popped):
     clip = tmp_path / "popped.bvh"
     clip.write_bytes(popped.read_bytes())
@@ -166,6 +170,7 @@ def test_it_has_one_detector_and_the_plots_say_so(qtbot, show_window, tmp_path, 
     assert other.intervals == ()
 
 
+@pytest.mark.thorough
 def test_tuning_measures_chains_and_leaves_twist_bones_their_own_tau(
     qtbot, show_window, tmp_path, popped
 ):

@@ -21,9 +21,12 @@ from twistcore.report.folder_report import write_folder_report
 from twistcore.review import Annotate, Decide, Decision, Review
 
 # CI has both brought; elsewhere they are too large a thing to ask for.
-pytestmark = pytest.mark.skipif(
-    found_browser() is None and not os.environ.get("CI"), reason="no Chromium here"
-)
+pytestmark = [
+    pytest.mark.thorough,
+    pytest.mark.skipif(
+        found_browser() is None and not os.environ.get("CI"), reason="no Chromium here"
+    ),
+]
 
 
 @pytest.fixture(scope="module")

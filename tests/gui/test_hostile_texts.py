@@ -195,6 +195,7 @@ def through_the_window(qtbot, window, look):
         look.take(text, do[text].text())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("begin", shares())
 def test_nothing_that_is_written_is_obeyed(qtbot, window, tmp_path, trap, begin):
     texts = hostile_texts(str(trap.path))

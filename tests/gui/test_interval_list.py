@@ -181,6 +181,7 @@ def test_columns_of_another_version_do_no_harm(qtbot, open_document):
     assert len(panel.shown_ids()) == 8
 
 
+@pytest.mark.thorough
 def test_a_search_finds_notes_and_reasons_and_is_what_is_judged(opened):
     document, panel = opened.document, opened.intervals
     number = document.intervals[3].id

@@ -67,6 +67,7 @@ def test_a_hand_is_named_and_its_arm_is_examined(qtbot, odd):
     assert odd.chains.unexamined.isVisible()
 
 
+@pytest.mark.thorough
 def test_all_joints_go_back_to_what_was_found(odd):
     act(odd, "joint_names")
     dialog = odd.chain_actions.names
@@ -80,6 +81,7 @@ def test_all_joints_go_back_to_what_was_found(odd):
     assert odd.document.review.state is before
 
 
+@pytest.mark.thorough
 def test_one_person_of_two_is_listed(qtbot, show_window, tmp_path):
     window = opened(qtbot, show_window, tmp_path, two_people())
     people = window.document.data.analysis.people
@@ -96,6 +98,7 @@ def test_one_person_of_two_is_listed(qtbot, show_window, tmp_path):
     assert window.document.hidden == frozenset()
 
 
+@pytest.mark.thorough
 def test_a_clip_that_cannot_be_examined_says_so(qtbot, show_window, tmp_path):
     lines = (ASSETS / "walk.bvh").read_text("utf-8").splitlines()
     at = next(k for k, line in enumerate(lines) if line.startswith("Frames:"))
@@ -117,6 +120,7 @@ def test_a_clip_that_cannot_be_examined_says_so(qtbot, show_window, tmp_path):
     assert said in [label.text() for label in dialog.findChildren(QLabel)]
 
 
+@pytest.mark.thorough
 def test_what_was_not_examined_is_said_where_all_is_decided(qtbot, odd):
     limb = odd.chains.unexamined.text()
     odd.document.go_to(100)
@@ -133,6 +137,7 @@ def words(dialog, joint):
     return tuple(dialog.table.item(row, column).text() for column in (1, 2))
 
 
+@pytest.mark.thorough
 def test_each_joint_says_what_it_was_taken_for_and_by_what(qtbot, odd):
     act(odd, "joint_names")
     dialog = odd.chain_actions.names
@@ -146,6 +151,7 @@ def test_each_joint_says_what_it_was_taken_for_and_by_what(qtbot, odd):
     dialog.reject()
 
 
+@pytest.mark.thorough
 def test_twist_bones_and_pieces_are_called_so(qtbot, show_window, tmp_path):
     clip = tmp_path / "unreal.bvh"
     clip.write_text(bvh_text(UNREAL), "utf-8")
@@ -162,6 +168,7 @@ def test_twist_bones_and_pieces_are_called_so(qtbot, show_window, tmp_path):
     assert words(dialog, "upperarm02.L")[0] == "piece of Left Arm"
 
 
+@pytest.mark.thorough
 def test_the_table_is_gone_through_by_keys(qtbot, odd):
     act(odd, "joint_names")
     dialog = odd.chain_actions.names
@@ -183,6 +190,7 @@ def test_the_table_is_gone_through_by_keys(qtbot, odd):
     assert shown.contains(row.center())  # it has been scrolled to
 
 
+@pytest.mark.thorough
 def test_an_undo_is_followed_by_the_open_table(qtbot, odd):
     act(odd, "joint_names")
     dialog = odd.chain_actions.names

@@ -30,6 +30,7 @@ def screen(tmp_path_factory, look):
         yield screen
 
 
+@pytest.mark.thorough
 def test_a_hand_is_named_and_its_arm_is_examined(screen, tmp_path):
     text = (ASSETS / "walk_injected.bvh").read_text("utf-8")
     text = re.sub(r"\b(?:Left|Right)(?:Shoulder|Arm|ForeArm|Hand)\b", lambda m: ODD[m[0]], text)

@@ -7,7 +7,7 @@ import pytest
 from tests.gui.pictures import INJECTED
 from tests.gui.real_screen import needs_real_screen, real_screen, watched
 
-pytestmark = needs_real_screen
+pytestmark = [pytest.mark.thorough, needs_real_screen]
 NAMED = {"reviewer": "Ada"}  # nobody is asked who reviews
 AT_HOME = "app.focusWidget() is window.intervals.table"
 POPUP = "app.activePopupWidget() is not None"

@@ -1,17 +1,14 @@
 """Large clips, as large as a test bears, worked on in the window: nothing goes wrong."""
 
-import pytest
-
 from benchmarks.alive import heard
 from benchmarks.large_clips import long_clip, many_joints, measure
+from tests.tiers import parametrize
 from twistcore.review import Decision
 
 STEPS = 12
 
 
-@pytest.mark.parametrize(
-    ("make", "size", "least"), [(long_clip, (6_000,), 100), (many_joints, (100, 900), 10)]
-)
+@parametrize(("make", "size", "least"), [(long_clip, (6_000,), 100), (many_joints, (100, 900), 10)])
 def test_a_large_clip_is_opened_scrubbed_dragged_and_judged(
     qapp, show_window, tmp_path, make, size, least
 ):

@@ -55,6 +55,7 @@ def test_a_journal_is_counted_while_the_window_is_free(qtbot, show_window, left,
     assert "2 decisions can be restored" in window.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_who_has_opened_a_clip_meanwhile_is_not_asked_about_others(qtbot, show_window, left, gate):
     window = show_window(Settings(turn_ms=0, recent=[str(left)]))
     window.files.offer_unsaved()
@@ -84,6 +85,7 @@ def press_answer(qtbot, window, text):
     qtbot.mouseClick(answer, Qt.MouseButton.LeftButton)
 
 
+@pytest.mark.thorough
 def test_frames_that_were_left_out_come_along_beside_what_was_done_since(
     qtbot, show_window, left_out
 ):
@@ -98,6 +100,7 @@ def test_frames_that_were_left_out_come_along_beside_what_was_done_since(
     assert "They stay in" not in window.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_frames_left_out_of_another_version_stay_in_their_journal(qtbot, show_window, left_out):
     clip, journal = left_out
     text = clip.read_bytes()

@@ -56,6 +56,7 @@ def test_show_me_leaves_all_of_a_task_done(qtbot, at_forearm, tmp_path, tab):
         player.forward.click()
 
 
+@pytest.mark.thorough
 def test_show_me_accepts_what_is_not_there_yet(qtbot, at_forearm, tmp_path):
     path = lesson(tmp_path, "accepted limb-flip, swing >= 90", clip="walk.bvh")
     player = play(qtbot, at_forearm, path)
@@ -97,6 +98,7 @@ def test_what_holds_as_the_page_begins_is_no_task(tmp_path, more, done):
     read_lesson(lesson(tmp_path, "along", more="what-if: counter"))
 
 
+@pytest.mark.thorough
 def test_a_nudge_is_remembered_while_the_rest_waits(qtbot, at_forearm, tmp_path):
     play(qtbot, at_forearm, lesson(tmp_path, "swing >= 120, nudged bend", more="tab: teaching"))
     taught = at_forearm.lesson_actions.program.taught

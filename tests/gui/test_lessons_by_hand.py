@@ -15,6 +15,8 @@ from inspector.lessons.lesson_file import read_lesson
 from tests.conftest import ASSETS
 from tests.gui.real_screen import middle, needs_real_screen, real_screen, watched
 
+pytestmark = pytest.mark.thorough
+
 _HANDLE = 16  # pixels of a slider's length that its handle takes
 _BEYOND = 1.15  # of what a task asks for
 _PICTURES = os.environ.get("TWIST_INSPECTOR_PICTURES", "")

@@ -96,6 +96,7 @@ def test_flips_are_listed_beside_twists(qtbot, opened):
         assert len(opened.intervals.shown_ids()) == count
 
 
+@pytest.mark.thorough
 def test_curves_of_a_limb_follow_its_decisions(opened):
     document, panes = opened.document, opened.timeline.panes
     opened.timeline.refresh()
@@ -137,6 +138,7 @@ def test_curves_of_a_limb_follow_its_decisions(opened):
     assert sum(stop - start for start, stop in spans) == len(low) > 0
 
 
+@pytest.mark.thorough
 def test_tau_of_a_limb_is_dragged_in_one_step(qtbot, opened):
     document, timeline = opened.document, opened.timeline
     timeline.refresh()
@@ -182,6 +184,7 @@ def test_judged_by_keys_and_taken_back(qtbot, opened):
     assert document.review.state is state
 
 
+@pytest.mark.thorough
 def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     document, detail = opened.document, opened.detail
     detail.stop.setValue(33)
@@ -211,6 +214,7 @@ def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     assert opened.detail.end.isHidden()
 
 
+@pytest.mark.thorough
 def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     """Both accepted would undo the correction; where the first is rejected there is room."""
     document = opened.document
@@ -271,6 +275,7 @@ def reviewed_before(kick):
     return clip, review.state
 
 
+@pytest.mark.thorough
 def test_a_session_from_before_gets_the_flips_and_loses_nothing(qtbot, window, kick):
     write_session(*reviewed_before(kick), session_path(kick))
     assert json.loads(session_path(kick).read_bytes())["schema"] == "twistcore.session/1"
@@ -327,6 +332,7 @@ def test_killed_with_a_flip_decided(kick, start):
     ] * 2
 
 
+@pytest.mark.thorough
 def test_another_detector_or_profile_leaves_limbs_their_own_tau(qtbot, opened):
     document = opened.document
     document.use_profile(Profile({LEG: float(np.radians(100.0)), CHAIN: 0.1}, "consistency"))
@@ -340,6 +346,7 @@ def test_another_detector_or_profile_leaves_limbs_their_own_tau(qtbot, opened):
     assert np.degrees(document.review.state.tau[LEG]) == pytest.approx(55.0)
 
 
+@pytest.mark.thorough
 def test_a_limb_can_be_selected_on_every_tab(qtbot, opened):
     document = opened.document
     for tab in ("show_tuning", "show_teaching", "show_quality"):
@@ -366,6 +373,7 @@ def test_a_limb_can_be_selected_on_every_tab(qtbot, opened):
     act(opened, "next_faint")
 
 
+@pytest.mark.thorough
 def test_other_flips_come_with_another_tau_of_the_same_review(opened):
     """What a person decided stays, whatever τ finds."""
     document = opened.document
@@ -375,6 +383,7 @@ def test_other_flips_come_with_another_tau_of_the_same_review(opened):
     assert (kept.interval.start, kept.supported) == (14, False)
 
 
+@pytest.mark.thorough
 def test_a_clip_without_flips_has_limbs_and_nothing_to_decide(qtbot, window, tmp_path):
     open_clip(qtbot, window, shutil.copy(ASSETS / "walk.bvh", tmp_path))
     assert not flips(window)
@@ -383,6 +392,7 @@ def test_a_clip_without_flips_has_limbs_and_nothing_to_decide(qtbot, window, tmp
     assert not values(window, "offset", "offset").any()
 
 
+@pytest.mark.thorough
 def test_lone_jumps_are_listed_and_not_edited(opened):
     document, detail = opened.document, opened.detail
     jumps = [j for j in document.intervals if j.interval.kind == Kind.LONE_JUMP]
@@ -402,6 +412,7 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     assert not document.offset("RightLeg").any()
 
 
+@pytest.mark.thorough
 def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
     """Nor does an export of what is undecided decide about them."""
     document = opened.document

@@ -54,6 +54,7 @@ def off_the_line(point, limb, positions):
 # --- what is drawn --------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("frame", FLIPS)
 def test_the_knee_is_on_the_circle_before_and_after(qtbot, document, show_view, frame):
     view, limb = show_view(document), document.find_chain(LEG)
@@ -87,6 +88,7 @@ def test_the_knee_is_on_the_circle_before_and_after(qtbot, document, show_view, 
     assert length == pytest.approx(radius * offset, rel=1e-3)
 
 
+@pytest.mark.thorough
 def test_both_bones_are_seen_before_and_after_where_they_are(qtbot, document, show_view):
     view, limb = show_view(document), document.find_chain(LEG)
     scene, bones = view.scene, view.scene.bones
@@ -147,6 +149,7 @@ def test_what_is_shown_follows_before_after_and_both(qtbot, document, show_view)
     assert shown(view) == {"line", "circle", "after"}
 
 
+@pytest.mark.thorough
 def test_a_straight_limb_has_no_circle_and_the_legend_says_so(qtbot, document, show_view):
     view = show_view(document)
     document.select_chain(ARM)
@@ -165,6 +168,7 @@ def test_a_straight_limb_has_no_circle_and_the_legend_says_so(qtbot, document, s
     assert "straight" not in view.overlays.legend.text()
 
 
+@pytest.mark.thorough
 def test_a_folded_limb_has_no_circle(document):
     limb = document.find_chain(LEG)
     positions = document.pose(FRAME, after=False)[1].copy()
@@ -173,6 +177,7 @@ def test_a_folded_limb_has_no_circle(document):
     assert circle_of(limb, positions) is None
 
 
+@pytest.mark.thorough
 def test_colours_by_offset_show_the_whole_limb(document, show_view):
     view, limb = show_view(document), document.find_chain(LEG)
     view.look(by_offset=True)
@@ -186,6 +191,7 @@ def test_colours_by_offset_show_the_whole_limb(document, show_view):
 # --- the camera and the mouse ---------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("frame", FLIPS)
 def test_the_camera_sees_the_circle_open_and_the_knee_at_its_side(document, show_view, frame):
     view, limb = show_view(document), document.find_chain(LEG)
@@ -202,6 +208,7 @@ def test_the_camera_sees_the_circle_open_and_the_knee_at_its_side(document, show
     assert np.linalg.norm(seen[0] - seen[1]) > 0.7 * np.ptp(apart, axis=0).max()
 
 
+@pytest.mark.thorough
 def test_a_selected_interval_is_brought_into_the_picture_and_else_the_camera_stays(
     qtbot, window, tmp_path
 ):
@@ -252,6 +259,7 @@ def test_clicks_on_a_bone_select_its_chain_then_the_limb(qtbot, document, show_v
 # --- teaching -------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_the_teaching_tab_takes_chains_apart_and_leaves_a_limb_in_view(qtbot, window, tmp_path):
     open_clip(qtbot, window, shutil.copy(FLIPPED, tmp_path / "mine.bvh"))
     document, drawing = window.document, window.viewport.drawing

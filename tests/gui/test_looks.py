@@ -42,6 +42,7 @@ _OTHERS = [
 
 
 # A theme changes no size, so each is looked at in one of them.
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("width", "height", "scale", "theme", "language"),
     [
@@ -105,6 +106,7 @@ def test_a_dock_alone_in_a_low_window_has_its_title(qtbot, show_window):
     qtbot.waitUntil(lambda: intervals.titleBarWidget() is None)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("kind", list(Kind), ids=str)
 def test_a_low_window_lists_four_intervals_above_a_whole_card(qtbot, show_window, tmp_path, kind):
     window = show_window(Settings())
@@ -146,6 +148,7 @@ def titles(window):
     return {name for name, dock in window.docks.items() if dock.titleBarWidget() is None}
 
 
+@pytest.mark.thorough
 def test_titles_are_away_where_tabs_say_the_same_and_in_a_presentation(qtbot, show_window):
     window = show_window(Settings())
     everywhere, tabs = set(window.docks), {"intervals", "history", "tuning", "teaching", "quality"}
@@ -175,6 +178,7 @@ def test_the_program_has_a_sign_of_its_own(qtbot, show_window):
     assert QGuiApplication.desktopFileName() == "twist-inspector"
 
 
+@pytest.mark.thorough
 def test_frame_and_interval_are_said_on_every_tab(qtbot, show_window, tmp_path):
     window = show_window(Settings(first_frame=1))
     open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
@@ -206,6 +210,7 @@ def test_a_lone_jump_says_how_far_it_goes(qtbot, show_window, tmp_path):
     qtbot.waitUntil(lambda: "jumps" not in legend.text())
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
 def test_the_page_of_keys_has_one_title_and_soft_lines(show_window, theme):
     window = show_window(Settings(theme="dark" if theme.dark else "light"))
@@ -306,6 +311,7 @@ def symbol_colours(theme):
     return {colour(symbol.family, theme) for symbol in SYMBOLS.values()}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
 def test_a_new_window_has_the_colours_of_the_system(
     qtbot, show_window, tmp_path, monkeypatch, theme
@@ -328,6 +334,7 @@ def test_a_new_window_has_the_colours_of_the_system(
     assert theme.accent in window.guide.task.styleSheet()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["system", "light", "dark"])
 def test_a_window_takes_the_theme_that_was_chosen(show_window, monkeypatch, name):
     monkeypatch.setattr(themes, "system_theme", lambda: DARK)

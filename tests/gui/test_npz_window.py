@@ -94,6 +94,7 @@ def test_an_export_is_told_from_a_clip_by_its_arrays_where_nothing_else_says(wal
     assert exports_among([out, walk]) == {}
 
 
+@pytest.mark.thorough
 def test_a_pickle_of_aist_is_judged_and_exported(qtbot, window, tmp_path):
     path = write_aist(tmp_path / "gBR_sBM.pkl", read_bvh(INJECTED).motion)
     open_clip(qtbot, window, path)
@@ -122,6 +123,7 @@ def test_a_pickle_of_aist_is_judged_and_exported(qtbot, window, tmp_path):
     assert exports_among([out, path]) == {out: path.name}
 
 
+@pytest.mark.thorough
 def test_what_is_taught_of_a_joint_without_euler_angles(qtbot, window, walk):
     open_clip(qtbot, window, walk)
     window.document.select_chain("left_elbow")
@@ -134,6 +136,7 @@ def test_what_is_taught_of_a_joint_without_euler_angles(qtbot, window, walk):
     assert values["n"].text()
 
 
+@pytest.mark.thorough
 def test_what_is_no_amass_is_one_sentence_and_the_window_stays(qtbot, window, tmp_path):
     np.savez(tmp_path / "shape.npz", betas=np.zeros(16), gender=np.array("female"))
     with qtbot.waitSignal(window.document.message, timeout=10_000) as told:
@@ -145,6 +148,7 @@ def test_what_is_no_amass_is_one_sentence_and_the_window_stays(qtbot, window, tm
     assert window.document.data is None
 
 
+@pytest.mark.thorough
 def test_every_body_s_joint_is_drawn(qtbot, window, tmp_path):
     for joints in BODIES:
         path = write_amass(tmp_path / f"{joints}.npz", read_bvh(INJECTED).motion, joints)
@@ -152,6 +156,7 @@ def test_every_body_s_joint_is_drawn(qtbot, window, tmp_path):
         assert len(window.document.data.motion.skeleton) == joints
 
 
+@pytest.mark.thorough
 def test_a_folder_queues_it_beside_a_bvh(qtbot, window, walk):
     shutil.copy(INJECTED, walk.parent)
     window.open_path(walk.parent)

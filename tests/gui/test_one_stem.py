@@ -3,6 +3,8 @@
 import shutil
 from pathlib import Path
 
+import pytest
+
 from inspector.session.export_files import ExportChoice
 from inspector.session.leftovers import waiting_among
 from inspector.session.session_files import kept_sessions, refuge_path
@@ -56,6 +58,7 @@ def test_two_clips_of_one_stem_share_neither_session_nor_exports(qtbot, show_win
     assert not [text for text in said if "has changed" in text or "another review" in text]
 
 
+@pytest.mark.thorough
 def test_a_journal_left_of_one_is_offered_for_that_one(qtbot, show_window, tmp_path):
     bvh, npz = two_of_one_stem(tmp_path)
     window = show_window()
@@ -74,6 +77,7 @@ def test_a_journal_left_of_one_is_offered_for_that_one(qtbot, show_window, tmp_p
     assert "1 step was kept" in window.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_a_session_of_another_format_is_not_an_earlier_version(qtbot, window, tmp_path):
     """One that got its name from the stem alone is still found, by the clip that it is of."""
     bvh, npz = two_of_one_stem(tmp_path)

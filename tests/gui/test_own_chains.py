@@ -67,6 +67,7 @@ def shown(window):
     return [thing.chain for thing in model.things]
 
 
+@pytest.mark.thorough
 def test_a_chain_of_the_spine_is_added_by_keys(qtbot, reviewed):
     window, document = reviewed, reviewed.document
     dialog = add_by_keys(qtbot, window, "Spine", "Spine1", "Neck1")
@@ -86,6 +87,7 @@ def test_a_chain_of_the_spine_is_added_by_keys(qtbot, reviewed):
     assert names(window)[-1] == "Spine"
 
 
+@pytest.mark.thorough
 def test_the_dialog_starts_with_joints_that_make_a_chain(qtbot, reviewed):
     dialog = add_by_keys(qtbot, reviewed)
     assert dialog.told.text() == "It is called LHipJoint: LHipJoint → LeftUpLeg → LeftLeg."
@@ -112,6 +114,7 @@ def test_a_limb_is_added_and_another_one_removed(qtbot, reviewed):
     assert document.chain == "RightArm-RightHand"
 
 
+@pytest.mark.thorough
 def test_what_is_wrong_is_said_in_the_dialog(qtbot, reviewed):
     dialog = add_by_keys(qtbot, reviewed, "LeftArm")
     ok = dialog.buttons.button(QDialogButtonBox.StandardButton.Ok)
@@ -129,6 +132,7 @@ def test_what_is_wrong_is_said_in_the_dialog(qtbot, reviewed):
     assert reviewed.document.review.position == 0
 
 
+@pytest.mark.thorough
 def test_the_right_button_removes_a_chain_and_undo_brings_its_decisions_back(qtbot, reviewed):
     window, document = reviewed, reviewed.document
     own = [j.id for j in document.intervals if j.interval.chain == "LeftForeArm"]
@@ -152,6 +156,7 @@ def test_the_right_button_removes_a_chain_and_undo_brings_its_decisions_back(qtb
     assert document.review.state.find(own[0]).decision == Decision.ACCEPTED
 
 
+@pytest.mark.thorough
 def test_all_views_show_a_chain_that_was_added(qtbot, reviewed, tmp_path):
     """Curves, both detectors, teaching, tuning, a hand-made interval, and the figure."""
     window, document = reviewed, reviewed.document
@@ -202,6 +207,7 @@ def test_the_export_of_own_chains_is_what_apply_makes(qtbot, reviewed, clip, tmp
     assert [c.name for c in again.chains] == names(window)
 
 
+@pytest.mark.thorough
 def test_a_rig_profile_is_for_other_clips_of_the_skeleton(qtbot, reviewed, clip):
     window = reviewed
     confirm(qtbot, window, add_by_keys(qtbot, window, "Spine", "Spine1", "Neck1"))
@@ -233,6 +239,7 @@ def test_a_damaged_rig_profile_is_set_aside(clip):
     assert len(list(place.parent.iterdir())) == 3
 
 
+@pytest.mark.thorough
 def test_a_clip_that_changed_on_disk_keeps_the_chains_of_its_session(qtbot, reviewed, clip):
     """So that what was decided in them can be carried over."""
     window = reviewed

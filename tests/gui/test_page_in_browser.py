@@ -131,6 +131,7 @@ def quantities(**what_if):
     return decompose(motion, chain, FRAME, WhatIf(**what_if))
 
 
+@pytest.mark.thorough
 def test_a_slider_moves_the_figure_and_the_numbers(browser):
     assert value(browser, "theta_p") == degrees(quantities().theta_p)
     before = pixels(browser, "#scene")
@@ -152,6 +153,7 @@ def test_a_slider_moves_the_figure_and_the_numbers(browser):
     assert moved(before, pixels(browser, "#scene")) < 0.001
 
 
+@pytest.mark.thorough
 def test_the_figure_is_turned_by_mouse_and_keys(browser):
     before = pixels(browser, "#scene")
     x, y = browser.middle("#scene")
@@ -164,6 +166,7 @@ def test_the_figure_is_turned_by_mouse_and_keys(browser):
     assert moved(before, pixels(browser, "#scene")) < 0.001
 
 
+@pytest.mark.thorough
 def test_sliders_are_moved_by_keys(browser):
     seen = set()
     for _ in range(12):
@@ -177,6 +180,7 @@ def test_sliders_are_moved_by_keys(browser):
     assert told(browser, "output[for=swing]") == f"{round(angle, 1) + 0.1:.1f}°"
 
 
+@pytest.mark.thorough
 def test_pages_turn_and_tasks_are_ticked(browser):
     shown = "[...document.querySelectorAll('article')].findIndex((a) => !a.hidden)"
     ticks = "[...document.querySelectorAll('article')].map((a) => a.className).join()"
@@ -201,6 +205,7 @@ def test_pages_turn_and_tasks_are_ticked(browser):
     assert browser.tell(shown) == 1
 
 
+@pytest.mark.thorough
 def test_frames_are_scrubbed(browser):
     browser.press("ArrowRight")
     assert told(browser, "#frame-number") == f"Frame {FRAME + 1}"
@@ -214,6 +219,7 @@ def test_frames_are_scrubbed(browser):
 
 
 # One page serves all lessons: those with the most pages stand for the others.
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "path",
     sorted(LESSONS.glob("*.md")) if EVERY else [TOUR, LESSONS / "lecture.md"],
@@ -240,6 +246,7 @@ def test_every_condition_is_known_to_the_page():
     assert set(re.findall(r"^    (\w+): \(", table, re.MULTILINE)) == set(CONDITIONS)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("size", [(1280, 800), (1024, 700), (390, 844)])
 @pytest.mark.parametrize("dark", [False, True])
 def test_it_fits_every_screen(browser, size, dark):
@@ -255,6 +262,7 @@ def test_it_fits_every_screen(browser, size, dark):
     assert (paper.max() < 0.3) == dark
 
 
+@pytest.mark.thorough
 def test_without_webgl_bones_are_lines(page, tmp_path):
     browser = Browser(tmp_path / "profile", "--disable-3d-apis")
     browser.size(1280, 800)
@@ -268,6 +276,7 @@ def test_without_webgl_bones_are_lines(page, tmp_path):
     assert browser.messages == []
 
 
+@pytest.mark.thorough
 def test_without_scripts_the_text_is_there(page, tmp_path):
     browser = Browser(tmp_path / "profile")
     browser.call("Emulation.setScriptExecutionDisabled", value=True)

@@ -61,12 +61,14 @@ def test_the_chains_and_intervals_of_one_person_are_listed(pair):
     assert len(pair.intervals.shown_ids()) == len(pair.document.intervals)
 
 
+@pytest.mark.thorough
 def test_a_person_who_is_chosen_is_at_a_chain_with_intervals(pair):
     choose(pair, "A")
     choose(pair, "B")
     assert pair.document.chain in {j.interval.chain for j in pair.document.intervals}
 
 
+@pytest.mark.thorough
 def test_the_camera_shows_everyone_and_then_the_one_who_is_chosen(pair):
     assert seen(pair, "A")[0]
     assert seen(pair, "B")[0]
@@ -82,6 +84,7 @@ def test_the_camera_shows_everyone_and_then_the_one_who_is_chosen(pair):
     assert seen(pair, "B")[0]
 
 
+@pytest.mark.thorough
 def test_the_camera_goes_along_with_the_one_who_is_chosen(pair):
     choose(pair, "B")
     root = pair.viewport.scene.people["B"][0]
@@ -94,6 +97,7 @@ def test_the_camera_goes_along_with_the_one_who_is_chosen(pair):
     np.testing.assert_allclose(moved[[0, 2]], way[[0, 2]], atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_limb_is_looked_at_from_its_own_person_s_side(pair):
     """The same pose is seen from the same direction, whoever stands next to it."""
     view, document = pair.viewport, pair.document
@@ -106,6 +110,7 @@ def test_a_limb_is_looked_at_from_its_own_person_s_side(pair):
     assert directions[0] @ directions[1] > np.cos(np.radians(10.0))
 
 
+@pytest.mark.thorough
 def test_who_is_chosen_stays_when_chains_change_and_ends_with_the_clip(qtbot, pair, tmp_path):
     with qtbot.waitSignal(pair.document.chains_changed, timeout=60_000):
         pair.document.change_chains(Rig(remove=("LeftArm",)), "Remove a chain")

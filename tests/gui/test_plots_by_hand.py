@@ -6,7 +6,7 @@ import pytest
 from tests.gui.pictures import INJECTED
 from tests.gui.real_screen import differing, needs_real_screen, real_screen, wait_until, watched
 
-pytestmark = needs_real_screen
+pytestmark = [pytest.mark.thorough, needs_real_screen]
 UNDECIDED = "undecided"
 
 

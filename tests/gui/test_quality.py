@@ -74,6 +74,7 @@ def test_the_table_holds_the_numbers_of_the_core_worst_first(window, quality):
     assert slides["RightFoot"] == f"{core.slides[foot]:.1f}"
 
 
+@pytest.mark.thorough
 def test_another_column_sorts_and_draws_its_curve_and_the_selection_stays(qtbot, window, quality):
     quality.choose("LeftForeArm")
     quality.table.sortByColumn(3, Qt.SortOrder.DescendingOrder)
@@ -88,6 +89,7 @@ def test_another_column_sorts_and_draws_its_curve_and_the_selection_stays(qtbot,
     assert column(quality, 4)[-1] == "–"  # no number is not the least slide
 
 
+@pytest.mark.thorough
 def test_a_click_in_the_curve_goes_to_the_frame_and_the_playhead_follows(qtbot, window, quality):
     plot = quality.plot
     scene = plot.view.mapViewToScene(QPointF(120.0, 0.0))
@@ -99,11 +101,13 @@ def test_a_click_in_the_curve_goes_to_the_frame_and_the_playhead_follows(qtbot, 
     assert plot.playhead.value() == 33
 
 
+@pytest.mark.thorough
 def test_a_chain_chosen_elsewhere_selects_its_joint(window, quality):
     window.document.select_chain("RightLeg")
     assert quality.chosen == ("RightLeg",)
 
 
+@pytest.mark.thorough
 def test_another_clip_gets_its_own_numbers(qtbot, window, quality, tmp_path):
     before = column(quality, 1)
     window.document.review.mark_saved()
@@ -117,6 +121,7 @@ def test_another_clip_gets_its_own_numbers(qtbot, window, quality, tmp_path):
 # --- tracking -----------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_it_never_runs_unasked_and_the_warning_stands_there(qtbot, window, quality):
     qtbot.wait(300)
     assert quality.tracked.result is None
@@ -151,6 +156,7 @@ def shown_motion(document):
     return refine(document.data.motion, document.data.chains, chosen)
 
 
+@pytest.mark.thorough
 def test_one_button_selects_all_there_is_to_track(qtbot, quality):
     assert len(quality.chosen) < len(quality.model.rows)
     quality.page.all.click()
@@ -161,6 +167,7 @@ def test_one_button_selects_all_there_is_to_track(qtbot, quality):
     qtbot.waitUntil(quality.page.all.isEnabled)
 
 
+@pytest.mark.thorough
 def test_a_rejected_interval_is_tracked_anew_with_its_error(qtbot, window, quality):
     track(qtbot, quality, "LeftForeArm")
     first = quality.tracked.result
@@ -173,6 +180,7 @@ def test_a_rejected_interval_is_tracked_anew_with_its_error(qtbot, window, quali
     np.testing.assert_array_equal(quality.tracked.result.rotations, rotations)
 
 
+@pytest.mark.thorough
 def test_cancelled_it_changes_nothing(qtbot, window, quality):
     quality.choose("LeftForeArm")
     quality.track()
@@ -185,6 +193,7 @@ def test_cancelled_it_changes_nothing(qtbot, window, quality):
     assert window.document.review.undo_text == ""
 
 
+@pytest.mark.thorough
 def test_gains_that_would_diverge_are_refused_in_a_sentence(qtbot, window, quality):
     quality.choose("LeftForeArm")
     quality.page.boxes["kd"].setValue(500.0)
@@ -195,6 +204,7 @@ def test_gains_that_would_diverge_are_refused_in_a_sentence(qtbot, window, quali
     assert window.document.review.state.tracking is None
 
 
+@pytest.mark.thorough
 def test_gains_of_the_page_follow_rate_and_direction_until_a_person_chooses(qtbot, window, quality):
     page = quality.page
     for causal in (False, True, False):
@@ -239,6 +249,7 @@ def start_again(review):
     return Review(replace(review.state, tracking=None))
 
 
+@pytest.mark.thorough
 def test_gains_of_a_reopened_review_stay_when_the_direction_is_changed(qtbot, window, quality):
     page = quality.page
     show(qtbot, window, quality, Tracking(("LeftForeArm",), kp=900.0, kd=20.0, causal=False))
@@ -254,6 +265,7 @@ def test_gains_of_a_reopened_review_stay_when_the_direction_is_changed(qtbot, wi
     assert shown(page) == (usual(1.0 / 120.0), False, False)
 
 
+@pytest.mark.thorough
 def test_a_gain_that_was_chosen_stays_in_another_clip_and_the_others_follow(qtbot, window, quality):
     page = quality.page
     page.causal.setChecked(True)
@@ -262,6 +274,7 @@ def test_a_gain_that_was_chosen_stays_in_another_clip_and_the_others_follow(qtbo
     assert shown(page) == ((900.0, 17.0, 0.0), False, False)
 
 
+@pytest.mark.thorough
 def test_undo_and_redo_show_direction_and_gains_of_the_review(qtbot, window, quality):
     page = quality.page
     first = Tracking(("LeftForeArm",), kp=900.0, kd=20.0, ka=5.0, causal=False)
@@ -281,6 +294,7 @@ def test_undo_and_redo_show_direction_and_gains_of_the_review(qtbot, window, qua
     assert shown(page)[0] == (950.0, 20.0, 5.0)
 
 
+@pytest.mark.thorough
 def test_what_is_chosen_while_it_is_tracked_stays(qtbot, window, quality):
     quality.choose("LeftForeArm")
     quality.track()
@@ -290,6 +304,7 @@ def test_what_is_chosen_while_it_is_tracked_stays(qtbot, window, quality):
     assert quality.page.boxes["kp"].value() == 900.0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("frames", "steps"), [(1, (0, 0)), (2, (2, 0))])
 def test_a_clip_too_short_to_be_traced_is_tracked(qtbot, window, quality, tmp_path, frames, steps):
     lines = INJECTED.read_bytes().splitlines(keepends=True)
@@ -312,6 +327,7 @@ def test_a_clip_too_short_to_be_traced_is_tracked(qtbot, window, quality, tmp_pa
         assert ("Gains of the tracker" in quality.page.gain_words.text()) == (expected == 0)
 
 
+@pytest.mark.thorough
 def test_another_joint_is_tracked_and_its_traces_drawn(qtbot, window, quality):
     track(qtbot, quality, "LeftForeArm")
     first = quality.tracked.result
@@ -323,6 +339,7 @@ def test_another_joint_is_tracked_and_its_traces_drawn(qtbot, window, quality):
     assert "RightLeg" in quality.page.gain_words.text()
 
 
+@pytest.mark.thorough
 def test_both_ways_unless_causal_is_chosen_and_the_page_says_which(qtbot, window, quality):
     track(qtbot, quality, "LeftForeArm")
     assert not window.document.review.state.tracking.causal
@@ -336,6 +353,7 @@ def test_both_ways_unless_causal_is_chosen_and_the_page_says_which(qtbot, window
     assert "Tracked causally: LeftForeArm;" in quality.page.done.text()
 
 
+@pytest.mark.thorough
 def test_the_place_has_a_row_of_its_own_and_what_is_left_is_said(qtbot, window, quality):
     assert column(quality, 0)[-1] == PLACE
     assert [cell[-1] for cell in (column(quality, k) for k in range(1, 5))] == ["–"] * 4
@@ -365,6 +383,7 @@ def test_the_place_has_a_row_of_its_own_and_what_is_left_is_said(qtbot, window, 
     assert f"Tracked both ways: {PLACE}; untracked: 31 joints" in quality.page.done.text()
 
 
+@pytest.mark.thorough
 def test_learned_gains_are_traced_at_the_playhead(qtbot, window, quality):
     quality.page.learned.setChecked(True)
     track(qtbot, quality, "LeftForeArm")
@@ -379,6 +398,7 @@ def test_learned_gains_are_traced_at_the_playhead(qtbot, window, quality):
     assert len(quality.page.parts.curves) == 4
 
 
+@pytest.mark.thorough
 def test_the_third_figure_is_drawn_and_goes_with_before(qtbot, window, quality):
     window.document.go_to(150)
     without = picture(qtbot, window.viewport)
@@ -414,6 +434,7 @@ def test_an_export_with_tracking_is_replayed_byte_for_byte(qtbot, window, qualit
 # --- the lesson ---------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_five_trackers_follow_a_joint_through_the_seam(qtbot, window):
     act(window, "why_quaternions")
     taught = window.lesson_actions.five_trackers

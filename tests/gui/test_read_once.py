@@ -68,6 +68,7 @@ def test_a_file_is_hashed_once_however_much_is_typed(exported, reads):
     dialog.reject()
 
 
+@pytest.mark.thorough
 def test_long_files_are_read_in_a_thread_and_said_to_be(qtbot, exported, reads, all_are_long):
     act(exported, "export_dialog")
     dialog = dialog_of(exported)
@@ -79,6 +80,7 @@ def test_long_files_are_read_in_a_thread_and_said_to_be(qtbot, exported, reads, 
     dialog.reject()
 
 
+@pytest.mark.thorough
 def test_an_export_at_once_waits_until_long_files_were_read(qtbot, exported, reads, all_are_long):
     with qtbot.waitSignal(exported.exporter.written, timeout=20_000):
         act(exported, "export_at_once")
@@ -110,6 +112,7 @@ def test_at_once_pressed_twice_exports_once_and_as_the_review_is_then(
     dialog.reject()
 
 
+@pytest.mark.thorough
 def test_an_export_at_once_is_not_of_a_clip_that_is_opened_meanwhile(
     qtbot, exported, all_are_long, monkeypatch
 ):
@@ -123,6 +126,7 @@ def test_an_export_at_once_is_not_of_a_clip_that_is_opened_meanwhile(
     assert dialog_of(exported) is None or not dialog_of(exported).isVisible()
 
 
+@pytest.mark.thorough
 def test_a_long_clip_that_changed_is_read_in_a_thread(qtbot, exported, reads, all_are_long):
     clip = exported.document.data.clip.path
     clip.write_bytes(clip.read_bytes() + b"\n")

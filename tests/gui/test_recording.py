@@ -45,6 +45,7 @@ def frames_of(path):
     return pictures, seconds
 
 
+@pytest.mark.thorough
 def test_five_seconds_play_back(qtbot, window, tmp_path):
     choice = RecordChoice(tmp_path / "five.mp4", 0, 300, 0.5, SIZE)
     assert made(qtbot, window, choice) == "five.mp4 written."
@@ -57,6 +58,7 @@ def test_five_seconds_play_back(qtbot, window, tmp_path):
     assert [p.name for p in tmp_path.glob(".*part*")] == []
 
 
+@pytest.mark.thorough
 def test_a_gif_shows_the_gizmo_while_the_lesson_is_on(qtbot, window, tmp_path):
     act(window, "show_teaching")
     qtbot.waitUntil(lambda: window.teaching.typesetter.done, timeout=30_000)
@@ -68,6 +70,7 @@ def test_a_gif_shows_the_gizmo_while_the_lesson_is_on(qtbot, window, tmp_path):
     assert teal.sum() > 30
 
 
+@pytest.mark.thorough
 def test_the_window_is_usable_meanwhile_and_is_not_filmed(qtbot, window, tmp_path):
     turns = []
     timer = QTimer()
@@ -97,6 +100,7 @@ def test_cancel_and_close_leave_nothing(qtbot, window, tmp_path):
         assert [p.name for p in tmp_path.iterdir() if p.suffix == ".mp4"] == []
 
 
+@pytest.mark.thorough
 def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
     told = made(qtbot, window, RecordChoice(tmp_path / "none" / "c.mp4", 0, 20, 1.0, SIZE))
     assert "not written" in told
@@ -164,6 +168,7 @@ def test_a_film_goes_where_a_link_leads(tmp_path):
     assert sorted(p.name for p in tmp_path.rglob("*")) == ["films", "kept.mp4", "link.mp4"]
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="no FIFOs")
 def test_a_film_into_a_fifo_is_refused_and_said(qtbot, window, tmp_path):
     os.mkfifo(tmp_path / "film.mp4")
@@ -184,6 +189,7 @@ def test_a_sweep_shows_both_ends_and_comes_back():
     assert back == there + there[-2:0:-1]  # a film that repeats shows no picture twice
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("slider", "value", "expected"),
     [
@@ -201,11 +207,13 @@ def test_every_slider_is_swept_in_its_unit(qapp, window, slider, value, expected
     assert SWEPT[slider].low <= value <= SWEPT[slider].high
 
 
+@pytest.mark.thorough
 def test_stages_are_swept(window):
     Sweep("stage", 0.0, 2.0).show(window.taught, 1.5)
     assert window.taught.stage == 1.5
 
 
+@pytest.mark.thorough
 def test_a_film_of_a_sweep_moves_the_figure_and_not_the_persons(qtbot, window, tmp_path):
     window.taught.alter(nudge=0.01)
     mine, frame = window.taught.what_if, window.document.frame
@@ -226,6 +234,7 @@ def test_a_film_of_a_sweep_moves_the_figure_and_not_the_persons(qtbot, window, t
     assert not window.taught.active
 
 
+@pytest.mark.thorough
 def test_rows_that_do_not_apply_are_not_there(qtbot, window):
     dialog = RecordDialog(window.document, (10.0, 60.0), window, teaching=True)
     qtbot.addWidget(dialog)
@@ -249,6 +258,7 @@ def test_rows_that_do_not_apply_are_not_there(qtbot, window):
     assert not dialog.do_it.isEnabled()
 
 
+@pytest.mark.thorough
 def test_a_picture_has_any_size_in_any_unit(qtbot, window):
     dialog = RecordDialog(window.document, (10.0, 60.0), window, teaching=True)
     qtbot.addWidget(dialog)
@@ -273,6 +283,7 @@ def test_a_picture_has_any_size_in_any_unit(qtbot, window):
     assert "339 × 50 mm (4000 × 591 pixels)" in dialog.length.text()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("dpi", "most"), [(600, 508), (300, 1016), (96, 3175)])
 def test_no_picture_is_larger_than_qt_paints(qtbot, window, dpi, most):
     dialog = RecordDialog(window.document, (10.0, 60.0), window, teaching=True)
@@ -302,6 +313,7 @@ def test_a_picture_that_qt_cannot_hold_is_no_empty_file(size, qapp):
         figure_file(Sheet(20.0, 10.0, 96), ".png", "x", QSize(*size), 600.0)
 
 
+@pytest.mark.thorough
 def test_of_a_whole_limb_nothing_is_taught(qtbot, window):
     limb = window.document.data.analysis.limbs[0]
     window.document.select_chain(limb.name)

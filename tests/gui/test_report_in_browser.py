@@ -114,6 +114,7 @@ def test_clips_are_found_by_name_kind_and_state(browser):
     assert "kick.bvh" in chosen("state", "open")
 
 
+@pytest.mark.thorough
 def test_without_scripts_it_is_a_table_with_nothing_to_press(report, tmp_path):
     browser = Browser(tmp_path / "profile", "--blink-settings=scriptEnabled=false")
     browser.load((report / "index.html").as_uri())

@@ -7,6 +7,8 @@ import pytest
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, real_screen, watched
 
+pytestmark = pytest.mark.thorough
+
 DOCK = "window.docks['{}'].widget()"
 
 

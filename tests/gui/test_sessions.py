@@ -65,6 +65,7 @@ def test_settings_are_kept_and_damage_is_set_aside(tmp_path):
     assert (tmp_path / "deep" / "settings.json.damaged").exists()
 
 
+@pytest.mark.thorough
 def test_a_note_still_being_typed_is_saved(qtbot, window, path, tmp_path):
     open_clip(qtbot, window, path)
     act(window, "next_interval")
@@ -99,6 +100,7 @@ def test_a_crash_is_offered_to_be_restored(qtbot, show_window, path, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["walk.bvh"]
 
 
+@pytest.mark.thorough
 def test_of_two_journals_the_newer_is_offered_and_neither_is_lost(qtbot, show_window, path):
     """A folder that could be written, then could not, and now can be again."""
     elsewhere = refuge_path(path)
@@ -138,6 +140,7 @@ def test_of_two_sessions_the_newer_is_gone_on_with(path):
         assert kept_sessions(path) == [both[newer], both[1 - newer]]
 
 
+@pytest.mark.thorough
 def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     other = show_window()
     open_clip(qtbot, other, INJECTED)
@@ -150,6 +153,7 @@ def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     assert "cannot save" in other.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_the_lock_follows_the_session_that_was_written_and_no_other(
     qtbot, window, show_window, path, tmp_path
 ):
@@ -169,6 +173,7 @@ def test_the_lock_follows_the_session_that_was_written_and_no_other(
     assert not second.document.keeper.save(other)[0]
 
 
+@pytest.mark.thorough
 def test_a_session_beside_the_clip_is_gone_on_with(qtbot, window, path):
     open_clip(qtbot, window, path)
     act(window, "next_interval")
@@ -194,6 +199,7 @@ def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, path, tmp
     assert len(window.document.intervals) == 8
 
 
+@pytest.mark.thorough
 def test_a_session_with_flips_opens_as_it_is(qtbot, window, path, tmp_path):
     """One that has flips at no τ of their limbs gets that; nothing in it is replaced."""
     session = tmp_path / "walk.twist.json"
@@ -211,6 +217,7 @@ def test_a_session_with_flips_opens_as_it_is(qtbot, window, path, tmp_path):
     assert window.bar.label.text() == "Going on with walk.twist.json."
 
 
+@pytest.mark.thorough
 def test_reasons_are_told_of_what_is_opened_again(qtbot, show_window, tmp_path):
     path = Path(shutil.copy(ASSETS / "kick.bvh", tmp_path))
     journal = Path(f"{session_path(path)}.journal")
@@ -268,6 +275,7 @@ def test_a_full_disk_is_told_and_nothing_is_lost(qtbot, window, monkeypatch, pat
     assert window.files.save_session()
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name == "nt", reason="the folder's permissions are POSIX's")
 def test_in_a_folder_that_cannot_be_written_a_review_is_kept_elsewhere(path, tmp_path):
     folder, state = tmp_path / "given", tmp_path / "mine"

@@ -283,6 +283,7 @@ def test_any_bytes_give_settings(data):
     assert settings.of_others or settings == Settings() or damaged == ()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("damage", ["field", "deep", "fifo"])
 def test_the_program_starts(tmp_path, damage):
     path, picture = tmp_path / "settings.json", tmp_path / "window.png"

@@ -44,6 +44,7 @@ def test_its_card_and_row_tell_the_largest_offset_and_how_it_sets_in(ramped):
     assert abs(np.degrees(document.offset("RightShoulder")[seen])) >= 39.0
 
 
+@pytest.mark.thorough
 def test_its_delta_stretches_the_course_and_undo_brings_it_back(ramped):
     act(ramped, "next_interval")
     document, detail = ramped.document, ramped.detail
@@ -56,6 +57,7 @@ def test_its_delta_stretches_the_course_and_undo_brings_it_back(ramped):
     np.testing.assert_array_equal(document.intervals[0].interval.offset, before)
 
 
+@pytest.mark.thorough
 def test_a_moved_edge_keeps_the_course_between(ramped):
     act(ramped, "next_interval")
     document = ramped.document
@@ -67,6 +69,7 @@ def test_a_moved_edge_keeps_the_course_between(ramped):
     np.testing.assert_array_equal(edited.offset, before.offset[edited.start - before.start :])
 
 
+@pytest.mark.thorough
 def test_an_export_of_what_is_undecided_corrects_what_is_sure(ramped):
     unasked = len(ramped.document.review.state.unasked())
     act(ramped, "export_dialog")

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAccessible
 from PySide6.QtWidgets import QAbstractSpinBox, QComboBox, QWidget
@@ -51,12 +52,14 @@ def test_joints_beside_a_chain_are_said_with_it(opened):
     assert model.index(row, 3).data(SPOKEN) == model.index(row, 3).data()
 
 
+@pytest.mark.thorough
 def test_a_decision_is_said_without_its_sign(opened):
     model = opened.intervals.table.model()
     at = model.index(0, PLACE["decision"])
     assert (at.data(), at.data(SPOKEN)) == ("· undecided", "undecided")
 
 
+@pytest.mark.thorough
 def test_a_step_that_was_undone_is_said_to_be(opened):
     opened.document.decide(Decision.ACCEPTED, [opened.document.intervals[0].id])
     (panel,) = opened.findChildren(HistoryPanel)
@@ -97,6 +100,7 @@ def test_a_line_that_stands_still_is_said(qtbot):
     qtbot.waitUntil(lambda: line.accessibleName() == "frame 4")
 
 
+@pytest.mark.thorough
 def test_what_can_have_the_keyboard_in_panels_has_a_name(opened):
     panels = opened.chains, opened.clips, opened.intervals, opened.detail, opened.transport
     asked = [w for panel in (*panels, opened.video) for w in panel.findChildren(QWidget)]

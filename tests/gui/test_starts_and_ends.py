@@ -56,6 +56,7 @@ def test_a_picture_of_the_empty_window(tmp_path):
     assert (tmp_path / "window.png").stat().st_size > 10_000
 
 
+@pytest.mark.thorough
 def test_without_a_clip_the_sample_is_demonstrated_again_and_again(tmp_path):
     out = tmp_path / "out"
     for folder in (out, os.path.relpath(out, ROOT)):  # from where the program is started
@@ -66,12 +67,14 @@ def test_without_a_clip_the_sample_is_demonstrated_again_and_again(tmp_path):
     assert (tmp_path / "out" / "inspector.png").exists()
 
 
+@pytest.mark.thorough
 def test_a_picture_of_a_session(tmp_path):
     session = write_session_of(shutil.copy(INJECTED, tmp_path / "mine.bvh"))
     code, said = run(tmp_path, session, "--screenshot", tmp_path / "window.png")
     assert (code, said) == (0, "")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("what", ["missing.bvh", "missing.json", "empty", "broken", "lost"])
 def test_what_cannot_be_opened_ends_in_a_sentence(tmp_path, what):
     path = tmp_path / what
@@ -107,6 +110,7 @@ def test_a_dialog_that_nobody_answers_ends_it(qtbot, show_window, tmp_path, caps
     assert "nobody to answer" in capsys.readouterr().out
 
 
+@pytest.mark.thorough
 def test_a_picture_waits_until_the_camera_has_come_to_rest(qtbot, show_window, tmp_path):
     pictures = []
     for turn_ms in (0, 1500):
@@ -143,6 +147,7 @@ def close_by_key(screen, process):
     pytest.fail("it does not end:\n" + process.communicate()[0])
 
 
+@pytest.mark.thorough
 @needs_real_screen
 @pytest.mark.parametrize("share_seen", [False, True], ids=["reading", "analysing"])
 def test_closing_the_window_ends_what_is_being_opened(tmp_path, share_seen):
@@ -158,6 +163,7 @@ def test_closing_the_window_ends_what_is_being_opened(tmp_path, share_seen):
         assert process.returncode == 0
 
 
+@pytest.mark.thorough
 @needs_real_screen
 @pytest.mark.parametrize(
     "number", [signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)]
@@ -180,6 +186,7 @@ def test_a_signal_ends_it_while_it_asks(tmp_path, number):
         assert journal.exists()
 
 
+@pytest.mark.thorough
 def test_garbage_dies_in_the_gui_thread_between_events(tmp_path):
     """In a worker's thread, or inside a call of Qt's, its death would crash the program."""
     code = (

@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 # A process of its own: texts are made in the language that was chosen before.
 GERMAN = """
 from pathlib import Path
@@ -50,6 +52,7 @@ def test_filters_ask_for_the_same_in_german():
     assert said[11:] == ["All ()", "Frozen frames (('≥', 0.95),)"]
 
 
+@pytest.mark.thorough
 def test_a_reason_is_read_in_german_and_kept_in_english():
     said = said_in_german(
         "for reason in REASONS:\n"
@@ -69,6 +72,7 @@ def test_a_reason_is_read_in_german_and_kept_in_english():
     ]  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_the_table_of_clips_has_its_reasons_in_english():
     said = said_in_german(
         "clip = QueuedClip(Path('a.bvh'), ClipState.FAILED, reason='s3://a.bvh: ' + FAR_AWAY)\n"

@@ -54,6 +54,7 @@ def pull_on(qtbot, timeline, place):
     qtbot.wait(10)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("what", ["edge", "body", "new interval", "tau"])
 @pytest.mark.parametrize("opens", ["at once", "before the last move is done"])
 def test_a_drag_ends_with_its_clip(qtbot, document, next_clip, what, opens):
@@ -122,6 +123,7 @@ def test_a_suspicious_moment_of_the_last_clip_is_not_put_into_this_one(qtbot, wi
     assert document.interval.interval.frames != faint.frames
 
 
+@pytest.mark.thorough
 def test_as_much_is_alive_behind_every_round_of_reviews(show_window, clip):
     window = show_window(size=(1280, 800))
     copies = [clip.with_name(f"{k}.bvh") for k in range(2)]

@@ -4,9 +4,12 @@ import re
 import time
 
 import numpy as np
+import pytest
 
 from tests.conftest import ASSETS
 from tests.gui.real_screen import needs_real_screen, real_screen, watched
+
+pytestmark = pytest.mark.thorough
 
 OWN = {  # the same rig with another program's names
     "Shoulder": "clavicle", "ForeArm": "radius", "Arm": "humerus", "Hand": "hand",

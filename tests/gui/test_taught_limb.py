@@ -147,6 +147,7 @@ def test_the_arc_grows_then_the_dial(taught):
     assert (np.diff(dial[2:]) > 1e-6).all()
 
 
+@pytest.mark.thorough
 def test_at_the_start_the_bone_lies_along_a(taught):
     chain, motion = taught.taught.chain, taught.document.data.motion
     taught.taught.set_stage(0.0)
@@ -184,6 +185,7 @@ def test_axes_are_those_of_the_joints(analysed):
 # -- what stands by -------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_all_but_the_chain_is_faint_while_the_tab_is_shown(qtbot, taught):
     scene, chain = taught.viewport.scene, taught.taught.chain
     pose = taught.viewport.drawing.pose(scene)

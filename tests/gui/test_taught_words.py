@@ -218,6 +218,7 @@ def test_the_stages_are_told_with_the_angles_reached(taught):
     assert taught.quantities.w == pytest.approx(whole.w, abs=1e-9)
 
 
+@pytest.mark.thorough
 def test_all_words_fit_in_two_lines(qtbot, at_forearm):
     act(at_forearm, "show_teaching")
     box, frame = at_forearm.teaching.what_if, at_forearm.taught

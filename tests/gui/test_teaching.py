@@ -96,6 +96,7 @@ def undefined(symbol, motion, chain, signals, frame):
     return {"dtheta_p": theta, "theta_p": theta, "dtheta_c": azimuth}.get(symbol, theta or azimuth)
 
 
+@pytest.mark.thorough
 def test_every_number_is_the_cores(qtbot, tmp_path):
     rng = np.random.default_rng(7)
     seen = 0
@@ -140,6 +141,7 @@ def test_every_symbol_has_its_row_and_every_printed_slip_is_named():
     assert len({e.number for e in rows if e.number}) == 15
 
 
+@pytest.mark.thorough
 def test_nothing_is_typeset_and_no_ffmpeg_loaded_before_it_is_wanted(tmp_path):
     program = (
         "import sys\nfrom inspector.app import make_application\napp = make_application()\n"
@@ -182,6 +184,7 @@ def test_a_what_if_leaves_no_trace(qtbot, taught):
     assert box.sliders["swing"].value() == round(10 * np.degrees(taught.taught.quantities.alpha))
 
 
+@pytest.mark.thorough
 def test_the_what_if_pose_is_seen_while_the_tab_is_and_only_then(qtbot, taught):
     def seen():
         return taught.viewport.drawing.pose(taught.viewport.scene)
@@ -196,6 +199,7 @@ def test_the_what_if_pose_is_seen_while_the_tab_is_and_only_then(qtbot, taught):
     assert np.array_equal(seen().rotations, whole)
 
 
+@pytest.mark.thorough
 def test_leaving_the_tab_ends_the_what_if(qtbot, taught):
     taught.teaching.what_if.sliders["twist"].setValue(900)
     taught.teaching.what_if.player.slider.setValue(50)
@@ -212,6 +216,7 @@ def test_leaving_the_tab_ends_the_what_if(qtbot, taught):
     assert player.slider.value() == player.slider.maximum()
 
 
+@pytest.mark.thorough
 def test_a_window_put_aside_keeps_the_what_if(qtbot, taught):
     taught.teaching.what_if.sliders["twist"].setValue(900)
     taught.showMinimized()
@@ -224,6 +229,7 @@ def test_a_window_put_aside_keeps_the_what_if(qtbot, taught):
     assert taught.teaching.what_if.sliders["twist"].value() == 900
 
 
+@pytest.mark.thorough
 def test_a_presentation_of_the_tab_keeps_the_what_if(qtbot, taught):
     taught.teaching.what_if.sliders["twist"].setValue(900)
     for _ in range(2):  # begin, and end
@@ -233,12 +239,14 @@ def test_a_presentation_of_the_tab_keeps_the_what_if(qtbot, taught):
         assert taught.teaching.what_if.sliders["twist"].value() == 900
 
 
+@pytest.mark.thorough
 def test_a_page_of_the_review_has_no_what_if(qtbot, at_forearm):
     at_forearm.taught.alter(twist=1.0)
     act(at_forearm, "copy_place")
     assert "what-if" not in QApplication.clipboard().text()
 
 
+@pytest.mark.thorough
 def test_a_stage_and_what_is_taken_off_are_seen_in_the_pose(taught):
     frame = taught.taught
     assert frame.pose() is None
@@ -262,6 +270,7 @@ def test_a_stage_and_what_is_taken_off_are_seen_in_the_pose(taught):
     assert np.abs(right[parent] @ wrong[parent]) < 0.9
 
 
+@pytest.mark.thorough
 def test_another_chain_or_clip_starts_as_captured(taught):
     taught.teaching.what_if.sliders["swing"].setValue(1500)
     taught.document.select_chain("RightArm")
@@ -279,6 +288,7 @@ def test_counter_twist_shows_the_products_sign_turn(taught):
     assert "against each other" in box.words.text()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("slider", "at", "angle", "named"),
     [("swing", 1790, "theta_p", "θp"), ("bend", 10, "dtheta_c", "θc")],
@@ -297,6 +307,7 @@ def test_each_singularity_is_met_and_told(taught, slider, at, angle, named):
 # -- the other forms, what is taken off, the stages ---------------------------------------------
 
 
+@pytest.mark.thorough
 def test_one_page_s_rows_and_no_others(taught):
     panel = taught.teaching
     panel.scroll_area.ensureVisible(0, 0)
@@ -313,6 +324,7 @@ def test_one_page_s_rows_and_no_others(taught):
     assert not forms.values["q"].isVisible()
 
 
+@pytest.mark.thorough
 def test_heads_fold_their_rows_and_name_the_joints(qtbot, taught):
     equations = taught.teaching.equations
     assert "P = LeftForeArm" in equations.heads[0].text()
@@ -326,6 +338,7 @@ def test_heads_fold_their_rows_and_name_the_joints(qtbot, taught):
     assert equations.values["q"].isVisible()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("font", [None, {"higher": 1.3}, {"wider": 1.2}], ids=str)
 def test_m_is_in_sight_without_scrolling(qtbot, qapp, font, tmp_path, request):
     """Whatever font a system has: some have much room between lines, some wide letters."""
@@ -346,6 +359,7 @@ def test_m_is_in_sight_without_scrolling(qtbot, qapp, font, tmp_path, request):
     qtbot.waitUntil(seen)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("lesson", [False, True])
 def test_nothing_scrolls_sideways_in_a_small_window(qtbot, taught, lesson):
     taught.resize(1024, 700)
@@ -414,6 +428,7 @@ def test_undefined_is_said_and_no_number(taught):
     assert "3 % reliable" in values["theta_p"].text()
 
 
+@pytest.mark.thorough
 def test_below_zero_is_answered_and_alarms_at_an_event_only(qtbot, taught):
     frame, equations = taught.taught, taught.teaching.equations
 
@@ -434,6 +449,7 @@ def test_below_zero_is_answered_and_alarms_at_an_event_only(qtbot, taught):
     assert red("product")
 
 
+@pytest.mark.thorough
 def test_other_forms_are_told_where_they_are_unfolded(qtbot, taught):
     forms, frame = taught.teaching.other_forms, taught.taught
     assert not any(label.text() for label in forms.values.values())
@@ -465,6 +481,7 @@ def test_other_forms_are_told_where_they_are_unfolded(qtbot, taught):
     assert forms.values["lock"].isVisible()
 
 
+@pytest.mark.thorough
 def test_the_player_goes_from_a_over_the_swing_to_the_twist(qtbot, taught):
     player, frame = taught.teaching.what_if.player, taught.taught
     stages = []
@@ -494,6 +511,7 @@ def test_the_player_goes_from_a_over_the_swing_to_the_twist(qtbot, taught):
     qtbot.waitUntil(lambda: not player.playing)
 
 
+@pytest.mark.thorough
 def test_the_list_paints_itself_as_lines_of_any_size(qtbot, taught, tmp_path):
     equations = Equations(taught.taught, taught.teaching.typesetter)
     equations.set_theme(LIGHT)

@@ -122,6 +122,7 @@ def test_the_tour_by_hand_from_end_to_end(qtbot, at_forearm):
     assert not any("twist-inspector-" in r for r in at_forearm.settings.recent)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("path", ALL, ids=lambda path: path.stem)
 def test_a_lesson_shows_each_page_itself(qtbot, at_forearm, path):
     at_forearm.document.set_show("after")
@@ -169,6 +170,7 @@ camera: 40 10 2
 """
 
 
+@pytest.mark.thorough
 def test_a_lesson_of_a_persons_own_with_a_clip_beside_it(qtbot, at_forearm, tmp_path):
     folder = tmp_path / "lessons"
     folder.mkdir()
@@ -198,6 +200,7 @@ def test_a_lesson_of_a_persons_own_with_a_clip_beside_it(qtbot, at_forearm, tmp_
     assert document.data.clip.path.name == "mine.bvh"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("chain", "frame", "expected"),
     [
@@ -229,6 +232,7 @@ def test_a_lesson_that_is_wrong_is_refused_in_a_sentence(
     assert not at_forearm.lesson_actions.program.aside.open
 
 
+@pytest.mark.thorough
 def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
     act(window, "tour")
     qtbot.waitUntil(lambda: window.lesson_actions.player.at == 0, timeout=10_000)
@@ -239,6 +243,7 @@ def test_a_tour_without_a_clip_and_left_half_way(qtbot, window):
     assert window.document.review.saved
 
 
+@pytest.mark.thorough
 def test_a_second_lesson_without_a_clip_takes_nothing_for_the_persons(qtbot, window):
     said = []
     window.document.message.connect(lambda text, _: said.append(text))
@@ -247,6 +252,7 @@ def test_a_second_lesson_without_a_clip_takes_nothing_for_the_persons(qtbot, win
     assert not any("cannot be written" in text for text in said)
 
 
+@pytest.mark.thorough
 def test_formulas_of_a_text_are_set(qtbot, at_forearm):
     player = play(qtbot, at_forearm, LESSONS / "3-2-extraction.md")
     player.forward.click()
@@ -262,6 +268,7 @@ def test_formulas_of_a_text_are_set(qtbot, at_forearm):
     assert body.document().toPlainText().count("\ufffc") == 2
 
 
+@pytest.mark.thorough
 def test_the_buttons_of_the_last_tour_do_nothing_to_the_persons_clip(qtbot, at_forearm):
     act(at_forearm, "tour")
     qtbot.waitUntil(lambda: at_forearm.lesson_actions.player.at == 0, timeout=10_000)
@@ -310,6 +317,7 @@ def start_exercise(qtbot, window, kind, seed):
     qtbot.waitUntil(window.lesson_actions.hidden_errors.score_button.isEnabled, timeout=20_000)
 
 
+@pytest.mark.thorough
 def test_the_exercise_scores_and_leaves_the_persons_session_alone(qtbot, at_forearm):
     document = at_forearm.document
     document.do(Decide((document.intervals[0].id,), Decision.ACCEPTED, "me", document.now()))
@@ -343,6 +351,7 @@ def test_the_exercise_scores_and_leaves_the_persons_session_alone(qtbot, at_fore
     assert {p: p.read_bytes() for p in mine.parent.iterdir() if p.is_file()} == files
 
 
+@pytest.mark.thorough
 def test_in_find_nothing_is_listed_and_what_is_inserted_counts(qtbot, at_forearm):
     start_exercise(qtbot, at_forearm, "Find", 4)
     document = at_forearm.document
@@ -367,6 +376,7 @@ def test_an_exercise_is_the_same_for_its_seed(tmp_path):
     assert score(errors, one.review.state.intervals).left == len(listed)
 
 
+@pytest.mark.thorough
 def test_opening_another_clip_ends_the_exercise(qtbot, at_forearm, tmp_path):
     start_exercise(qtbot, at_forearm, "Judge", 2)
     act(at_forearm, "next_interval")
@@ -380,6 +390,7 @@ def test_opening_another_clip_ends_the_exercise(qtbot, at_forearm, tmp_path):
 # -- what an exercise does not tell ----------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_an_exercise_does_not_give_itself_away(qtbot, at_forearm):
     start_exercise(qtbot, at_forearm, "Judge", 5)
     document, said = at_forearm.document, []
@@ -428,6 +439,7 @@ def test_the_score_counts_frames_as_the_table_does(qtbot, at_forearm):
     assert f"{error.start + 1} to {error.stop + 1}" in at_forearm.guide.body.toPlainText()
 
 
+@pytest.mark.thorough
 def test_an_exercise_for_a_class_from_end_to_end(qtbot, at_forearm, tmp_path):
     exercise, document = at_forearm.lesson_actions.hidden_errors, at_forearm.document
     said = []
@@ -476,6 +488,7 @@ def test_an_exercise_for_a_class_from_end_to_end(qtbot, at_forearm, tmp_path):
         scored([folder / "ada.json"])
 
 
+@pytest.mark.thorough
 def test_an_exercise_whose_clip_is_another_is_refused(qtbot, at_forearm, tmp_path):
     exercise, document = at_forearm.lesson_actions.hidden_errors, at_forearm.document
     own = tmp_path / "own.json"

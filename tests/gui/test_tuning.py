@@ -83,6 +83,7 @@ def drag(qtbot, plot, start, stop, steps=6):
 # --- curves -------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_the_curves_are_those_of_the_core(window, tuning):
     clip = read_bvh(INJECTED)
     core = clip_tuning(clip.motion, clip.name, seeds=range(1)).curve("LeftForeArm")
@@ -111,6 +112,7 @@ def test_nothing_is_measured_while_nobody_looks(qtbot, window):
     assert window.tuning.costs.curves == {}
 
 
+@pytest.mark.thorough
 def test_the_selected_chain_comes_first(qtbot, window):
     window.document.select_chain("RightLeg")
     act(window, "show_tuning")
@@ -118,6 +120,7 @@ def test_the_selected_chain_comes_first(qtbot, window):
     assert next(iter(window.tuning.costs.curves)) == "RightLeg"
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("leave", ["another clip", "another tab", "close"])
 def test_a_stale_measurement_ends(qtbot, window, tmp_path, leave):
     act(window, "show_tuning")
@@ -139,6 +142,7 @@ def test_a_stale_measurement_ends(qtbot, window, tmp_path, leave):
         assert seconds == pytest.approx(window.document.frames / 120.0, rel=1e-3)
 
 
+@pytest.mark.thorough
 def test_a_verdict_is_taken_into_account_and_a_known_state_is_remembered(qtbot, window, tuning):
     document, costs = window.document, tuning.costs
     before = costs.curves["LeftForeArm"]
@@ -154,6 +158,7 @@ def test_a_verdict_is_taken_into_account_and_a_known_state_is_remembered(qtbot, 
     assert not costs.running
 
 
+@pytest.mark.thorough
 def test_a_moving_tau_does_not_measure_again(qtbot, window, tuning):
     known = dict(tuning.costs.curves)
     for degrees in (3.0, 30.0, 2.0):
@@ -163,6 +168,7 @@ def test_a_moving_tau_does_not_measure_again(qtbot, window, tuning):
     assert dict(tuning.costs.curves) == known
 
 
+@pytest.mark.thorough
 def test_a_clip_that_changed_on_disk_is_told(qtbot, window):
     path = window.document.data.clip.path
     path.write_bytes(path.read_bytes() + b"\n")
@@ -173,6 +179,7 @@ def test_a_clip_that_changed_on_disk_is_told(qtbot, window):
     assert not window.tuning.costs.running
 
 
+@pytest.mark.thorough
 def test_a_killed_measurement_is_told(qtbot, window):
     act(window, "show_tuning")
     qtbot.waitUntil(lambda: bool(multiprocessing.active_children()), timeout=10_000)
@@ -181,6 +188,7 @@ def test_a_killed_measurement_is_told(qtbot, window):
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name == "nt", reason="needs the processor time of child processes")
 def test_the_window_stays_free_while_it_is_measured(qtbot, window):
     """Between two looks at events the window's thread does little of what a process measures."""
@@ -203,6 +211,7 @@ def test_the_window_stays_free_while_it_is_measured(qtbot, window):
 # --- τ ------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("plot", ["histogram", "cost"])
 def test_dragging_the_line_sets_tau_in_one_step(qtbot, window, tuning, plot):
     count = len(window.document.intervals)
@@ -237,6 +246,7 @@ def test_a_double_click_sets_tau(qtbot, window, tuning):
     assert taus(window)["LeftForeArm"] == pytest.approx(10.0, rel=0.03)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("scope", "chains"),
     [
@@ -265,6 +275,7 @@ def test_tau_and_its_suggestion_for_a_joint_a_segment_or_all(qtbot, window, tuni
     assert taus(window) == before
 
 
+@pytest.mark.thorough
 def test_a_suggestion_waits_for_its_curve(qtbot, window):
     act(window, "show_tuning")
     act(window, "tau_for_all")
@@ -299,6 +310,7 @@ def test_a_saved_profile_comes_back_in_one_step(qtbot, window, tuning, tmp_path)
     assert set(taus(window).values()) == {1.5}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("how", ["load_profile_from", "compare_with"])
 @pytest.mark.parametrize("text", [b"[LeftArm", b"\xff\xfe", b"[LeftArm]\ntau_deg = -1\n", None])
 def test_a_damaged_profile_is_one_sentence_and_changes_nothing(window, tmp_path, how, text):
@@ -314,6 +326,7 @@ def test_a_damaged_profile_is_one_sentence_and_changes_nothing(window, tmp_path,
     assert path.exists() == (text is not None)
 
 
+@pytest.mark.thorough
 def test_a_profile_of_other_joints_changes_nothing(window, tmp_path):
     write_profile(tmp_path / "p.toml", {"Tail": Tuned(2, 1, 99, 0)}, "x", "consistency")
     state = window.document.review.state
@@ -322,6 +335,7 @@ def test_a_profile_of_other_joints_changes_nothing(window, tmp_path):
     assert "names no chain" in window.bar.label.text()
 
 
+@pytest.mark.thorough
 def test_a_profile_of_the_other_detector_brings_it_along(qtbot, window, tmp_path):
     write_profile(tmp_path / "p.toml", {"LeftArm": Tuned(6, 1, 99, 0)}, "x", "paper")
     window.tuning_actions.load_profile_from(tmp_path / "p.toml")
@@ -332,6 +346,7 @@ def test_a_profile_of_the_other_detector_brings_it_along(qtbot, window, tmp_path
     assert window.document.review.state.method == "consistency"
 
 
+@pytest.mark.thorough
 def test_a_profile_that_cannot_be_written_leaves_the_old_one(window, tmp_path):
     target = tmp_path / "folder.toml"
     target.mkdir()
@@ -365,6 +380,7 @@ def test_profiles_side_by_side(qtbot, window, tuning, tmp_path):
     assert cells(window)[9][1] == "12.00°"
 
 
+@pytest.mark.thorough
 def test_a_folder_is_analysed_with_the_present_tau(qtbot, window, tmp_path):
     folder = tmp_path / "clips"
     folder.mkdir()

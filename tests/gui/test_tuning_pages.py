@@ -75,6 +75,7 @@ def by_paper():
 # --- whose detector -----------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_path, by_paper):
     path = write_tau(tmp_path / "p.toml", 1.5, "paper", ["RightArm"])
     window.tuning_actions.compare_with([path])
@@ -99,6 +100,7 @@ def test_a_profile_is_costed_with_its_own_detector(qtbot, window, tuning, tmp_pa
     assert multiprocessing.active_children() == []
 
 
+@pytest.mark.thorough
 def test_a_profile_that_names_no_detector_says_so(qtbot, window, tuning, tmp_path):
     window.tuning_actions.compare_with([write_tau(tmp_path / "old.toml", 5.0)])
     qtbot.waitUntil(lambda: "old.toml" in tuning.profiles.note.text())
@@ -109,6 +111,7 @@ def test_a_profile_that_names_no_detector_says_so(qtbot, window, tuning, tmp_pat
     assert cells(window)[2][5] == f"{100 * fsr:.1f} %"
 
 
+@pytest.mark.thorough
 def test_another_detector_is_measured_while_its_profile_is_compared(qtbot, window, tmp_path):
     """A comparison that ends takes what is under way for it along; the own detector goes on."""
     path = write_tau(tmp_path / "p.toml", 5.0, "paper")
@@ -121,6 +124,7 @@ def test_another_detector_is_measured_while_its_profile_is_compared(qtbot, windo
     assert len(window.tuning.costs.curves) == 10
 
 
+@pytest.mark.thorough
 def test_both_detectors_side_by_side(qtbot, window, tuning, by_paper):
     act(window, "both_costs")
     model = tuning.profiles.detectors
@@ -173,6 +177,7 @@ def test_the_band_is_drawn_and_said(qtbot, window, tuning):
     assert "a minute (95 % confidence)" in tips[1]
 
 
+@pytest.mark.thorough
 def test_more_draws_make_a_narrower_band(qtbot, window, tuning):
     few = tuning.costs.curves["LeftForeArm"]
     tuning.suggestion.draws.setValue(9)
@@ -185,6 +190,7 @@ def test_more_draws_make_a_narrower_band(qtbot, window, tuning):
     assert tuning.costs.curves["LeftForeArm"] is few  # it is remembered
 
 
+@pytest.mark.thorough
 def test_a_suggestion_follows_the_price_at_once_and_both_are_remembered(
     qtbot, window, tuning, settings_file
 ):
@@ -214,6 +220,7 @@ def test_a_suggestion_follows_the_price_at_once_and_both_are_remembered(
     assert load_settings(settings_file)[0].alarm_points == 100.0
 
 
+@pytest.mark.thorough
 def test_it_says_in_words_whether_one_tau_does_for_all(qtbot, window, tuning):
     tuning.tabs.setCurrentWidget(tuning.suggestion)
     degrees = np.degrees(tuning.costs.curves["LeftForeArm"].suggested())
@@ -247,6 +254,7 @@ def click(qtbot, plot, place):
     qtbot.wait(20)
 
 
+@pytest.mark.thorough
 def test_a_bar_leads_to_its_frames(qtbot, window, tuning):
     plot, document = tuning.curves.histogram, window.document
     strength = np.degrees(document.detector.strength("LeftForeArm"))
@@ -276,6 +284,7 @@ def test_a_bar_leads_to_its_frames(qtbot, window, tuning):
     assert taus(window)["LeftForeArm"] == 1.5
 
 
+@pytest.mark.thorough
 def test_its_frames_are_reached_without_a_mouse(qtbot, window, tuning):
     document = window.document
     bars = bar_of(np.degrees(document.detector.strength("LeftForeArm")))
@@ -312,6 +321,7 @@ def test_a_double_click_on_a_bar_sets_tau_and_leaves_the_playhead(qtbot, window,
     assert document.frame == 17
 
 
+@pytest.mark.thorough
 def test_a_span_left_out_is_undone_saved_and_counts_for_nothing(qtbot, window, tuning, tmp_path):
     document = window.document
     before = tuning.costs.curves["LeftForeArm"]
@@ -357,6 +367,7 @@ def test_a_span_left_out_is_undone_saved_and_counts_for_nothing(qtbot, window, t
     assert tuning.costs.curves["LeftForeArm"] is before
 
 
+@pytest.mark.thorough
 def test_blends_at_the_ends_are_said_to_be_left_out(qtbot, window, tuning, tmp_path):
     text = (ASSETS / "walk.bvh").read_text().rstrip("\n").split("\n")
     head = next(k for k, line in enumerate(text) if line.startswith("Frame Time")) + 1

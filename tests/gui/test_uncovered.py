@@ -17,6 +17,8 @@ from tests.gui.real_screen import (
     watched,
 )
 
+pytestmark = pytest.mark.thorough
+
 LARGE = 5_000  # pixels: more than a pointer or a button that is lit
 SMALL = 500  # less than a tool tip, or the words of a menu over paper of its colour
 DRAWN = 0.1  # seconds in which a window that is there has painted itself

@@ -83,6 +83,7 @@ def test_nobody_has_decided_anything(qtbot, show_window, tmp_path):
     assert not window.tuning.confidence.remember.isEnabled()
 
 
+@pytest.mark.thorough
 def test_verdicts_of_clip_performer_rig_and_folder_are_counted(qtbot, window):
     page = window.tuning.verdicts
     look(qtbot, window, page)
@@ -113,6 +114,7 @@ def test_use_takes_the_suggested_tau_in_one_step(qtbot, window):
     assert dict(document.review.state.tau) == before
 
 
+@pytest.mark.thorough
 def test_a_person_says_how_small_errors_are_looked_for(qtbot, window):
     page, evidence = window.tuning.verdicts, window.tuning.evidence
     look(qtbot, window, page)
@@ -124,6 +126,7 @@ def test_a_person_says_how_small_errors_are_looked_for(qtbot, window):
     assert 2.5 < tau <= 5.0
 
 
+@pytest.mark.thorough
 def test_learned_confidence_is_shown_once_a_person_says_so(qtbot, window, folder):
     document, page = window.document, window.tuning.confidence
     look(qtbot, window, page)
@@ -152,6 +155,7 @@ def test_learned_confidence_is_shown_once_a_person_says_so(qtbot, window, folder
     dialog.reject()
 
 
+@pytest.mark.thorough
 def test_a_profile_is_remembered_by_skeleton_and_offered(qtbot, window, folder, tmp_path):
     page, bar, document = window.tuning.confidence, window.bar, window.document
     look(qtbot, window, page)
@@ -187,6 +191,7 @@ def test_a_profile_is_remembered_by_skeleton_and_offered(qtbot, window, folder, 
             assert len(bar.buttons()) != 2
 
 
+@pytest.mark.thorough
 def test_another_performers_clip_has_no_offer(qtbot, window, folder, tmp_path):
     page, bar = window.tuning.confidence, window.bar
     look(qtbot, window, page)
@@ -198,6 +203,7 @@ def test_another_performers_clip_has_no_offer(qtbot, window, folder, tmp_path):
     assert bar.buttons() == []
 
 
+@pytest.mark.thorough
 def test_a_person_names_the_performer(qtbot, window):
     page, evidence = window.tuning.confidence, window.tuning.evidence
     look(qtbot, window, page)
@@ -211,6 +217,7 @@ def test_a_person_names_the_performer(qtbot, window):
     assert type(evidence.performers)().of(path) == "Ann"
 
 
+@pytest.mark.thorough
 def test_frames_left_out_and_another_tau_are_counted_again(qtbot, window):
     page, document = window.tuning.verdicts, window.document
     first = document.intervals[0]
@@ -225,6 +232,7 @@ def test_frames_left_out_and_another_tau_are_counted_again(qtbot, window):
     qtbot.waitUntil(lambda: evidence.present is not before, timeout=10_000)
 
 
+@pytest.mark.thorough
 def test_the_sure_ones_are_no_verdicts_until_each_is_looked_at(qtbot, window):
     document = window.document
     assert document.accept_undecided(0.5)
@@ -244,6 +252,7 @@ def test_what_a_chain_still_needs_is_said():
     assert needed_words(every) == "1 more accepted interval is needed here for a τ."
 
 
+@pytest.mark.thorough
 def test_in_an_exercise_the_tab_tells_nothing(qtbot, window, folder, tmp_path):
     tuning, document = window.tuning, window.document
     look(qtbot, window, tuning.confidence)

@@ -104,6 +104,7 @@ def test_the_picture_belongs_to_the_frame_at_any_offset(qtbot, show_clip, tmp_pa
         assert shown(qtbot, window) == frame // 4
 
 
+@pytest.mark.thorough
 def test_the_screen_shows_what_was_decoded_in_its_aspect(qtbot, window):
     window.document.go_to(120)
     assert shown(qtbot, window) == 25
@@ -144,6 +145,7 @@ def test_hold_move_release_sets_the_offset(qtbot, window):
     assert shown(qtbot, window) > before + 2
 
 
+@pytest.mark.thorough
 def test_arrows_step_by_one_picture_of_the_video(qtbot, window):
     window.document.go_to(100)
     start = shown(qtbot, window)
@@ -156,6 +158,7 @@ def test_arrows_step_by_one_picture_of_the_video(qtbot, window):
     assert window.video.offset.value() == pytest.approx(-1 / FPS, abs=0.0006)
 
 
+@pytest.mark.thorough
 def test_outside_its_range_the_video_says_so(qtbot, window):
     assert shown(qtbot, window) == 0
     window.video.offset.setValue(-0.5)
@@ -173,6 +176,7 @@ def test_outside_its_range_the_video_says_so(qtbot, window):
     assert shown(qtbot, window) is None
 
 
+@pytest.mark.thorough
 def test_video_and_offset_come_back_with_their_clip(qtbot, show_clip, clip, movie, tmp_path):
     window = show_clip()
     other = Path(shutil.copy(clip, tmp_path / "other.bvh"))
@@ -206,6 +210,7 @@ def test_a_damaged_video_is_left_out_of_the_settings(tmp_path, videos):
     assert "damaged" in complaint
 
 
+@pytest.mark.thorough
 def test_a_video_that_is_gone_is_told_in_its_place_only(qtbot, show_clip, movie):
     window = show_clip()
     window.video_actions.show_video(movie)
@@ -245,6 +250,7 @@ def test_a_file_with_sound_only_has_no_picture(tmp_path):
         VideoReader(tmp_path / "sound.wav")
 
 
+@pytest.mark.thorough
 def test_without_pyav_the_action_names_the_extra(qtbot, show_clip, movie, monkeypatch):
     window = show_clip()
     monkeypatch.setitem(sys.modules, "av", None)
@@ -256,6 +262,7 @@ def test_without_pyav_the_action_names_the_extra(qtbot, show_clip, movie, monkey
     assert not window.docks["video"].isVisible()
 
 
+@pytest.mark.thorough
 def test_a_video_dropped_on_the_window_opens_beside_the_clip(qtbot, show_clip, movie):
     window = show_clip()
     data = QMimeData()
@@ -268,6 +275,7 @@ def test_a_video_dropped_on_the_window_opens_beside_the_clip(qtbot, show_clip, m
     assert window.docks["video"].isVisible()
 
 
+@pytest.mark.thorough
 def test_closing_lets_the_file_go(qtbot, window, movie):
     assert files_open(movie) == (1 if sys.platform == "linux" else 0)
     window.document.go_to(200)  # closed while a picture is being decoded
@@ -277,6 +285,7 @@ def test_closing_lets_the_file_go(qtbot, window, movie):
     assert window.video.display.text == NO_VIDEO
 
 
+@pytest.mark.thorough
 def test_playing_keeps_real_time_beside_a_decoder_that_is_slow(qtbot, window, monkeypatch):
     reader, document = window.video.reader, window.document
     decode, asked, go_on = reader.picture, [], threading.Event()
@@ -308,6 +317,7 @@ def test_playing_keeps_real_time_beside_a_decoder_that_is_slow(qtbot, window, mo
     assert len(asked) == 2  # pictures were dropped
 
 
+@pytest.mark.thorough
 def test_out_of_sight_nothing_is_decoded(qtbot, window, monkeypatch):
     window.docks["video"].hide()
     before = window.video.shown

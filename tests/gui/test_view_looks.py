@@ -144,6 +144,7 @@ def test_a_clip_without_limbs_has_no_skin(dressed):
     assert points.shape == normals.shape == (0, 3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("theme", [LIGHT, DARK], ids=["light", "dark"])
 def test_the_skin_is_orange_before_blue_after_and_neutral_when_clean(
     qtbot, document, show_view, theme
@@ -380,6 +381,7 @@ def test_keys_and_the_next_interval_drive_the_view(qtbot, opened):
 # --- clip after clip ------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 def test_clip_after_clip_stays_level(qapp):
     assert is_level(measure(12))
 
@@ -409,6 +411,7 @@ def test_without_a_screen_the_program_says_so(monkeypatch, capsys):
     assert "no screen" in capsys.readouterr().err
 
 
+@pytest.mark.thorough
 def test_a_review_without_opengl(qtbot, show_window, monkeypatch):
     """Plots, tables and verdicts work; what means the figure is greyed out, and why is told."""
     monkeypatch.setattr(opengl, "renderer_name", lambda: "")

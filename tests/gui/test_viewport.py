@@ -165,6 +165,7 @@ def test_the_legend_tells_the_offset(qtbot, document, show_view):
     assert "−87.3° off" in legend()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("width", [160, 300, 421, 640, 1000])
 def test_no_divider_runs_through_the_legend(qtbot, document, show_view, width):
     view = show_view(document)
@@ -313,6 +314,7 @@ def test_keys_go_past_the_view(qtbot, document, show_view):
     picture(qtbot, view)
 
 
+@pytest.mark.thorough
 def test_nothing_is_left_after_closing(qtbot, analysed):
     def render_windows():
         gc.collect()

@@ -45,6 +45,7 @@ def would_be(window, frame):
     return twist_signals(motion.with_rotations(rotations), chain)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "what_if",
     [
@@ -73,6 +74,7 @@ def test_a_dot_is_where_the_curve_would_be(taught, what_if, chain):
     assert frame == FRAME
 
 
+@pytest.mark.thorough
 def test_dots_go_with_the_playhead_and_the_title_tells_their_numbers(taught):
     taught.taught.set_what_if(WhatIf(twist=1.1, counter=True))
     taught.document.go_to(120)
@@ -95,6 +97,7 @@ def test_what_is_undefined_has_no_dot(taught):
     assert seen["strength"] == []
 
 
+@pytest.mark.thorough
 def test_without_a_what_if_or_the_tab_there_is_none(qtbot, taught):
     assert not any(dots(taught.timeline).values())
     taught.taught.set_what_if(WhatIf(twist=1.1))
@@ -108,6 +111,7 @@ def test_without_a_what_if_or_the_tab_there_is_none(qtbot, taught):
     assert not any(dots(taught.timeline).values())
 
 
+@pytest.mark.thorough
 def test_a_dot_outside_is_brought_into_view_and_the_range_comes_back(taught):
     pane = taught.timeline.panes["strength"]
     before = pane.time.viewRange()[1]
@@ -122,6 +126,7 @@ def test_a_dot_outside_is_brought_into_view_and_the_range_comes_back(taught):
     assert pane.time.viewRange()[1] == pytest.approx(before)
 
 
+@pytest.mark.thorough
 def test_a_range_chosen_by_a_person_stays(taught):
     pane = taught.timeline.panes["theta"]
     pane.time.zoom_values(10.0, 4.0)
@@ -149,6 +154,7 @@ def test_dots_are_seen(qtbot, taught):
     assert blue() > before + 25
 
 
+@pytest.mark.thorough
 def test_a_recording_has_them_too(taught, tmp_path):
     taught.taught.set_what_if(WhatIf(twist=1.1, counter=True))
     taught.taught.set_stage(2.0)

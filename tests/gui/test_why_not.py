@@ -30,6 +30,7 @@ def alone(qtbot, window, lone_turn):
     return window
 
 
+@pytest.mark.thorough
 def test_the_reason_is_told_at_the_playhead_or_at_the_peak_next_to_it(qtbot, alone):
     document = alone.document
     for frame in (FRAME - 3, FRAME, FRAME + 2):
@@ -48,6 +49,7 @@ def test_the_reason_is_told_at_the_playhead_or_at_the_peak_next_to_it(qtbot, alo
     assert document.frame == FRAME + 40
 
 
+@pytest.mark.thorough
 def test_in_an_interval_the_answer_is_about_it_and_not_about_a_peak_beside(opened):
     document, card = opened.document, opened.detail
     act(opened, "next_interval")
@@ -88,6 +90,7 @@ def test_the_card_says_it_where_no_interval_is_selected(alone):
     assert card.why.text() == NOTHING  # below τ: no peak
 
 
+@pytest.mark.thorough
 def test_a_selected_interval_is_what_the_card_is_about(opened):
     document = opened.document
     act(opened, "next_interval")
@@ -98,6 +101,7 @@ def test_a_selected_interval_is_what_the_card_is_about(opened):
         assert opened.detail.why.text() == said
 
 
+@pytest.mark.thorough
 def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
     past = list(peaks(alone.document))
     assert past
@@ -110,6 +114,7 @@ def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
     )
 
 
+@pytest.mark.thorough
 def test_m_goes_to_every_peak_past_tau_that_is_suspicious(qtbot, window, tmp_path):
     clip = read_bvh(ASSETS / "walk.bvh")
     steps = {"LeftArm": 120, "RightArm": 150, "LeftUpLeg": 180, "RightUpLeg": 180, "LeftLeg": 210}

@@ -89,6 +89,7 @@ def test_exact_numbers_edit_the_interval_and_undo(opened):
     assert opened.detail.stop.value() == judged.interval.stop
 
 
+@pytest.mark.thorough
 def test_several_selected_are_judged_in_one_step(qtbot, opened):
     table = opened.intervals.table
     table.selectAll()
@@ -99,6 +100,7 @@ def test_several_selected_are_judged_in_one_step(qtbot, opened):
     assert set(decisions(opened)) == {Decision.UNDECIDED}
 
 
+@pytest.mark.thorough
 def test_the_filter_lists_what_is_left(opened):
     act(opened, "next_interval")
     act(opened, "accept")
@@ -108,6 +110,7 @@ def test_the_filter_lists_what_is_left(opened):
     assert opened.intervals.table.model().rowCount() == 1
 
 
+@pytest.mark.thorough
 def test_what_is_selected_is_listed_whatever_the_filter(qtbot, opened):
     panel, document = opened.intervals, opened.document
     panel.filter.setCurrentText("Accepted")
@@ -132,6 +135,7 @@ def test_what_is_selected_is_listed_whatever_the_filter(qtbot, opened):
     assert panel.filter.currentText() == "Undecided"
 
 
+@pytest.mark.thorough
 def test_a_chain_row_selects_the_chain(qtbot, opened):
     table = opened.chains.table
     centre = table.visualRect(table.model().index(8, 0)).center()
@@ -165,6 +169,7 @@ class Clock:
         return self.ms
 
 
+@pytest.mark.thorough
 def test_playing_keeps_real_time_and_pauses(qtbot, opened, monkeypatch):
     clock = Clock()
     monkeypatch.setattr(opened.player, "_clock", clock)
@@ -182,6 +187,7 @@ def test_playing_keeps_real_time_and_pauses(qtbot, opened, monkeypatch):
     assert opened.document.frame == 343
 
 
+@pytest.mark.thorough
 def test_before_after_both(qtbot, opened):
     seen = []
     for _ in range(3):
@@ -190,6 +196,7 @@ def test_before_after_both(qtbot, opened):
     assert seen == [Show.BEFORE, Show.AFTER, Show.BOTH]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["light", "dark"])
 def test_the_window_draws_in_both_themes(qtbot, opened, name):
     opened.actions_by_id[f"theme_{name}"].trigger()
@@ -207,6 +214,7 @@ def test_the_window_draws_in_both_themes(qtbot, opened, name):
     assert (lightness > 128) == (name == "light")
 
 
+@pytest.mark.thorough
 def test_a_note_stays_with_the_interval_it_was_typed_for(qtbot, opened):
     act(opened, "next_interval")
     first = opened.document.interval_id
@@ -219,6 +227,7 @@ def test_a_note_stays_with_the_interval_it_was_typed_for(qtbot, opened):
     assert all(not j.note for j in opened.document.intervals if j.id != first)
 
 
+@pytest.mark.thorough
 def test_letters_are_keys_while_a_spin_box_has_the_focus(qtbot, opened):
     act(opened, "next_interval")
     opened.detail.start.setFocus()
@@ -226,6 +235,7 @@ def test_letters_are_keys_while_a_spin_box_has_the_focus(qtbot, opened):
     assert decisions(opened)[0] == Decision.ACCEPTED
 
 
+@pytest.mark.thorough
 def test_going_on_follows_what_is_listed(qtbot, opened):
     opened.intervals.filter.setCurrentText("Undecided")
     act(opened, "next_interval")
@@ -238,6 +248,7 @@ def test_going_on_follows_what_is_listed(qtbot, opened):
     assert decisions(opened)[:3] == [Decision.ACCEPTED] * 3
 
 
+@pytest.mark.thorough
 def test_edges_at_the_playhead_never_turn_an_interval_over(opened):
     act(opened, "next_interval")
     before = opened.document.interval.interval
@@ -267,6 +278,7 @@ def test_keys_can_be_changed_and_conflicts_are_told(qtbot, opened):
     assert opened.settings.keys == {"accept": ["X"]}
 
 
+@pytest.mark.thorough
 def test_the_palette_does_what_is_typed(qtbot, opened):
     act(opened, "command_palette")
     palette = opened.findChild(CommandPalette)
@@ -275,6 +287,7 @@ def test_the_palette_does_what_is_typed(qtbot, opened):
     assert opened.document.interval is opened.document.intervals[0]
 
 
+@pytest.mark.thorough
 def test_the_sure_ones_are_accepted_in_one_step(opened):
     opened.review_actions.accept_at_least(0.5)
     assert Decision.ACCEPTED in decisions(opened)
@@ -316,6 +329,7 @@ def test_the_page_of_keys_is_the_table_of_actions():
     assert page.read_text(encoding="utf-8") == shortcuts_markdown(MENUS)
 
 
+@pytest.mark.thorough
 def test_escape_closes_the_page_of_keys(qtbot, opened):
     def pages():
         return opened.findChildren(KeyboardPage)
@@ -326,6 +340,7 @@ def test_escape_closes_the_page_of_keys(qtbot, opened):
     assert not any(page.isVisible() for page in pages())
 
 
+@pytest.mark.thorough
 def test_a_chain_without_its_tick_is_left_out_of_table_and_strip(qtbot, opened):
     model = opened.chains.table.model()
     row = next(k for k, c in enumerate(opened.document.data.chains) if c.name == "RightUpLeg")
@@ -340,6 +355,7 @@ def test_a_chain_without_its_tick_is_left_out_of_table_and_strip(qtbot, opened):
     assert opened.intervals.table.model().rowCount() == 8
 
 
+@pytest.mark.thorough
 def test_a_presentation_leaves_figure_and_curves_and_gives_the_window_back(qtbot, opened):
     docks = {d.objectName(): d for d in opened.findChildren(QDockWidget)}
     before = {name: dock.isVisible() for name, dock in docks.items()}

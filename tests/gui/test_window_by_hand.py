@@ -17,6 +17,8 @@ from tests.gui.real_screen import (
     watched,
 )
 
+pytestmark = pytest.mark.thorough
+
 SEEN = (
     "{k: rect(d) for k, d in window.docks.items()"
     " if d.isVisible() and (d.isFloating() or window.rect().intersects(d.geometry()))}"

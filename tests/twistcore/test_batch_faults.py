@@ -62,6 +62,7 @@ def finished(folder, out):
     )
 
 
+@pytest.mark.thorough
 def test_a_worker_that_is_killed_costs_nothing(tmp_path):
     folder, out = tmp_path / "in", tmp_path / "out"
     clips(folder, DIRTY, 6, 40)
@@ -72,6 +73,7 @@ def test_a_worker_that_is_killed_costs_nothing(tmp_path):
     assert len(done(out)) == 6
 
 
+@pytest.mark.thorough
 def test_a_run_that_is_killed_goes_on_and_does_nothing_twice(tmp_path):
     folder, out = tmp_path / "in", tmp_path / "out"
     clips(folder, DIRTY, 8, 40)
@@ -92,7 +94,9 @@ def test_a_run_that_is_killed_goes_on_and_does_nothing_twice(tmp_path):
     assert corrected == sorted(p.name for p in folder.iterdir())
 
 
-@pytest.fixture(params=["a small disk", "a limit of files"])
+@pytest.fixture(
+    params=[pytest.param("a small disk", marks=pytest.mark.thorough), "a limit of files"]
+)
 def full(request, tmp_path):
     """A folder in which 300 kB have room, and what a process that writes there is started with."""
     out = tmp_path / "out"
@@ -135,6 +139,7 @@ def test_a_full_disk_is_told_and_a_later_run_goes_on(full, tmp_path):
     assert all(done(moved)[source].sha256 == row.sha256 for source, row in good.items())
 
 
+@pytest.mark.thorough
 def test_equal_results_of_one_process_two_and_a_cluster(tmp_path):
     folder = tmp_path / "in"
     clips(folder, DIRTY, 4, 150)
@@ -167,6 +172,7 @@ def scheduler(tmp_path):
         one.wait()
 
 
+@pytest.mark.thorough
 def test_a_scheduler_that_is_killed_ends_the_run_and_another_goes_on(scheduler, tmp_path):
     first, address = scheduler
     folder, out = tmp_path / "in", tmp_path / "out"

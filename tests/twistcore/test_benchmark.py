@@ -191,6 +191,7 @@ def test_every_method_on_a_clip():
     assert "░" in page
 
 
+@pytest.mark.thorough
 def test_the_same_numbers_with_any_number_of_workers(tmp_path):
     alone = run_benchmark(CLIPS, QUICK, workers=1)
     pooled = run_benchmark(CLIPS, QUICK, workers=2, partial=tmp_path / "p.jsonl")

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from twistcore.detection.counter_twist.best_runs import best_runs
 
 runs = st.tuples(st.integers(0, 1), st.integers(0, 6), st.integers(1, 3), st.integers(-25, 30))
@@ -17,7 +18,7 @@ def chosen(found, lone=18.0):
     return best_runs(frame, first, first + length, gain.astype(float), lone).tolist()
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(st.lists(runs, min_size=1, max_size=9))
 def test_runs_without_a_common_joint_gain_most_together(found):
     def worth(some):

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from tests.twistcore.strategies import orders, quaternions
 from twistcore.errors import BvhError
 from twistcore.formats.bvh import parse_bvh, read_bvh, thinned
@@ -65,7 +66,7 @@ def test_every_rotation_rewritten_from_quaternions_keeps_every_position(sample):
     assert len(data) > len(sample.data)
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(orders, st.lists(quaternions, min_size=3, max_size=8), st.data())
 def test_written_rotations_are_read_back(order, rotations, data):
     rows = np.zeros((len(rotations), 9))

@@ -8,6 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.tiers import examples
 from tests.twistcore.strategies import orders, quaternions
 from twistcore.cli import main
 from twistcore.formats.bvh import parse_bvh, read_bvh, write_motion
@@ -49,7 +50,7 @@ edges = st.tuples(*[st.floats(-3.0, 3.0)] * 3)
 SQUARES = [[0.0, 0.0, 1.0, 1.0], [0.5, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.0, 0.75, 0.0, -1.0]]
 
 
-@settings(max_examples=120)
+@settings(max_examples=examples(120))
 @given(
     orders,
     st.lists(quaternions, min_size=1, max_size=4),
@@ -78,7 +79,7 @@ def test_no_way_between_the_fixed_edges_is_shorter(order, run, before, after, tu
     assert length(np.vstack([before, found, after])) <= least + 1e-6
 
 
-@settings(max_examples=50)
+@settings(max_examples=examples(50))
 @given(st.integers(1, 8), st.booleans(), st.booleans(), st.integers(0, 2**32))
 def test_no_branch_costs_less(n, with_before, with_after, seed):
     rng = np.random.default_rng(seed)
@@ -188,7 +189,7 @@ def smooth(rng, n):
     return rng.uniform(-np.pi, np.pi, 3) * [1, 0, 1] + [2.0, 1.2, 2.0] * np.sin(rate * t + phase)
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(orders, st.integers(1, 40), st.booleans(), st.sampled_from([0.0, np.pi, 1.0]), st.data())
 def test_noise_of_rounding_does_not_change_the_branch(order, n, beyond, turn, data):
     """Not even where the rotations are as far from the file's as can be, in every frame."""

@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.tiers import examples
 from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.formats.bvh.clip import token_spans
 from twistcore.formats.bvh.numbers import (
@@ -43,14 +44,14 @@ def text_of(tokens, draw):
     return "".join(t + draw.draw(gaps) for t in tokens).encode()
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 @given(st.lists(decimals, min_size=1, max_size=60), st.data())
 def test_uniform_decimals_are_exact(tokens, data):
     text = text_of(tokens, data)
     np.testing.assert_array_equal(read_numbers(text, 0).values, [float(t) for t in tokens])
 
 
-@settings(max_examples=150)
+@settings(max_examples=examples(150))
 @given(st.lists(any_plain, min_size=1, max_size=60), st.data())
 def test_any_decimals_are_exact(tokens, data):
     text = text_of(tokens, data)
@@ -73,7 +74,7 @@ def assert_read_as_by_float(text):
     assert outcomes[0] == outcomes[1]
 
 
-@settings(max_examples=300)
+@settings(max_examples=examples(300))
 @given(st.binary(max_size=12), st.text("0123456789.-+eE \n\r\t\x0b\x0c\x1c", max_size=60))
 def test_any_bytes(odd, text):
     assert_read_as_by_float(b"1.5 " + text.encode() + odd + b"\n2")

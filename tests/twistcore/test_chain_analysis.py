@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, Standing
 from twistcore.detection.consistency.confidence import confidence
@@ -89,7 +90,7 @@ def plain_intervals(chain, tau):
             yield course, is_open, sure, evidence, of_edges
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(seeds, st.sampled_from([0.5, 2.0, 10.0]))
 def test_every_interval_says_what_its_edges_and_its_course_do(seed, tau):
     chain, tau = analysis_of(seed), math.radians(tau)
@@ -113,7 +114,7 @@ def test_every_interval_says_what_its_edges_and_its_course_do(seed, tau):
             evidence["follows"] = i.evidence["follows"]
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(seeds)
 def test_strength_is_that_of_events_and_of_edges_at_their_peaks(seed):
     chain = analysis_of(seed)

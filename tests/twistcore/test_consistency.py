@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.tiers import examples, parametrize
 from tests.twistcore.strategies import axes, quaternions
 from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.analysis.correction import remove_twist
@@ -88,7 +89,7 @@ def slerped(motion: Motion, factor: int) -> Motion:
 # Increments
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(
     st.lists(quaternions, min_size=3, max_size=3),
     st.lists(quaternions, min_size=3, max_size=3),
@@ -127,7 +128,7 @@ def test_increments_are_exact_where_the_swing_passes_180_degrees_and_the_limb_is
     np.testing.assert_allclose(y, -np.diff(delta, prepend=0.0), atol=1e-9)
 
 
-@settings(max_examples=8)
+@settings(max_examples=examples(8))
 @given(st.integers(0, 2**32 - 1))
 def test_a_quaternion_and_its_negative_are_the_same_rotation(seed):
     dirty = inject(WALK, CHAINS, [shift(2, 100, [40.0] * 9), shift(7, 200, [-170.0])])
@@ -141,7 +142,7 @@ def test_a_quaternion_and_its_negative_are_the_same_rotation(seed):
 # Intervals
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(
     st.integers(0, 9), st.integers(20, 300), st.integers(1, 20),
     st.floats(5.0, 180.0), st.sampled_from([-1.0, 1.0]),
@@ -172,7 +173,7 @@ def test_a_soft_onset_is_followed(ramp):
     assert_found(found_in(WALK, error), error)
 
 
-@pytest.mark.parametrize("name", ["walk", "dance", "basketball"])
+@parametrize("name", ["walk", "dance", "basketball"])
 def test_ramps_at_60_hz_do_not_hide_themselves(name):
     """Every 2nd frame: where the first pass takes a ramp for motion, σ hides it for good."""
     scene = make_scene(name, read_bvh(ASSETS / f"{name}.bvh").motion, parse_protocol("H2+H3-4"))

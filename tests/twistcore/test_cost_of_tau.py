@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import detect
 from twistcore.formats.bvh import read_bvh
 from twistcore.review.left_out import joined
@@ -82,7 +83,7 @@ def test_a_tau_on_the_grid_has_what_was_measured_and_between_lies_between(walk_t
     assert np.degrees(GRID[[0, -1]]) == pytest.approx([0.1, 180.0])
 
 
-@pytest.mark.parametrize("method", ["consistency", "paper"])
+@parametrize("method", ["paper", "consistency"])
 def test_the_band_holds_what_many_draws_bring(walk_tuning, method):
     """Of 20 sets of three seeds each, nearly all have the FSR of all 60 within their band."""
     tuning = walk_tuning[method]

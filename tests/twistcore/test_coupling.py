@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from twistcore.analysis.clip_analysis import detect
 from twistcore.detection.counter_twist import coupling
 from twistcore.detection.counter_twist.coupling import (
@@ -161,7 +162,7 @@ def joint_costs(trial, d, line):
     return cost
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(st.integers(1, 6), seeds, st.sampled_from([0.1, 0.3, 0.8]), st.sampled_from([0.0, 0.2]))
 def test_the_cheapest_of_all_sets_of_chains_is_found(n, seed, errors, jumps):
     line = line_of(n, seed, errors=errors, jumps=jumps)

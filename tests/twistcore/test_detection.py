@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.tiers import examples
 from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.correction import refine
 from twistcore.detection.interval import circular_median
@@ -31,7 +32,7 @@ WALK = read_bvh(ASSETS / "walk.bvh")
 CHAINS = find_chains(WALK.motion)
 
 
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(st.integers(0, 9), st.integers(2, 300), st.integers(1, 20), st.floats(-3.1, 3.1))
 def test_an_injected_twist_moves_both_signals_by_exactly_its_offset(k, start, length, delta):
     chain = CHAINS[k]

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from tests.twistcore.counters import counter_of, seeds
 from twistcore.detection.counter_twist.edges import ALONE, find_edges
 from twistcore.detection.robust_cost import CAP, residual_cost
@@ -67,7 +68,7 @@ def plain_edges(counter, row):
     return sorted(out, key=lambda e: e[:2])
 
 
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(seeds)
 def test_every_run_is_read_as_by_itself(seed):
     counter = counter_of(seed)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.tiers import parametrize
 from twistcore import detect
 from twistcore.detection.cuts import (
     border_notes,
@@ -55,7 +56,7 @@ def backwards(motion):
 @pytest.mark.parametrize("moving", [True, False])
 @pytest.mark.parametrize("channels", [True, False])
 @pytest.mark.parametrize("course", COURSES)
-@pytest.mark.parametrize("length", [2, 3, 5, 8, 10, 15, 20])
+@parametrize("length", [8, 2, 3, 5, 10, 15, 20], quick=2)
 def test_a_blend_is_left_out_and_little_else(capture, length, course, channels, moving):
     clip = blended(capture, length, course, channels, moving)
     assert length - 1 <= leading_frames(clip) <= length + 4

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from tests.twistcore import amc_files
 from tests.twistcore.processor_time import compared, grown
 from twistcore.errors import AmcError, BvhError, TwistError
@@ -64,7 +65,7 @@ def read_found_and_written(data):
     return clip
 
 
-@pytest.mark.parametrize("what", HOSTILE)
+@parametrize("what", HOSTILE, quick=3)
 def test_time_grows_with_the_size_of_a_bvh_not_with_its_square(what):
     make, size = HOSTILE[what]
     found = grown(make, read_found_and_written, size)

@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
 from tests.hostile_texts import as_file_name, hostile_clip, hostile_texts, shares
+from tests.tiers import parametrize
 from tests.twistcore.test_cli import run
 from twistcore import read_clip
 from twistcore.analysis.clip_analysis import detect
@@ -112,6 +113,7 @@ def verbs(clip, session, out):
     yield from (["completion", "\x1b"], ["\x1b[31m\u202e"], ["info", named, "--fps", "\x1b[1m"])
 
 
+@pytest.mark.thorough
 def test_no_command_lets_a_terminal_be_steered(capsys, monkeypatch, tmp_path, judged):
     """Nor does one write anywhere but where it was told to."""
     path, (clip, state) = judged
@@ -283,7 +285,7 @@ def shape_of_script(clip, state, program):
     return [(type(node).__name__, getattr(node, "name", "")) for node in ast.parse(text).body]
 
 
-@pytest.mark.parametrize("text", SINGLE)
+@parametrize("text", SINGLE, quick=6)
 def test_marks_for_blender_run_as_data(monkeypatch, judged, text):
     _, (_, state) = judged
     script = blender_markers(text, state.intervals, lambda _: text)

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.tiers import examples
 from tests.twistcore.counters import counter_of
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection import lone_jumps as lone_jumps_module
@@ -302,7 +303,7 @@ def plain_jumps(motion, chains):
     return sorted(map(tuple, found))
 
 
-@settings(max_examples=12)
+@settings(max_examples=examples(12))
 @given(
     st.sampled_from([30.0, 49.0, 51.0, 120.0, 240.0]),
     st.lists(

@@ -7,13 +7,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from tests.twistcore.reviews import CLIP, commands, fresh, signing
 from twistcore.errors import FormatError
 from twistcore.review import Annotate, Decide, Decision, Journal, recover, session_bytes
 from twistcore.review.journal import state_entry
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(st.data())
 def test_a_journal_cut_anywhere_gives_back_every_whole_command(tmp_path_factory, data):
     path = tmp_path_factory.mktemp("journal") / "walk.twist.journal"

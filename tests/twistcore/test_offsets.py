@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection.counter_twist.counter_rotation import combine
 from twistcore.detection.counter_twist.edges import Edges, find_edges
@@ -104,7 +105,7 @@ def assert_as_plain(pairs, table, counter, step):
     return partly
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(seeds)
 def test_courses_are_sums_of_jumps_that_close(seed):
     counter = counter_of(seed, frames=FRAMES)
@@ -157,7 +158,7 @@ def compensated(seed, share, size, noise, widths, apart=0.03, length=20):
     return counter, PairTable(edges, 0, FRAMES, ())
 
 
-@settings(max_examples=80)
+@settings(max_examples=examples(80))
 @given(
     seeds,
     st.one_of(st.floats(0.0, 1.1), st.sampled_from([0.28, 0.32, 0.9, 0.94])),

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.formats.bvh import parse_bvh
 
 ROOT = Path(__file__).parents[2]
@@ -64,6 +65,7 @@ def test_every_output_may_be_standard_output(tmp_path, words, parse):
     parse(out)
 
 
+@pytest.mark.thorough
 def test_of_a_benchmark_too(clips, tmp_path):
     words = ("benchmark", clips, "--methods", "paper", "--seeds", "1", "--workers", "1")
     code, out, err = run(tmp_path, *words, "--json", "-")
@@ -82,7 +84,7 @@ def test_a_profile_too(clips, tmp_path):
     assert "false alarms/min" in err
 
 
-@pytest.mark.parametrize(
+@parametrize(
     "words",
     [
         ("inject", WALK, "-o", "-", "--truth", "-", "--seed", "1"),
@@ -125,6 +127,7 @@ def test_what_is_appended_to_keeps_what_it_had(clips, tmp_path):
     assert (tmp_path / "log").read_bytes() == b"before\n" + (clips / "r.bvh").read_bytes()
 
 
+@pytest.mark.thorough
 def test_a_link_is_followed_and_one_to_an_input_refused(clips, tmp_path):
     clip, link, out = (tmp_path / n for n in ("c.bvh", "link.bvh", "out.bvh"))
     clip.write_bytes((clips / "c.bvh").read_bytes())
@@ -143,7 +146,7 @@ def test_a_link_is_followed_and_one_to_an_input_refused(clips, tmp_path):
     assert (code, "different files" in err) == (2, True)
 
 
-@pytest.mark.parametrize(
+@parametrize(
     "words",
     [
         ("tune", "c.bvh", "-o", "c.bvh"),
@@ -164,6 +167,7 @@ def test_what_may_not_be_written_is_one_sentence(clips, tmp_path, words):
     assert {p.name: p.is_symlink() or p.read_bytes() for p in tmp_path.iterdir()} == before
 
 
+@pytest.mark.thorough
 @posix
 def test_a_device_is_written_into(clips, tmp_path):
     null, full, disk = (tmp_path / name for name in ("null", "full", "disk"))
@@ -183,6 +187,7 @@ def test_a_device_is_written_into(clips, tmp_path):
     assert [p.stat().st_mode for p in (null, full, disk)] == kinds
 
 
+@pytest.mark.thorough
 @posix
 def test_a_fifo_and_a_process_get_the_bytes(clips, tmp_path):
     os.mkfifo(tmp_path / "fifo")

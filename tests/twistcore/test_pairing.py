@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from tests.twistcore.counters import ROW, counter_of, seeds
 from twistcore.detection.counter_twist import pairing
 from twistcore.detection.counter_twist.edges import find_edges
@@ -67,7 +68,7 @@ def plain_gain(counter, step, edges, opening, closing_):
 
 
 @pytest.mark.parametrize(("block", "band"), [(5, 512), (5, 3), (64, 512)])
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(seed=seeds)
 def test_every_pair_gains_what_it_gains_by_itself(block, band, seed):
     with pytest.MonkeyPatch.context() as patch:
@@ -91,7 +92,7 @@ def test_every_pair_gains_what_it_gains_by_itself(block, band, seed):
                 assert b.follows[row, column] == follows
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(seeds, st.integers(0, 40), st.integers(50, FRAMES))
 def test_a_segment_has_the_edges_inside_of_it_but_those_too_small_to_be_asked_for(seed, low, high):
     every, _ = find_edges(counter_of(seed, frames=FRAMES), ROW)
@@ -107,7 +108,7 @@ def test_a_segment_has_the_edges_inside_of_it_but_those_too_small_to_be_asked_fo
     assert (table.low, table.high) == (low, high)
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(seeds)
 def test_partners_are_told_by_both_edges_alike(seed):
     with pytest.MonkeyPatch.context() as patch:
@@ -175,7 +176,7 @@ def most_gained(table, tau, fps):
     return from_(-1)
 
 
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(seeds, st.sampled_from([0.5, 1.5, 5.0, 20.0]), FPS, st.sampled_from([0.03, 0.08]))
 def test_no_set_of_disjoint_intervals_gains_more(seed, tau, fps, jumps):
     low, high = seed % 20, FRAMES - seed % 7
@@ -201,7 +202,7 @@ def assert_no_set_gains_more(table, tau, fps):
             assert block.follows[cell] == pair.follows
 
 
-@settings(max_examples=60)
+@settings(max_examples=examples(60))
 @given(
     st.integers(1, 40), st.integers(45, 88), st.integers(0, 5), st.integers(0, 9),
     st.tuples(st.floats(10.0, 60.0), st.floats(10.0, 60.0), st.floats(0.1, 60.0)), FPS,
@@ -239,7 +240,7 @@ def test_an_edge_is_near_an_end_of_its_segment_to_the_frame(fps, longest, low):
             assert ((0, 1) in [p[:2] for p in pairs]) == (not near)
 
 
-@settings(max_examples=30)
+@settings(max_examples=examples(30))
 @given(seeds, st.sampled_from([0.5, 5.0, 20.0]), FPS)
 def test_clear_jumps_that_nothing_explains_are_told_by_their_shorter_side(seed, tau, fps):
     _, _, table = table_of(seed, seed % 20, FRAMES - seed % 7)

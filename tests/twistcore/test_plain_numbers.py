@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from twistcore.formats.bvh.plain_numbers import plain_numbers
 
 plain = st.from_regex(r"-?[0-9]{1,4}(\.[0-9]{1,11})?|-?\.[0-9]{1,11}", fullmatch=True)
@@ -29,7 +30,7 @@ def expected(text):
     return values, ends
 
 
-@settings(max_examples=200)
+@settings(max_examples=examples(200))
 @given(st.lists(st.tuples(plain, gaps), min_size=1, max_size=40))
 def test_plain_numbers_are_read_with_their_ends(tokens):
     text = "".join(t + gap for t, gap in tokens)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from tests.twistcore import pose_layout_files as files
 from tests.twistcore.amass_files import amass_arrays
 from twistcore.analysis.clip_analysis import analyse
@@ -61,9 +62,7 @@ def assert_only_intervals_differ(before, after):
 
 @pytest.mark.parametrize("packed", [False, True], ids=["stored", "packed"])
 @pytest.mark.parametrize("smplx", [False, True], ids=["AMASS's names", "smplx's names"])
-@pytest.mark.parametrize(
-    ("hands", "face", "joints"), [(True, True, 55), (True, False, 52), (False, False, 22)]
-)
+@parametrize(("hands", "face", "joints"), [(True, True, 55), (True, False, 52), (False, False, 22)])
 def test_parts_without_the_whole_are_read_and_written(
     hands, face, joints, smplx, packed, tmp_path, capsys
 ):
@@ -261,7 +260,7 @@ def test_where_the_bytes_of_arrays_are_is_known(protocol):
 
 
 @pytest.mark.parametrize("packed", [False, True], ids=["stored", "packed"])
-@pytest.mark.parametrize("others", [(), (7,), (3, 9)], ids=["alone", "two persons", "three"])
+@parametrize("others", [(7,), (), (3, 9)], ids=["two persons", "alone", "three"])
 def test_a_video_of_romp_is_read_and_rewritten_in_place(others, packed, tmp_path, capsys):
     path, out = tmp_path / "video_results.npz", tmp_path / "out.npz"
     # Others leave before the end: the person seen in most frames is meant.

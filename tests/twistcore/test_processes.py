@@ -184,6 +184,7 @@ def test_tune_goes_on(folder, tmp_path, capsys, workers):
     np.testing.assert_array_equal(list(both.values()), list(alone.values()))
 
 
+@pytest.mark.thorough
 @pytest.mark.skipif(os.name != "posix", reason="links, permissions")
 def test_benchmark_and_quamo_go_on(folder, capsys):
     words = ["benchmark", str(folder), "--methods", "paper", "--seeds", "1", "--workers", "2"]

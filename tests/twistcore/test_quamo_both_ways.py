@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.tiers import examples
 from twistcore.quamo import Gains, HandGains, check_stability, track, track_both_ways
 from twistcore.quamo.both_ways import half_way
 from twistcore.quamo.network import read_network
@@ -43,7 +44,7 @@ def same_rotations(a, b):
 
 
 @given(st.integers(0, 10**6), st.integers(1, 40), st.floats(0.0, 2.5), RATES)
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 def test_the_reversed_clip_gives_the_reversed_result(seed, frames, step, dt):
     q, r = jittery(seed, frames, step)
     there = track_both_ways(q, r, dt, HandGains(Gains(kp=500.0, ka=50.0)))
@@ -54,7 +55,7 @@ def test_the_reversed_clip_gives_the_reversed_result(seed, frames, step, dt):
 
 
 @given(st.integers(0, 10**6), st.floats(0.0, 2.5))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_the_sign_of_a_reference_changes_no_bit(seed, step):
     q, r = jittery(seed, 20, step)
     found, other = (track_both_ways(x, r, 0.04, HandGains()) for x in (q, -q))
@@ -62,7 +63,7 @@ def test_the_sign_of_a_reference_changes_no_bit(seed, step):
 
 
 @given(st.integers(0, 10**6), RATES, st.sampled_from(["exact", FIRST_ORDER]))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_the_two_passes_are_the_causal_tracker_bit_for_bit(seed, dt, integration):
     q, r = jittery(seed, 30, 0.4)
     own = HandGains(Gains.by_hand(dt))

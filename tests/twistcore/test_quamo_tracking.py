@@ -135,6 +135,7 @@ def test_a_still_reference_is_reached_from_anywhere():
     assert found.r[-1] == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.thorough
 def test_unit_norm_over_10000_frames():
     rng = np.random.default_rng(0)
     walk = np.cumsum(0.1 * rng.standard_normal((10_000, 24, 3)), axis=0)

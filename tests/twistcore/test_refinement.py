@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.tiers import examples
 from tests.twistcore.test_chain import FAMILIES, limbs, rig
 from twistcore.analysis.correction import children_off_axis, refine, remove_twist
 from twistcore.detection import Interval
@@ -36,7 +37,7 @@ some_offsets = st.builds(
 )
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(some_offsets)
 def test_only_the_parents_twist_changes(offsets):
     (name,) = offsets
@@ -58,7 +59,7 @@ def test_only_the_parents_twist_changes(offsets):
     assert not changed[offsets[name] == 0.0].any()
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(some_offsets, some_offsets)
 def test_corrections_commute_and_cancel(one, other):
     first = remove_twist(remove_twist(WALK.motion, CHAINS, one), CHAINS, other)

@@ -155,6 +155,7 @@ def test_broken_rules_are_told_of_clips_and_of_the_run(tmp_path, kick):
     assert page.count("breaks a rule") == 1
 
 
+@pytest.mark.thorough
 def test_many_processes_write_the_same_pages(tmp_path, kick, monkeypatch):
     monkeypatch.setattr(folder_report, "_TOGETHER", 1)
     records = [kick, replace(kick, name="again.bvh")]

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.tiers import examples
 from tests.twistcore.reviews import CHAINS, CLIP, commands, fresh, redetect, signing
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Interval
@@ -67,7 +68,7 @@ def test_a_written_interval_is_the_same_object_each_time():
     assert "as_written" not in vars(pickle.loads(pickle.dumps(found)))
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 @given(st.data())
 def test_undo_brings_every_state_back_and_redo_does_it_again(data):
     review = fresh()
@@ -87,7 +88,7 @@ def test_undo_brings_every_state_back_and_redo_does_it_again(data):
     assert review.redo_text == ""
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(20))
 @given(st.data())
 def test_a_name_is_no_step_and_changes_nothing_but_who_decided(data):
     review = fresh()

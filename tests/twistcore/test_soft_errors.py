@@ -9,6 +9,7 @@ import pytest
 from scipy.signal import butter, sosfiltfilt
 
 from tests.conftest import ASSETS
+from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import ClipAnalysis, analyse
 from twistcore.analysis.correction import applied_unasked, refine, remove_twist
 from twistcore.cli import main
@@ -134,7 +135,7 @@ def test_at_lower_rates_too(fps):
     assert np.degrees(max(inside.max(), outside.max(), elsewhere)) < 0.15
 
 
-@pytest.mark.parametrize("shape", ["ramp of 8", "low-passed at 10 Hz", "staircase"])
+@parametrize("shape", ["ramp of 8", "low-passed at 10 Hz", "staircase"])
 def test_where_both_joints_live_what_departs_from_natural_motion_is_found(shape):
     before, after, offset = [], [], SHAPES[shape]
     for name in CHAINS:

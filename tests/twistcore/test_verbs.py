@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import twistcore
 from tests.conftest import ASSETS
+from tests.tiers import examples
 from tests.twistcore import amc_files
 from tests.twistcore.amass_files import write_amass
 from tests.twistcore.reviews import CHAINS, CLIP, LIMBS, commands, fresh
@@ -51,7 +52,9 @@ from twistcore.skeleton.rotation import (
 WALK = CLIP.motion.sliced(130, 230)
 FOUND = detect(WALK)
 SOME = settings(
-    max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=examples(8),
+    deadline=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 seeds = st.integers(0, 2**32 - 1)
 
@@ -240,7 +243,7 @@ def test_the_shortest_clips_are_looked_at_and_left_as_they_are(frames):
 # -- signals ---------------------------------------------------------------------------------------
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(st.lists(quaternions, min_size=2, max_size=5), axes, angles)
 def test_swing_and_twist_are_the_rotation(parent, axis, turn):
     """q = q_s ⊗ R_a(θp), where q_s has no twist about a; and a twist more is a twist more."""
@@ -332,7 +335,7 @@ def test_a_folder_is_looked_at_worst_first_whatever_else_lies_in_it(tmp_path):
     assert survey_folder(tmp_path / "none") == []
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(st.sampled_from([*CHAINS, *LIMBS]), st.sampled_from([*CHAINS, *LIMBS]))
 def test_a_chain_removed_and_added_as_one_s_own_is_the_chain_that_was_found(one, other):
     found = {c.name: c for c in Rig().chains(WALK)}
@@ -358,7 +361,7 @@ def test_a_rig_is_read_as_it_was_written(tmp_path, joints, removed):
     assert read_rig(tmp_path / "a.toml") == rig
 
 
-@settings(SOME, max_examples=4)
+@settings(SOME, max_examples=examples(4))
 @given(st.data())
 def test_a_review_is_read_as_it_was_written(tmp_path, data):
     review = fresh()
