@@ -20,8 +20,14 @@ from PySide6.QtGui import QImage
 
 from inspector.app import make_application
 from inspector.bundled import EXERCISES, FLIPPED, LESSONS, SAMPLE, TOUR
+from inspector.folder.feature import feature as of_folder
+from inspector.lessons.feature import feature as of_lessons
+from inspector.quality.feature import feature as of_quality
 from inspector.recording.choice import Contents, RecordChoice
+from inspector.recording.feature import feature as of_recording
 from inspector.session.settings import Settings
+from inspector.teaching.feature import feature as of_teaching
+from inspector.tuning.feature import feature as of_tuning
 from inspector.viewport import opengl
 from inspector.widgets.fonts import use_shipped_fonts
 from twistcore.analysis.decomposition import WhatIf
@@ -61,38 +67,43 @@ def main() -> int:
         act(window, "trails", "view_iso")
 
     def queue(window: MainWindow) -> None:
-        window.queue.open(SAMPLE.parent)
+        window.part(of_folder).queue.open(SAMPLE.parent)
         window.docks["clips"].show()
-        wait_for(lambda: not window.queue.running)
+        wait_for(lambda: not window.part(of_folder).queue.running)
 
     def teaching(window: MainWindow) -> None:
         act(window, "show_teaching")
-        wait_for(lambda: window.teaching.typesetter.done)
+        wait_for(lambda: window.part(of_teaching).teaching.typesetter.done)
         window.document.select_chain("RightUpLeg")
         window.document.go_to(100)
-        window.taught.set_what_if(WhatIf(twist=1.1, counter=True, bend=0.9))
+        window.part(of_teaching).taught.set_what_if(WhatIf(twist=1.1, counter=True, bend=0.9))
         act(window, "focus_chain")
 
     def lit(window: MainWindow) -> None:
         teaching(window)
-        window.taught.light("theta_p")
+        window.part(of_teaching).taught.light("theta_p")
 
     def tuning(window: MainWindow) -> None:
         act(window, "show_tuning")
-        wait_for(lambda: len(window.tuning.costs.curves) == len(window.tuning.costs.names))
-        window.tuning.set_tau_degrees(5.0)
+        wait_for(
+            lambda: (
+                len(window.part(of_tuning).tuning.costs.curves)
+                == len(window.part(of_tuning).tuning.costs.names)
+            )
+        )
+        window.part(of_tuning).tuning.set_tau_degrees(5.0)
 
     def profiles(window: MainWindow) -> None:
         tuning(window)
         with tempfile.TemporaryDirectory() as folder:
-            window.tuning_actions.save_profile_to(Path(folder) / "office.toml")
+            window.part(of_tuning).tuning_actions.save_profile_to(Path(folder) / "office.toml")
             window.document.undo()
-            window.tuning_actions.compare_with([Path(folder) / "office.toml"])
+            window.part(of_tuning).tuning_actions.compare_with([Path(folder) / "office.toml"])
         window.bar.hide()
 
     def quality(window: MainWindow) -> None:
         act(window, "show_quality")
-        wait_for(lambda: window.quality.evidence.known is not None)
+        wait_for(lambda: window.part(of_quality).quality.evidence.known is not None)
         window.document.select_chain("LeftForeArm")
 
     def tracking(window: MainWindow) -> None:
@@ -111,9 +122,9 @@ def main() -> int:
         window.open_path(noisy)
         wait_for(lambda: document.data is not None and document.data.clip.path == noisy)
         quality(window)
-        window.quality.choose(*window.quality.model.rows)
+        window.part(of_quality).quality.choose(*window.part(of_quality).quality.model.rows)
         act(window, "track_joints")
-        wait_for(lambda: window.quality.tracked.result is not None)
+        wait_for(lambda: window.part(of_quality).quality.tracked.result is not None)
         document.go_to(_NOISY_FRAME)
         act(window, "view_iso")
 
@@ -191,7 +202,7 @@ def main() -> int:
         return 0
     window = MainWindow(Settings(turn_ms=0, reviewer_asked=True), None)
     act(window, "why_quaternions")
-    trackers = window.lesson_actions.five_trackers
+    trackers = window.part(of_lessons).lesson_actions.five_trackers
     assert trackers is not None
     wait(_SETTLE_MS)
     keep(trackers.grab().toImage(), "why-quaternions")
@@ -216,8 +227,8 @@ def film(window: MainWindow) -> None:
         document.go_to(_FILM.first)
         act(window, "skin", "side_by_side", "focus_chain")
         wait(_SETTLE_MS)
-        window.record_actions.record(_FILM)
-        wait_for(lambda: not window.recorder.running)
+        window.part(of_recording).record_actions.record(_FILM)
+        wait_for(lambda: not window.part(of_recording).recorder.running)
         document.review.mark_saved()
         window.close()
     print(_FILM.path.relative_to(IMAGES.parent.parent))
@@ -225,12 +236,20 @@ def film(window: MainWindow) -> None:
 
 def lead(window: MainWindow) -> None:
     """Pictures of every page of the lessons, done, and of an exercise with its score."""
-    player, exercise = window.lesson_actions.player, window.lesson_actions.hidden_errors
+    player, exercise = (
+        window.part(of_lessons).lesson_actions.player,
+        window.part(of_lessons).lesson_actions.hidden_errors,
+    )
     for path in sorted(LESSONS.glob("*.md")):
-        window.lesson_actions.play(path)
+        window.part(of_lessons).lesson_actions.play(path)
         wait_for(lambda: player.at >= 0)
         for number in range(1, len(player.pages) + 1):
-            wait_for(lambda: window.teaching.typesetter.done or not window.taught.active)
+            wait_for(
+                lambda: (
+                    window.part(of_teaching).teaching.typesetter.done
+                    or not window.part(of_teaching).taught.active
+                )
+            )
             if player.show_me.isEnabled():
                 player.show_me.click()
             if path == TOUR or number == _PICTURED:
@@ -248,7 +267,7 @@ def lead(window: MainWindow) -> None:
         act(window, "accept" if real else "reject")
     exercise.score_button.click()
     save(window, "exercise", small=True)
-    window.lesson_actions.leave_guide()
+    window.part(of_lessons).lesson_actions.leave_guide()
 
 
 def act(window: MainWindow, *names: str) -> None:

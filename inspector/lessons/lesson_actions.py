@@ -9,9 +9,10 @@ from pathlib import Path
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu
+from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
 from inspector.bundled import EXERCISES, LESSONS, TOUR
+from inspector.feature import Window
 from inspector.language import in_language, tr
 from inspector.lessons.guided_exercise import Exercise
 from inspector.lessons.guided_program import GuidedProgram
@@ -39,7 +40,7 @@ class LessonActions:
     program: GuidedProgram
     dock: QDockWidget
     above: QDockWidget
-    window: QMainWindow
+    window: Window
 
     def __post_init__(self) -> None:
         self.five_trackers: FiveTrackers | None = None
@@ -134,10 +135,10 @@ class LessonActions:
 
     def why_quaternions(self) -> None:
         """One joint through ±180° with five trackers, in a window of its own."""
-        theme = self.program.viewport.theme
+        theme = self.window.colours.theme
         if self.five_trackers is None:
             self.five_trackers = FiveTrackers(theme, self.window)
-        self.five_trackers.set_theme(theme)
+            self.window.colours.changed.connect(self.five_trackers.set_theme)
         bring_to_front(self.five_trackers)
         self.five_trackers.activateWindow()
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from PySide6.QtCore import Qt
+from PySide6.QtCore import QObject, Qt, Signal
 from PySide6.QtGui import QColor, QFont, QFontDatabase, QGuiApplication, QPalette
 from PySide6.QtWidgets import QApplication
 
@@ -70,6 +70,21 @@ _BOXES = (
     "QCheckBox", "QRadioButton", "QComboBox", "QAbstractSpinBox", "QLineEdit", "QPushButton",
     "QSlider", "QTableView", "QListView",
 )  # fmt: skip
+
+
+class Colours(QObject):
+    """The theme that views have now; `changed` carries another one to all that are connected."""
+
+    changed = Signal(object)  # the Theme
+
+    def __init__(self, theme: Theme, parent: QObject | None = None) -> None:
+        super().__init__(parent)
+        self.theme = theme
+
+    def use(self, theme: Theme) -> None:
+        """Give all views that are connected this theme, the one that they have already too."""
+        self.theme = theme
+        self.changed.emit(theme)
 
 
 def system_theme() -> Theme:

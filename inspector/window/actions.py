@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any
 
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
+from inspector.feature import Row
 from inspector.language import chosen_language, tr, tr_as
 from inspector.session.settings import Settings
 from inspector.widgets.labels import as_entry
@@ -26,26 +26,12 @@ _TITLES = {  # of menus; &: the letter that opens one
 }
 
 
-@dataclass(frozen=True)
-class Row:
-    """One thing a person can do, as it is shown.
-
-    checked: at the start; group: of rows of which exactly one is checked.
-    """
-
-    id: str
-    text: str
-    keys: tuple[str, ...] = ()
-    tip: str = ""
-    checked: bool = field(default=False, kw_only=True)
-    group: str = field(default="", kw_only=True)
-    checkable: ClassVar[bool] = False
+Menus = Mapping[
+    str, Sequence[Row[Any] | None]
+]  # by name, in their order; None: a line between rows
 
 
-Menus = Mapping[str, Sequence[Row | None]]  # by name, in their order; None: a line between rows
-
-
-def rows(menus: Menus) -> Iterator[Row]:
+def rows(menus: Menus) -> Iterator[Row[Any]]:
     """All of them, without the lines."""
     return (row for menu in menus.values() for row in menu if row is not None)
 
@@ -53,6 +39,12 @@ def rows(menus: Menus) -> Iterator[Row]:
 def menu_title(name: str) -> str:
     """A menu's title, with the mark of the letter that opens it."""
     return _TITLES.get(name, f"&{name}")
+
+
+def menu_order(name: str) -> int:
+    """The place of a menu in the bar; one that is not known here comes before the help."""
+    known = list(_TITLES)
+    return known.index(name) if name in known else len(known) - 1
 
 
 def key_text(key: str) -> str:
@@ -92,6 +84,14 @@ def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings)
         actions[row.id].setShortcuts([QKeySequence(k) for k in keys])
         shown = f" ({key_text(keys[0])})" if keys else ""
         actions[row.id].setToolTip(f"{row.tip or row.text}{shown}")
+
+
+def offer(menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_figure: bool) -> None:
+    """Enable the actions whose rows need something, or not; the others look after themselves."""
+    for row in rows(menus):
+        if row.needs:
+            lacks_figure = row.needs == "figure" and not has_figure
+            actions[row.id].setEnabled(is_open and not lacks_figure)
 
 
 def name_step(action: QAction, title: str, step: str) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 from PySide6.QtCore import QObject, QTimer
 from PySide6.QtWidgets import QApplication, QMessageBox
 
+from inspector.folder.feature import feature as folder
 from inspector.folder.queued_clip import ClipState
 from inspector.session.export_files import ExportChoice
 from inspector.window.main_window import MainWindow
@@ -47,7 +48,7 @@ class Script(QObject):
         document.opened.connect(self._begin)
         document.message.connect(self._watch)
         document.question.connect(self._asked)
-        window.queue.changed.connect(self._look_at_folder)
+        window.part(folder).queue.changed.connect(self._look_at_folder)
         self._dialogs = QTimer(self, interval=_LOOK_MS)
         self._dialogs.timeout.connect(self._look_for_dialog)
         self._dialogs.start()
@@ -109,7 +110,7 @@ class Script(QObject):
             self.fail(text)
 
     def _look_at_folder(self) -> None:
-        queue = self.window.queue
+        queue = self.window.part(folder).queue
         if self._steps is not None or queue.folder is None:
             return
         clips = queue.ordered

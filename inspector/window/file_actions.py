@@ -14,7 +14,6 @@ from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
 from inspector.language import chosen_language, plural, tr, tr_as
 from inspector.session.export_files import Export, ExportChoice
-from inspector.session.exporter import Exporter
 from inspector.session.leftovers import unsaved_among
 from inspector.session.session_files import SESSION_SUFFIX, is_session, written
 from inspector.widgets.background import OneTask
@@ -36,14 +35,10 @@ _CHAINS = 160  # pixels for the chains, below the clips
 class FileActions(Saving):
     """Opening, saving and exporting; folders and recent files.
 
-    cancel: the action that is enabled while something is being opened; begin: goes to the first
-    interval to decide.
+    begin: goes to the first interval to decide.
     """
 
-    exporter: Exporter
-    clips_dock: QDockWidget
     recent_menu: QMenu
-    cancel: QAction
     begin: Callable[[], object]
     closing: bool = field(default=False, init=False)  # no other clip is to be opened any more
     _under_way: str = field(default="", init=False)
@@ -56,6 +51,8 @@ class FileActions(Saving):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        self.exporter, self.clips_dock = self.window.exporter, self.window.docks["clips"]
+        self.cancel = self.window.actions_by_id["cancel_opening"]  # while something is being opened
         self._first = QTimer(self.window, singleShot=True, interval=_FIRST_MS)
         self._first.timeout.connect(self._open_first)
         opener, recovery = self.document.opener, self.document.recovery

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QLineEdit, QWidget
 
+from inspector.feature import Row
 from inspector.language import tr, tr_as
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.guide_page import MarkdownPage
-from inspector.window.actions import Menus, Row, key_text, menu_title
+from inspector.window.actions import Menus, key_text, menu_title
 
 _MARGIN = 12  # pixels around the page
 _MOUSE = (
@@ -69,11 +72,11 @@ def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
     return "\n".join(lines) + "\n"
 
 
-def _keys(row: Row) -> tuple[str, ...]:
+def _keys(row: Row[Any]) -> tuple[str, ...]:
     return tuple(key_text(key) for key in row.keys)
 
 
-def _does(row: Row) -> str:
+def _does(row: Row[Any]) -> str:
     return f"{row.text}: {row.tip}" if row.tip else row.text
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import (
@@ -20,18 +22,27 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from inspector.feature import Tick
 from inspector.language import languages, tr, tr_as
 from inspector.session.settings import STEPS, Settings
 from inspector.widgets.building import vbox
 from inspector.window.actions import Menus, key_text, rows
 
+_AUTOSAVE = Tick(
+    "autosave",
+    tr("Save sessions by themselves"),
+    tr("A minute after the last step, and when another clip is opened"),
+)
 _FRAME = 60  # pixels: more than a title bar and what it keeps from the edges take
 
 
 class Preferences(QDialog):
     """A form over the settings, which are what was chosen once it is accepted."""
 
-    def __init__(self, settings: Settings, menus: Menus, parent: QWidget) -> None:
+    def __init__(
+        self, settings: Settings, menus: Menus, ticks: Sequence[Tick], parent: QWidget
+    ) -> None:
+        """`ticks`: settings of features that are on or off."""
         super().__init__(parent)
         self._settings, self._rows = settings, tuple(rows(menus))
         self.setWindowTitle(tr("Preferences"))
@@ -43,13 +54,7 @@ class Preferences(QDialog):
         self.step = QSpinBox(
             minimum=STEPS[0], maximum=STEPS[1], value=settings.step, suffix=tr(" frames")
         )
-        self.autosave = QCheckBox(tr("Save sessions by themselves"))
-        self.autosave.setChecked(settings.autosave)
-        self.autosave.setToolTip(
-            tr("A minute after the last step, and when another clip is opened")
-        )
-        self.next_clip = QCheckBox(tr("Open the folder's next clip after an export"))
-        self.next_clip.setChecked(settings.next_after_export)
+        self.boxes = {tick.name: _box(tick, settings) for tick in (_AUTOSAVE, *ticks)}
         self.language = QComboBox()
         self.language.addItem(tr_as("language", "As the system"), "system")
         for code, name in languages().items():
@@ -59,8 +64,8 @@ class Preferences(QDialog):
         form.addRow(tr("Reviewer"), self.reviewer)
         form.addRow(tr("Frames are counted from"), self.first)
         form.addRow(tr("Ctrl+← and Ctrl+→ go by"), self.step)
-        form.addRow("", self.autosave)
-        form.addRow("", self.next_clip)
+        for box in self.boxes.values():
+            form.addRow("", box)
         form.addRow(tr("Language, from the next start"), self.language)
         self.keys = QTableWidget(len(self._rows), 2)
         self.keys.setHorizontalHeaderLabels([tr("Action"), tr("Key")])
@@ -98,8 +103,8 @@ class Preferences(QDialog):
         settings.reviewer = self.reviewer.text().strip()
         settings.first_frame = self.first.currentIndex()
         settings.step = self.step.value()
-        settings.autosave = self.autosave.isChecked()
-        settings.next_after_export = self.next_clip.isChecked()
+        for name, box in self.boxes.items():
+            setattr(settings, name, box.isChecked())
         settings.language = self.language.currentData()
         changed = {}
         for row in self._rows:
@@ -122,3 +127,10 @@ class Preferences(QDialog):
         told = tr("Used twice: {keys}", keys="; ".join(twice))
         self.conflict.setText(told if twice else "")
         self.buttons.button(QDialogButtonBox.StandardButton.Ok).setEnabled(not twice)
+
+
+def _box(tick: Tick, settings: Settings) -> QCheckBox:
+    box = QCheckBox(tick.text)
+    box.setChecked(getattr(settings, tick.name))
+    box.setToolTip(tick.tip)
+    return box

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QMessageBox, QWidget
+from PySide6.QtWidgets import QApplication, QMessageBox, QWidget
 
+from inspector.feature import Tick
 from inspector.language import tr
 from inspector.session.document import Document
 from inspector.session.settings import Settings
@@ -26,15 +27,18 @@ _ICON = 64  # pixels
 
 @dataclass(eq=False)
 class ProgramActions:
-    """Theme, preferences, palette, help."""
+    """Theme, preferences, palette, help; ticks: settings of features that preferences ask for."""
 
     document: Document
     settings: Settings
     menus: Menus
     actions: Mapping[str, QAction]
-    apply_theme: Callable[[themes.Theme], None]
+    ticks: Sequence[Tick]
     window: QWidget
     _guide: GuidePage | None = field(default=None, init=False)
+
+    def __post_init__(self) -> None:
+        self.colours = themes.Colours(self.wanted_theme(), self.window)
 
     def choose_theme(self, name: str) -> None:
         """Colours as the system has them, light or dark ones."""
@@ -45,8 +49,13 @@ class ProgramActions:
     def colour(self) -> None:
         """Colour everything as the settings, or the system where they leave it to it, say now."""
         self.apply_theme(self.wanted_theme())
-        if self._guide is not None:
-            self._guide.set_theme(self.wanted_theme())
+
+    def apply_theme(self, theme: themes.Theme) -> None:
+        """Colour everything so."""
+        app = QApplication.instance()
+        assert isinstance(app, QApplication)
+        themes.apply_theme(app, theme)
+        self.colours.use(theme)
 
     def wanted_theme(self) -> themes.Theme:
         """The theme of the settings."""
@@ -61,7 +70,7 @@ class ProgramActions:
 
     def preferences(self) -> None:
         """Reviewer, how frames are counted, keys."""
-        dialog = Preferences(self.settings, self.menus, self.window)
+        dialog = Preferences(self.settings, self.menus, self.ticks, self.window)
         dialog.accepted.connect(self.take_settings)
         dialog.open()
 
@@ -75,6 +84,7 @@ class ProgramActions:
         """The guide in a window of its own; the one that is open comes to the front."""
         if self._guide is None:
             self._guide = GuidePage(self.window, self.wanted_theme())
+            self.colours.changed.connect(self._guide.set_theme)
             self._guide.destroyed.connect(self._guide_gone)
         bring_to_front(self._guide)
         self._guide.activateWindow()

@@ -8,18 +8,15 @@ from functools import partial
 from pathlib import Path
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QMainWindow, QMessageBox
+from PySide6.QtWidgets import QMessageBox
 
 from inspector.bundled import ASSETS
-from inspector.folder.queue import FolderQueue
+from inspector.feature import Window
+from inspector.folder.feature import feature as folder
 from inspector.language import tr, tr_as
-from inspector.lessons.lesson_actions import LessonActions
-from inspector.panels.detail_card import DetailCard
-from inspector.session.document import Document
+from inspector.lessons.feature import feature as lessons
 from inspector.session.session_files import SESSION_SUFFIX, is_session
-from inspector.session.settings import Settings
 from inspector.widgets.file_dialog import ask_where
-from inspector.widgets.message_bar import MessageBar
 
 _AUTOSAVE_MS = 60_000  # after the last step
 
@@ -31,16 +28,15 @@ class Saving:
     tell_saved: called when the session is on disk.
     """
 
-    document: Document
-    settings: Settings
-    queue: FolderQueue
-    bar: MessageBar
-    detail: DetailCard
-    lessons: LessonActions
+    window: Window
     tell_saved: Callable[[], None]
-    window: QMainWindow
 
     def __post_init__(self) -> None:
+        window = self.window
+        self.document, self.settings = window.document, window.settings
+        self.bar, self.detail = window.bar, window.detail
+        self.queue = window.part(folder).queue
+        self.lessons = window.part(lessons).lesson_actions
         self._idle = QTimer(self.window, singleShot=True, interval=_AUTOSAVE_MS)
         self._idle.timeout.connect(self._save_by_itself)
         self.document.intervals_changed.connect(self._wait_to_save)

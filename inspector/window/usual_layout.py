@@ -7,21 +7,8 @@ from collections.abc import Mapping, Sequence
 from PySide6.QtCore import QByteArray, QEvent, QObject, Qt, QTimer
 from PySide6.QtWidgets import QDockWidget, QMainWindow
 
-from inspector.language import tr, tr_as
 from inspector.window.low_window import Compact, LowWindow
 
-DOCKS = {  # their titles by their names
-    "curves": tr("Curves"),
-    "video": tr("Video"),
-    "clips": tr("Clips"),
-    "chains": tr("Chains"),
-    "intervals": tr("Intervals"),
-    "history": tr("History"),
-    "tuning": tr("Tuning"),
-    "teaching": tr("Teaching"),
-    "guide": tr_as("of a lesson", "Guide"),
-    "quality": tr("Quality"),
-}
 # Chains, intervals, curves: pixels where there is room, else shares of the window's size.
 _MOST = 350, 545, 330
 _SHARES = 0.25, 0.38, 0.35

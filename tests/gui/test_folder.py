@@ -10,9 +10,9 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QElapsedTimer, QPoint, Qt, QTimer
 
+from inspector.folder.clips_panel import ClipsPanel
 from inspector.folder.queue import FolderQueue
 from inspector.folder.queued_clip import ClipState, QueuedClip
-from inspector.panels.clips_panel import ClipsPanel
 from inspector.session.document import Document
 from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings

@@ -7,8 +7,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAccessible
 from PySide6.QtWidgets import QAbstractSpinBox, QComboBox, QWidget
 
+from inspector.folder.clips_panel import ClipsPanel
 from inspector.folder.queued_clip import ClipState, QueuedClip
-from inspector.panels.clips_panel import ClipsPanel
 from inspector.panels.end_choice import EndChoice
 from inspector.panels.history_panel import HistoryPanel
 from inspector.panels.interval_columns import PLACE

@@ -72,7 +72,7 @@ def test_a_review_in_the_tables(tmp_path, look):
         # The file's own names, and a real minus, in the status bar.
         screen.key("n", "n")
         p.until("window.document.interval is window.document.intervals[1]")
-        said = p.ask("window.position.text()")
+        said = p.ask("window.signs.position.text()")
         assert "(lradius → lhand)" in said
         assert "−109.1°" in said
         assert "-" not in said

@@ -20,7 +20,8 @@ from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.striped_skin import build_skin, drape, roll
 from inspector.viewport.trails import end_effectors
 from inspector.widgets.theme import DARK, LIGHT
-from inspector.window.action_table import OF_THE_FIGURE
+from inspector.window.action_table import MENUS
+from inspector.window.actions import rows
 from tests.gui.pictures import (
     FRAME,
     INJECTED,
@@ -418,7 +419,7 @@ def test_a_review_without_opengl(qtbot, show_window, monkeypatch):
     window = show_window()
     open_clip(qtbot, window, INJECTED)
     assert window.viewport.overlays.notice.isVisible()
-    for name in OF_THE_FIGURE:
+    for name in (row.id for row in rows(MENUS) if row.needs == "figure"):
         assert not window.actions_by_id[name].isEnabled(), name
     act(window, "next_interval")
     act(window, "accept")

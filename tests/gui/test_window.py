@@ -27,7 +27,7 @@ def test_opening_fills_every_view(opened):
     assert opened.windowTitle().startswith("walk_injected.bvh")
     assert opened.chains.table.model().rowCount() == 14  # ten chains, four limbs
     assert opened.intervals.table.model().rowCount() == 8
-    assert opened.decided.text() == "0 of 8 decided"
+    assert opened.signs.decided.text() == "0 of 8 decided"
     assert opened.transport.slider.maximum() == 343
 
 

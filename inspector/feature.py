@@ -1,0 +1,181 @@
+"""What a feature of the window is: its rows in menus, its panel, its settings and its wiring.
+
+A feature is one object of :class:`Feature`, in the file `feature.py` of its folder;
+`inspector/window/features.py` lists all of them, and the window is built from that list.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, TypeVar, cast
+
+from PySide6.QtCore import Qt
+from PySide6.QtWidgets import QDockWidget, QMainWindow, QWidget
+
+if TYPE_CHECKING:
+    from PySide6.QtGui import QAction
+
+    from inspector.panels.chains_panel import ChainsPanel
+    from inspector.panels.detail_card import DetailCard
+    from inspector.panels.intervals_panel import IntervalsPanel
+    from inspector.session.document import Document
+    from inspector.session.exporter import Exporter
+    from inspector.session.player import Player
+    from inspector.session.settings import Settings
+    from inspector.timeline.timeline import Timeline
+    from inspector.viewport.viewport import Viewport
+    from inspector.widgets.message_bar import MessageBar
+    from inspector.widgets.theme import Colours
+
+T = TypeVar("T")
+Built = TypeVar("Built", bound="Part")
+Needs = Literal["", "clip", "figure"]
+Area = Qt.DockWidgetArea
+
+
+class Window(QMainWindow):
+    """The window as features know it; docks: by their names, actions_by_id: by their rows' ids."""
+
+    document: Document
+    player: Player
+    exporter: Exporter
+    settings: Settings
+    colours: Colours
+    bar: MessageBar
+    viewport: Viewport
+    timeline: Timeline
+    chains: ChainsPanel
+    intervals: IntervalsPanel
+    detail: DetailCard
+    actions_by_id: Mapping[str, QAction]
+    docks: dict[str, QDockWidget]
+    built: dict[str, Part]
+
+    def part(self, feature: Feature[Built]) -> Built:
+        """Return what a feature has built in this window."""
+        return cast("Built", self.built[feature.name])
+
+    def open_path(self, path: Path) -> None:
+        """Open a clip, a session or a folder."""
+        raise NotImplementedError
+
+    def save_quietly(self) -> bool:
+        """Save the review without a word; True if it is on disk."""
+        raise NotImplementedError
+
+
+class Part:
+    """What a feature builds in a window; its public attributes are attributes of the window too."""
+
+    def connect(self, window: Window) -> None:
+        """Build what needs the docks, and connect what needs the parts of other features."""
+
+    def take(self, path: Path) -> bool:
+        """True if a file that was dropped on the window is of this feature, which shows it."""
+        return False
+
+    def close(self) -> None:
+        """Let everything go: the window closes."""
+
+
+@dataclass(frozen=True)
+class Row(Generic[T]):
+    """One thing a person can do, as it is shown; T: what it works on.
+
+    checked: at the start; group: of rows of which exactly one is checked; needs: an open clip, or
+    one and a figure in 3D, without which it cannot be chosen; in_list: the list of the feature's
+    panel offers it too, with the right button.
+    """
+
+    id: str
+    text: str
+    keys: tuple[str, ...] = ()
+    tip: str = ""
+    checked: bool = field(default=False, kw_only=True)
+    group: str = field(default="", kw_only=True)
+    needs: Needs = field(default="", kw_only=True)
+    in_list: bool = field(default=False, kw_only=True)
+    checkable: ClassVar[bool] = False
+
+    def connect(self, action: QAction, on: T) -> None:
+        """Let the action do from now on what the row says."""
+
+
+@dataclass(frozen=True)
+class ActionSpec(Row[T]):
+    """A row that does one thing; one of a group does it when it becomes the checked one."""
+
+    do: Callable[[T], object] = field(kw_only=True)
+
+    def connect(self, action: QAction, on: T) -> None:
+        """Let the action do it from now on."""
+        if self.group:
+            action.toggled.connect(lambda checked: self.do(on) if checked else None)
+        else:
+            action.triggered.connect(lambda *_: self.do(on))
+
+
+@dataclass(frozen=True)
+class Switch(Row[T]):
+    """A row that turns something on and off."""
+
+    turn: Callable[[T, bool], object] = field(kw_only=True)
+    checkable: ClassVar[bool] = True
+
+    def connect(self, action: QAction, on: T) -> None:
+        """Let the action turn it from now on."""
+        action.toggled.connect(lambda checked: self.turn(on, checked))
+
+
+@dataclass(frozen=True)
+class Rows(Generic[T]):
+    """Rows of one menu, None for a line between two.
+
+    after: the id of the row that they follow directly, '' for the menu's end.
+    """
+
+    menu: str
+    rows: Sequence[Row[T] | None]
+    after: str = ""
+
+
+@dataclass(frozen=True)
+class Panel(Generic[T]):
+    """A dock: its name, under which its place is remembered, its title and where it is at first.
+
+    content: the widget in it; tab: with the intervals, as another tab; before: the panel that it is
+    directly before, '' for the end.
+    """
+
+    name: str
+    title: str
+    area: Area
+    content: Callable[[T], QWidget]
+    shown: bool = field(default=True, kw_only=True)
+    tab: bool = field(default=False, kw_only=True)
+    before: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class Tick:
+    """A setting that is on or off, as the preferences ask for it; name: its field of Settings."""
+
+    name: str
+    text: str
+    tip: str = ""
+
+
+@dataclass(frozen=True)
+class Feature(Generic[Built]):
+    """A feature of the window, complete; build: makes its views, before there are any docks."""
+
+    name: str
+    build: Callable[[Window], Built]
+    rows: tuple[Rows[Built], ...] = ()
+    panels: tuple[Panel[Built], ...] = ()
+    settings: tuple[Tick, ...] = ()
+
+
+AnyFeature = Feature[Any]

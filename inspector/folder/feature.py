@@ -1,0 +1,57 @@
+"""A folder of clips as a feature of the window."""
+
+from __future__ import annotations
+
+from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Tick, Window
+from inspector.folder.clips_panel import ClipsPanel
+from inspector.folder.folder_actions import FolderActions
+from inspector.folder.queue import FolderQueue
+from inspector.language import tr
+
+
+class Folder(Part):
+    """The queue of a folder's clips, their panel, and what its actions do."""
+
+    def __init__(self, window: Window) -> None:
+        self.queue = FolderQueue(parent=window)
+        self.clips = ClipsPanel(self.queue, window.document, window.colours.theme)
+        self.clips.chosen.connect(window.open_path)
+        window.colours.changed.connect(self.clips.set_theme)
+
+    def connect(self, window: Window) -> None:
+        """Let the actions write what is listed."""
+        listed, save = self.clips.listed, window.save_quietly
+        self.folder_actions = FolderActions(self.queue, listed, window.bar, save, window)
+
+    def close(self) -> None:
+        """End the processes that analyse."""
+        self.queue.close()
+
+
+# fmt: off
+_FILE: tuple[Row[Folder] | None, ...] = (
+    ActionSpec("save_clip_table", tr("Save the table of clips…"), (),
+               tr("The folder's clips as they are listed, as CSV"),
+               do=lambda p: p.folder_actions.save_clip_table()),
+    ActionSpec("write_report", tr("Write the batch's report"), (),
+               tr("Of a folder that `twistcore batch` wrote, decisions included"),
+               do=lambda p: p.folder_actions.write_report()),
+)
+# fmt: on
+
+feature = Feature(
+    "folder",
+    Folder,
+    rows=(Rows("File", _FILE, after="export_at_once"),),
+    panels=(
+        Panel(
+            "clips",
+            tr("Clips"),
+            Area.LeftDockWidgetArea,
+            lambda p: p.clips,
+            shown=False,
+            before="chains",
+        ),
+    ),
+    settings=(Tick("next_after_export", tr("Open the folder's next clip after an export")),),
+)

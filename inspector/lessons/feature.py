@@ -1,0 +1,80 @@
+"""Lessons and the exercise as a feature of the window."""
+
+from __future__ import annotations
+
+from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Window
+from inspector.language import tr, tr_as
+from inspector.lessons.guide_card import GuideCard
+from inspector.lessons.guided_program import GuidedProgram
+from inspector.lessons.interrupted_review import Aside
+from inspector.lessons.lesson_actions import LessonActions
+from inspector.teaching.feature import feature as teaching
+
+
+class Lessons(Part):
+    """The card that leads through a lesson, and what the actions of teaching do."""
+
+    def __init__(self, window: Window) -> None:
+        self.guide = GuideCard(window.part(teaching).teaching.typesetter)
+        window.colours.changed.connect(self.guide.set_theme)
+
+    def connect(self, window: Window) -> None:
+        """Let lessons drive the program."""
+        docks, taught = window.docks, window.part(teaching)
+        program = GuidedProgram(
+            document=window.document,
+            taught=taught.taught,
+            viewport=window.viewport,
+            settings=window.settings,
+            guide=self.guide,
+            aside=Aside(window.document),
+            actions=window.actions_by_id,
+            list_all=window.intervals.list_all,
+            show_intervals=docks["intervals"].raise_,
+            show_teaching=taught.show,
+        )
+        self.lesson_actions = LessonActions(program, docks["guide"], docks["chains"], window)
+
+    def close(self) -> None:
+        """Close the window of the five trackers."""
+        if (trackers := self.lesson_actions.five_trackers) is not None:
+            trackers.close()
+
+
+# fmt: off
+_ROWS: tuple[Row[Lessons] | None, ...] = (
+    ActionSpec("tour", tr("Tour"), (), tr("A guided tour of swing, twist and their errors"),
+               do=lambda p: p.lesson_actions.tour()),
+    ActionSpec("open_lesson", tr("Open lesson…"), (),
+               tr("A lesson of your own: a Markdown file"),
+               do=lambda p: p.lesson_actions.open_lesson()),
+    ActionSpec("export_page", tr("Export lesson as web page…"), (),
+               tr("One file with text, sliders and the figure in 3D, for any browser"),
+               do=lambda p: p.lesson_actions.export_page()),
+    ActionSpec("copy_place", tr("Copy this place for a lesson"), (),
+               tr("Clip, frame, chain, camera and what-if, as the settings of a lesson's page"),
+               do=lambda p: p.lesson_actions.copy_place()),
+    ActionSpec("exercise", tr("Exercise"), (), tr("Find hidden errors; the program scores"),
+               do=lambda p: p.lesson_actions.exercise()),
+    None,
+    ActionSpec("why_quaternions", tr("Why quaternions"), (),
+               tr("One joint through ±180°, followed by five trackers"),
+               do=lambda p: p.lesson_actions.why_quaternions()),
+    None,
+)
+# fmt: on
+
+feature = Feature(
+    "lessons",
+    Lessons,
+    rows=(Rows("Teach", _ROWS),),
+    panels=(
+        Panel(
+            "guide",
+            tr_as("of a lesson", "Guide"),
+            Area.LeftDockWidgetArea,
+            lambda p: p.guide,
+            shown=False,
+        ),
+    ),
+)

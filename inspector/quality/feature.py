@@ -1,0 +1,75 @@
+"""The quality of the capture, and tracking, as a feature of the window."""
+
+from __future__ import annotations
+
+from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Window
+from inspector.language import tr
+from inspector.quality.quality_panel import QualityPanel
+from inspector.widgets.building import bring_to_front, scrolled
+from twistcore.detection import Interval, Kind
+
+
+class Quality(Part):
+    """The quality tab; what it tracks is in the 3D view too."""
+
+    def __init__(self, window: Window) -> None:
+        theme, actions = window.colours.theme, window.actions_by_id
+        self.quality = QualityPanel(window.document, theme, actions)
+        window.viewport.accompany(self.quality.tracked)
+        window.colours.changed.connect(self.quality.set_theme)
+
+    def connect(self, window: Window) -> None:
+        """Compute nothing for a tab that nobody sees."""
+        self._document, self._dock = window.document, window.docks["quality"]
+        self._dock.visibilityChanged.connect(self.quality.set_seen)
+        window.detail.quality_asked.connect(self._show_interval)
+
+    def show(self) -> None:
+        """Bring the tab to the front."""
+        bring_to_front(self._dock)
+
+    def _show_interval(self, interval: Interval) -> None:
+        """Open the quality tab for a fault of the capture: its joints, and its first frame."""
+        if not interval.start <= self._document.frame < interval.stop:
+            self._document.go_to(interval.start)
+        joints = (interval.evidence or {}).get("joints", (interval.joint,))
+        self.show()
+        self.quality.show_joints(joints, track=interval.kind == Kind.NOISE_BURST)
+
+    def close(self) -> None:
+        """Stop computing."""
+        self.quality.close_clip()
+
+
+# fmt: off
+_ROWS: tuple[Row[Quality] | None, ...] = (
+    ActionSpec("show_quality", tr("Quality tab"), ("Ctrl+D",),
+               tr("Jitter, jumps, speed, foot slide"),
+               do=lambda p: p.show()),
+    None,
+    ActionSpec("track_joints", tr("Track with QuaMo"), (),
+               tr("Track the joints selected in the quality tab, "
+                  "after the correction of their twist errors"),
+               do=lambda p: p.quality.track()),
+    ActionSpec("cancel_tracking", tr("Cancel tracking"), (), tr("Give up what is under way"),
+               do=lambda p: p.quality.tracked.cancel()),
+    ActionSpec("stop_tracking", tr("Stop tracking"), (),
+               tr("Track no joint; undo takes it back"),
+               do=lambda p: p.quality.tracked.stop()),
+)
+# fmt: on
+
+feature = Feature(
+    "quality",
+    Quality,
+    rows=(Rows("Quality", _ROWS),),
+    panels=(
+        Panel(
+            "quality",
+            tr("Quality"),
+            Area.RightDockWidgetArea,
+            lambda p: scrolled(p.quality),
+            tab=True,
+        ),
+    ),
+)

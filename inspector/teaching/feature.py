@@ -1,0 +1,57 @@
+"""Teaching of swing and twist as a feature of the window."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QWidget
+
+from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Window
+from inspector.language import tr
+from inspector.teaching.taught_frame import TaughtFrame
+from inspector.teaching.teaching_panel import TeachingPanel
+from inspector.widgets.building import bring_to_front, scrolled
+
+
+class Teaching(Part):
+    """The taught frame and the tab that shows it."""
+
+    def __init__(self, window: Window) -> None:
+        actions = window.actions_by_id
+        self.taught = TaughtFrame(window.document, window)
+        shown = [actions[name] for name in ("tour", "exercise", "record_dialog")]
+        self.teaching = TeachingPanel(self.taught, window.viewport, window.timeline, shown)
+        self.teaching.moved_far.connect(actions["focus_chain"].trigger)
+        window.colours.changed.connect(self.teaching.set_theme)
+
+    def connect(self, window: Window) -> None:
+        """Teach while the tab is seen."""
+        self._dock = window.docks["teaching"]
+        self._dock.visibilityChanged.connect(self.teaching.set_shown)
+
+    def content(self) -> QWidget:
+        """Return what lies in the dock: as wide as the typeset symbols need."""
+        area = scrolled(self.teaching)
+        self.teaching.least_width.connect(area.setMinimumWidth)
+        return area
+
+    def show(self) -> None:
+        """Bring the tab to the front."""
+        bring_to_front(self._dock)
+
+
+# fmt: off
+_ROWS: tuple[Row[Teaching] | None, ...] = (
+    ActionSpec("show_teaching", tr("Swing and twist"), ("Ctrl+L",),
+               tr("The equations at the joint"),
+               do=lambda p: p.show()),
+    None,
+)
+# fmt: on
+
+feature = Feature(
+    "teaching",
+    Teaching,
+    rows=(Rows("Teach", _ROWS),),
+    panels=(
+        Panel("teaching", tr("Teaching"), Area.RightDockWidgetArea, Teaching.content, tab=True),
+    ),
+)

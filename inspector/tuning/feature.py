@@ -1,0 +1,111 @@
+"""Tuning of τ as a feature of the window."""
+
+from __future__ import annotations
+
+from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Switch, Window
+from inspector.folder.feature import feature as folder
+from inspector.language import tr
+from inspector.tuning.tuning_actions import TuningActions
+from inspector.tuning.tuning_panel import Scope, TuningPanel
+from inspector.widgets.building import bring_to_front, scrolled
+
+
+class Tuning(Part):
+    """The tuning tab, and what its actions do."""
+
+    def __init__(self, window: Window) -> None:
+        theme, actions = window.colours.theme, window.actions_by_id
+        self.tuning = TuningPanel(window.document, theme, actions, window.settings)
+        window.colours.changed.connect(self.tuning.set_theme)
+
+    def connect(self, window: Window) -> None:
+        """Compute nothing for a tab that nobody sees."""
+        self._dock, self._visible = window.docks["tuning"], window.timeline.visible
+        self._dock.visibilityChanged.connect(self.tuning.set_seen)
+        queue = window.part(folder).queue
+        self.tuning_actions = TuningActions(
+            window.document, queue, window.bar, self.tuning, self._dock, window
+        )
+
+    def show(self) -> None:
+        """Bring the tab to the front."""
+        bring_to_front(self._dock)
+
+    def leave_out_visible(self) -> None:
+        """Leave out the frames that the plots show."""
+        self.tuning_actions.leave_out_visible(self._visible.ends)
+
+    def close(self) -> None:
+        """Stop computing."""
+        self.tuning.set_seen(False)
+
+
+# fmt: off
+_ROWS: tuple[Row[Tuning] | None, ...] = (
+    ActionSpec("show_tuning", tr("Tuning tab"), ("Ctrl+T",), tr("What every τ costs this clip"),
+               do=lambda p: p.show()),
+    None,
+    ActionSpec("tau_for_chain", tr("Chain"), (), tr("τ is set for the selected chain"),
+               group="scope", checked=True,
+               do=lambda p: p.tuning.set_scope(Scope.CHAIN)),
+    ActionSpec("tau_for_segment", tr("τ for both sides"), (),
+               tr("τ is set for the chain's segment, left and right"), group="scope",
+               do=lambda p: p.tuning.set_scope(Scope.SEGMENT)),
+    ActionSpec("tau_for_all", tr("τ for all chains"), (), tr("τ is set for all chains"),
+               group="scope",
+               do=lambda p: p.tuning.set_scope(Scope.ALL)),
+    ActionSpec("suggest_tau", tr("Suggest τ"), ("Ctrl+U",),
+               tr("The τ that errors put into this clip speak for"),
+               do=lambda p: p.tuning.suggest()),
+    None,
+    ActionSpec("next_bar", tr("Next bar of the histogram"), (),
+               tr("Go to the first frame of the next stronger bar"),
+               needs="clip", do=lambda p: p.tuning.curves.next_bar()),
+    ActionSpec("next_in_bar", tr("Next frame of the bar"), (),
+               tr("Go to the next frame that is as strong"),
+               needs="clip", do=lambda p: p.tuning.curves.next_in_bar()),
+    ActionSpec("leave_out_interval", tr("Leave the interval out of tuning"), (),
+               tr("Its frames do not count: no error is put in, no false alarm counted"),
+               needs="clip", do=lambda p: p.tuning_actions.leave_out_interval()),
+    ActionSpec("leave_out_visible", tr("Leave what the plots show out of tuning"), (),
+               tr("The frames in view do not count"),
+               needs="clip", do=lambda p: p.leave_out_visible()),
+    ActionSpec("take_all_in", tr("Leave no frames out of tuning"), (),
+               tr("All count but blends at the clip's ends"),
+               needs="clip", do=lambda p: p.tuning_actions.take_all_in()),
+    None,
+    ActionSpec("load_profile", tr("Load profile…"), (), tr("Take the τ of a TOML file"),
+               needs="clip", do=lambda p: p.tuning_actions.load_profile()),
+    ActionSpec("save_profile", tr("Save profile…"), (), tr("Write τ of all chains as TOML"),
+               needs="clip", do=lambda p: p.tuning_actions.save_profile()),
+    ActionSpec("compare_profiles", tr("Compare profiles…"), (),
+               tr("One profile beside the present τ, or two side by side"),
+               needs="clip", do=lambda p: p.tuning_actions.compare_profiles()),
+    ActionSpec("take_profile", tr("Take over the compared profile"), (),
+               tr("Take the τ of the profile compared"),
+               do=lambda p: p.tuning_actions.take_profile()),
+    ActionSpec("close_comparison", tr("Close comparison"),
+               do=lambda p: p.tuning.show_beside(())),
+    Switch("both_costs", tr("Both detectors' costs"), (),
+           tr("Each detector at its own τ, suggested and automatic, side by side"),
+           needs="clip", turn=lambda p, on: p.tuning.show_both(on)),
+    None,
+    ActionSpec("profile_to_folder", tr("Use τ for the folder"), (),
+               tr("Analyse the open folder again with the present τ"),
+               do=lambda p: p.tuning_actions.profile_to_folder()),
+    ActionSpec("automatic_folder", tr("Automatic τ for the folder"), (),
+               tr("Analyse the open folder again with the automatic τ of each clip"),
+               do=lambda p: p.tuning_actions.automatic_folder()),
+)
+# fmt: on
+
+feature = Feature(
+    "tuning",
+    Tuning,
+    rows=(Rows("Tuning", _ROWS),),
+    panels=(
+        Panel(
+            "tuning", tr("Tuning"), Area.RightDockWidgetArea, lambda p: scrolled(p.tuning), tab=True
+        ),
+    ),
+)

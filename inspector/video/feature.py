@@ -1,0 +1,70 @@
+"""The witness video as a feature of the window."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Switch, Window
+from inspector.language import tr
+from inspector.video.video_actions import VideoActions
+from inspector.video.video_panel import VideoPanel
+from inspector.video.video_reader import SUFFIXES
+
+
+class Video(Part):
+    """The panel with the video of the present clip, and what its actions do."""
+
+    def __init__(self, window: Window) -> None:
+        theme, actions = window.colours.theme, window.actions_by_id
+        self.video = VideoPanel(window.document, theme, window.settings, actions)
+        window.colours.changed.connect(self.video.set_theme)
+
+    def connect(self, window: Window) -> None:
+        """Show the dock when a clip has a video."""
+        dock = window.docks["video"]
+        self.video_actions = VideoActions(window.document, self.video, dock, window)
+        self.video.restored.connect(self.video_actions.show_dock)
+
+    def take(self, path: Path) -> bool:
+        """Show a video that was dropped next to the present clip."""
+        if is_video := path.suffix.lower() in SUFFIXES:
+            self.video_actions.show_video(path)
+        return is_video
+
+    def close(self) -> None:
+        """Close the video's file."""
+        self.video.let_go()
+
+
+# fmt: off
+_FILE: tuple[Row[Video] | None, ...] = (
+    None,
+    ActionSpec("open_video", tr("Open witness video…"), ("Ctrl+Shift+V",),
+               tr("A video of the same take beside the 3D view"),
+               needs="clip", do=lambda p: p.video_actions.open_video()),
+    ActionSpec("close_video", tr("Close the video"), (), tr("Forget this clip's video"),
+               needs="clip", do=lambda p: p.video_actions.close_video()),
+)
+_GO: tuple[Row[Video] | None, ...] = (
+    None,
+    Switch("hold_video", tr("Hold the video"), ("W",),
+           tr("It stands still; move the playhead to the same moment and release"),
+           turn=lambda p, on: p.video.set_hold(on)),
+)
+# fmt: on
+
+feature = Feature(
+    "video",
+    Video,
+    rows=(Rows("File", _FILE, after="export_at_once"), Rows("Go", _GO, after="normal_speed")),
+    panels=(
+        Panel(
+            "video",
+            tr("Video"),
+            Area.BottomDockWidgetArea,
+            lambda p: p.video,
+            shown=False,
+            before="chains",
+        ),
+    ),
+)

@@ -1,0 +1,49 @@
+"""The list of all features that the window is built from, and the menus with their rows."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from inspector.feature import AnyFeature, Panel, Row, Rows
+from inspector.folder.feature import feature as folder
+from inspector.lessons.feature import feature as lessons
+from inspector.quality.feature import feature as quality
+from inspector.recording.feature import feature as recording
+from inspector.teaching.feature import feature as teaching
+from inspector.tuning.feature import feature as tuning
+from inspector.video.feature import feature as video
+from inspector.window.actions import Menus, menu_order
+from inspector.window.chains_feature import feature as chains
+from inspector.window.review_feature import feature as review
+
+# In this order they are built; each may use the parts of the ones before it.
+FEATURES: tuple[AnyFeature, ...] = (
+    chains, review, video, folder, tuning, teaching, lessons, quality, recording,
+)  # fmt: skip
+
+
+def joined(own: Menus) -> Menus:
+    """Return the window's own menus with the rows of every feature in their places."""
+    menus = {name: list(rows) for name, rows in own.items()}
+    for rows in (rows for feature in FEATURES for rows in feature.rows):
+        _place(rows, menus)
+    return {name: tuple(menus[name]) for name in sorted(menus, key=menu_order)}
+
+
+def _place(rows: Rows[Any], menus: dict[str, list[Row[Any] | None]]) -> None:
+    menu = menus.setdefault(rows.menu, [])
+    ids = [row.id if row is not None else "" for row in menu]
+    at = ids.index(rows.after) + 1 if rows.after else len(menu)
+    menu[at:at] = rows.rows
+
+
+def panels() -> list[tuple[AnyFeature, Panel[Any]]]:
+    """Return the docks of all features in their order, with whose they are."""
+    names: list[str] = []
+    out: list[tuple[AnyFeature, Panel[Any]]] = []
+    for feature in FEATURES:
+        for panel in feature.panels:
+            at = names.index(panel.before) if panel.before else len(names)
+            names.insert(at, panel.name)
+            out.insert(at, (feature, panel))
+    return out

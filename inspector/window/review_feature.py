@@ -1,0 +1,59 @@
+"""The review of the clip's intervals as a feature of the window; its rows are in the table."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtGui import QKeySequence
+from PySide6.QtWidgets import QWidget
+
+from inspector.feature import Area, Feature, Panel, Part, Window
+from inspector.folder.feature import feature as folder
+from inspector.language import tr
+from inspector.panels.detail_card import DetailCard
+from inspector.panels.history_panel import HistoryPanel
+from inspector.panels.intervals_panel import IntervalsPanel
+from inspector.widgets.building import bring_to_front, scrolled, vbox
+from inspector.window.review_actions import ReviewActions
+
+
+class Reviewing(Part):
+    """The list of intervals, the card of the selected one, the history, and their actions."""
+
+    def __init__(self, window: Window) -> None:
+        document = window.document
+        self.intervals = IntervalsPanel(document, window.colours.theme, window.settings)
+        self.detail = DetailCard(document)
+        self.history = HistoryPanel(document)
+        window.colours.changed.connect(self.intervals.set_theme)
+
+    def content(self) -> QWidget:
+        """Return what lies in the dock: the list, and the card below it."""
+        column = QWidget()
+        vbox((self.intervals, 1), self.detail, owner=column, margins=(0, 0, 0, 0), spacing=0)
+        return scrolled(column)
+
+    def connect(self, window: Window) -> None:
+        """Let list and card decide."""
+        actions, visible, queue = window.actions_by_id, window.timeline.visible, window.part(folder)
+        native = QKeySequence.SequenceFormat.NativeText
+        self.review_actions = ReviewActions(
+            window.document, self.intervals, window.bar, self.detail, visible, window.player,
+            window.settings, partial(bring_to_front, window.docks["intervals"]),
+            lambda name: actions[name].shortcut().toString(native),
+            lambda: len(queue.queue.clips) > 1, actions["focus_chain"].trigger,
+            window.viewport.sees_chain, window,
+        )  # fmt: skip
+        self.intervals.activated.connect(visible.zoom_to_interval)
+        self.detail.judged.connect(self.review_actions.judge)
+        self.detail.end_turned.connect(self.review_actions.turn_end)
+
+
+feature = Feature(
+    "review",
+    Reviewing,
+    panels=(
+        Panel("intervals", tr("Intervals"), Area.RightDockWidgetArea, Reviewing.content),
+        Panel("history", tr("History"), Area.RightDockWidgetArea, lambda p: p.history, tab=True),
+    ),
+)

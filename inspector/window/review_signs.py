@@ -1,0 +1,54 @@
+"""The window's frame and the review: title, names of undo and redo, the status bar."""
+
+from __future__ import annotations
+
+from inspector.feature import Window
+from inspector.language import of_core, tr
+from inspector.panels.position_line import FrameLine, PositionLine
+from inspector.widgets.labels import SteadyLabel
+from inspector.window.actions import name_step
+from twistcore.files.encoding import legible
+from twistcore.review import Decision
+
+
+class ReviewSigns:
+    """Shows the document's review in the window's title, in two actions and in the status bar."""
+
+    def __init__(self, window: Window) -> None:
+        self._window = window
+        self.position, self.decided = PositionLine(window.document), SteadyLabel()
+        window.statusBar().addWidget(FrameLine(window.document), 1)
+        for widget in (self.position, self.decided):
+            window.statusBar().addPermanentWidget(widget)
+
+    def show(self) -> None:
+        """Show the review as it is now."""
+        document, actions = self._window.document, self._window.actions_by_id
+        review = document.review if document.data else None
+        texts = (review.undo_text, review.redo_text) if review else ("", "")
+        for name, text in zip(("undo", "redo"), texts, strict=True):
+            title = {"undo": tr("Undo"), "redo": tr("Redo")}[name]
+            name_step(actions[name], title, of_core(text))
+        if review is not None:
+            actions[f"use_{review.state.method}"].setChecked(True)
+        self._show_title()
+        waits = review is not None and not review.saved and document.borrowed is None
+        self._window.setWindowModified(waits)
+        self._show_decided()
+
+    def _show_title(self) -> None:
+        document, title = self._window.document, "Twist Inspector"
+        data = document.data
+        look = tr(" (look only)") if document.keeper.read_only else ""
+        name = legible(data.clip.name).replace("[*]", "[*][*]") if data else ""  # twice is once
+        self._window.setWindowTitle(f"{name}[*]{look} – {title}" if data else title)
+
+    def _show_decided(self) -> None:
+        document = self._window.document
+        intervals = document.intervals
+        done = sum(judged.decision != Decision.UNDECIDED for judged in intervals)
+        told = tr("{done} of {total} decided", done=done, total=len(intervals))
+        if not intervals:
+            unseen = document.data and document.data.analysis.not_examined
+            told = tr("not examined") if unseen else ""
+        self.decided.setText(told)

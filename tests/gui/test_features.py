@@ -1,0 +1,89 @@
+"""The window's features: where their rows and docks come, and what they may name."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+
+import pytest
+from PySide6.QtWidgets import QLabel
+
+from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Tick
+from inspector.session.settings import Settings
+from inspector.window import features
+from inspector.window.action_table import MENUS
+from inspector.window.actions import rows
+from inspector.window.preferences import Preferences
+
+
+def row(name: str) -> ActionSpec[object]:
+    return ActionSpec(name, name.title(), do=lambda _: None)
+
+
+def ids(menu: tuple[Row[object] | None, ...]) -> list[str | None]:
+    return [r.id if r is not None else None for r in menu]
+
+
+def feature(*placed: Rows[Part], panels: tuple[Panel[Part], ...] = ()) -> Feature[Part]:
+    return Feature("new", lambda _: Part(), rows=placed, panels=panels)
+
+
+OWN = {"File": (row("open"), None, row("close")), "Help": (row("about"),)}
+
+
+def test_rows_come_directly_after_the_one_they_name(monkeypatch):
+    new = feature(Rows("File", (None, row("first"), row("second")), after="open"))
+    monkeypatch.setattr(features, "FEATURES", (new,))
+    menus = features.joined(OWN)
+    assert ids(menus["File"]) == ["open", None, "first", "second", None, "close"]
+    assert ids(OWN["File"]) == ["open", None, "close"]
+
+
+def test_without_a_place_rows_come_last_and_a_new_menu_before_the_help(monkeypatch):
+    new = feature(Rows("File", (row("last"),)), Rows("Extra", (row("own"),)))
+    monkeypatch.setattr(features, "FEATURES", (new,))
+    menus = features.joined(OWN)
+    assert list(menus) == ["File", "Extra", "Help"]
+    assert ids(menus["File"])[-1] == "last"
+
+
+def test_rows_after_one_that_does_not_exist_are_an_error(monkeypatch):
+    monkeypatch.setattr(features, "FEATURES", (feature(Rows("File", (row("x"),), after="none")),))
+    with pytest.raises(ValueError, match="none"):
+        features.joined(OWN)
+
+
+def test_a_panel_comes_directly_before_the_one_it_names(monkeypatch):
+    left, content = Area.LeftDockWidgetArea, lambda _: QLabel()
+    old = feature(panels=(Panel("a", "A", left, content), Panel("b", "B", left, content)))
+    new = feature(panels=(Panel("c", "C", left, content, before="b"),))
+    monkeypatch.setattr(features, "FEATURES", (old, new))
+    assert [panel.name for _, panel in features.panels()] == ["a", "c", "b"]
+
+
+def test_every_name_is_given_once():
+    every = [r.id for r in rows(MENUS)]
+    docks = [panel.name for _, panel in features.panels()]
+    names = [f.name for f in features.FEATURES]
+    for given in (every, docks, names):
+        assert len(given) == len(set(given))
+
+
+def test_preferences_ask_for_the_settings_of_features(qapp, show_window):
+    window = show_window()
+    known = {field.name: field.type for field in fields(Settings)}
+    ticks = [tick for f in features.FEATURES for tick in f.settings]
+    assert {known[tick.name] for tick in ticks} == {"bool"}
+    before = {tick.name: getattr(window.settings, tick.name) for tick in ticks}
+    dialog = Preferences(window.settings, MENUS, [*ticks, Tick("zoom_to_interval", "Z")], window)
+    for name in (*before, "zoom_to_interval"):
+        dialog.boxes[name].toggle()
+    dialog.accept()
+    assert all(getattr(window.settings, name) is not was for name, was in before.items())
+    assert window.settings.zoom_to_interval is False
+
+
+def test_parts_of_features_are_attributes_of_the_window(show_window):
+    window = show_window()
+    for part in window.built.values():
+        public = {name: built for name, built in vars(part).items() if not name.startswith("_")}
+        assert all(getattr(window, name) is built for name, built in public.items())
