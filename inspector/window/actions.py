@@ -44,7 +44,7 @@ def menu_title(name: str) -> str:
 def menu_order(name: str) -> int:
     """The place of a menu in the bar; one that is not known here comes before the help."""
     known = list(_TITLES)
-    return known.index(name) if name in known else len(known) - 1
+    return 2 * known.index(name) if name in known else 2 * known.index("Help") - 1
 
 
 def key_text(key: str) -> str:
