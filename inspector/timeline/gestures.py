@@ -56,9 +56,10 @@ class Hit:
 class Gestures:
     """Turns mouse events of all plots into what the document is asked for.
 
-    plots: what else a plot's menu can do, by the plot's key. While an edge is dragged or an
-    interval drawn, the playhead is at the cursor, so that the 3D view shows what is there; then it
-    goes back, or to the new interval.
+    plots: what else a plot's menu can do, by the plot's key; tau_plot: the key of the plot with τ.
+
+    While an edge is dragged or an interval drawn, the playhead is at the cursor, so that the 3D
+    view shows what is there; then it goes back, or to the new interval.
     """
 
     draws = True  # a drag on empty ground draws an interval
@@ -79,6 +80,7 @@ class Gestures:
         self._document, self._scenery, self._visible = document, scenery, visible
         self._refresh, self._repaint, self._parent = refresh, repaint, parent
         self.plots: Callable[[str], Sequence[tuple[str, Callable[[], None]]]] = lambda _: ()
+        self.tau_plot = ""
         self._latest = Latest(parent)
         self._hit = Hit(Part.EMPTY)
         self._origin = 0.0
@@ -242,11 +244,11 @@ class Gestures:
         frame = float(place.x())
         if event.button() == Qt.MouseButton.RightButton:
             self.open_menu(view.key, frame, place.y(), event.screenPos().toPoint())
-        elif event.double() and view.key == "strength":
+        elif event.double() and view.key == self.tau_plot:
             set_tau_at(self._document, place.y())
         elif judged := self.hit(frame, view.viewPixelSize()[0]).judged:
             self._document.select_interval(judged.id)
-        elif view.key == "strength" and self._ask_peak(frame, view.viewPixelSize()[0]):
+        elif view.key == self.tau_plot and self._ask_peak(frame, view.viewPixelSize()[0]):
             return
         else:
             self._document.go_to(round(frame))
@@ -266,7 +268,7 @@ class Gestures:
         judged = self.interval_at(frame)
         if judged is not None:
             self._document.select_interval(judged.id)
-        degrees = round(from_root_scale(place), 1) if key == "strength" else 0.0
+        degrees = round(from_root_scale(place), 1) if key == self.tau_plot else 0.0
         menu = context_menu(
             self._parent, self._document, self._visible, frame, degrees, judged, self.plots(key)
         )

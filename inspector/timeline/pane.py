@@ -40,6 +40,14 @@ class CurveStyle:
     dashed: bool = False
 
 
+BEFORE_AND_AFTER = (  # of θp and θc
+    CurveStyle("c_before", "before", dashed=True),
+    CurveStyle("c_after", "after", dashed=True),
+    CurveStyle("p_before", "before"),
+    CurveStyle("p_after", "after"),
+)
+
+
 class Pane(Canvas):
     """A plot with its curves. It shows what it is given and asks nobody."""
 
@@ -82,6 +90,12 @@ class Pane(Canvas):
         self.set_scale()
         self.view.sigYRangeChanged.connect(lambda *_: self.touch())
         self.setMinimumHeight(40)
+
+    def refresh(self) -> None:
+        """Bring up to date what it shows besides the curves that it is given."""
+
+    def forget(self) -> None:
+        """Let go of what it knows of the clip: another clip or detector is there."""
 
     def set_scale(self) -> None:
         """Take the scenery's scale of type and lines."""

@@ -9,10 +9,9 @@ from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QGridLayout, QStackedWidget, QWidget
 
 from inspector.timeline.pane import Pane
+from inspector.timeline.plot import Plot
 from inspector.widgets.building import hint
 
-_WEIGHTS = {"theta": 4, "delta": 3, "height": 3, "strength": 4, "offset": 3, "other": 4}
-_KEPT = ("strength", "other", "theta", "delta", "height", "offset")  # first where room is short
 _ROW, _COLUMN = 88, 440  # pixels that a pane needs to be read
 
 
@@ -26,10 +25,13 @@ class PaneGrid(QStackedWidget):
     arranged = Signal()  # others are seen, or elsewhere
 
     def __init__(
-        self, panes: Mapping[str, Pane], shown: list[str], parent: QWidget | None = None
+        self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], parent: QWidget | None = None
     ) -> None:
+        """`plots`: what the panes are, by the same keys."""
         super().__init__(parent)
-        self._panes, self._wanted = panes, frozenset(shown)
+        self._panes, self._plots = panes, plots
+        self._wanted = frozenset(key for key, plot in plots.items() if plot.at_first)
+        self._kept = sorted(plots, key=lambda key: plots[key].priority)  # where room is short
         self._meant = frozenset(panes)
         self._alone = ""
         self.shown: list[str] = []
@@ -77,7 +79,7 @@ class PaneGrid(QStackedWidget):
     def enlarge(self, key: str = "") -> None:
         """Show one of them alone, that under the mouse if none is named; or all again."""
         under = (k for k in self.shown if self._panes[k].underMouse())
-        chosen = key or next(under, next((k for k in _KEPT if k in self.shown), ""))
+        chosen = key or next(under, next((k for k in self._kept if k in self.shown), ""))
         self._alone = "" if self.alone else chosen
         self.arrange()
 
@@ -97,7 +99,7 @@ class PaneGrid(QStackedWidget):
         scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)
         rows = max(1, int(self.height() / (_ROW * scale)))
         most = max(1, int(self.width() / (_COLUMN * scale)))
-        kept = [k for k in _KEPT if k in wanted][: rows * most]
+        kept = [k for k in self._kept if k in wanted][: rows * most]
         shown = [k for k in wanted if k in kept]
         columns = max(1, -(-len(shown) // rows))
         if (columns, shown, self.wanted) != (self._columns, self.shown, self._told):
@@ -120,6 +122,8 @@ class PaneGrid(QStackedWidget):
             for row, key in enumerate(rest[:count]):
                 last = row == count - 1
                 self._grid.addWidget(self._panes[key], row, column, rows - row if last else 1, 1)
-                self._grid.setRowStretch(row, max(self._grid.rowStretch(row), _WEIGHTS[key]))
+                self._grid.setRowStretch(
+                    row, max(self._grid.rowStretch(row), self._plots[key].weight)
+                )
                 self._panes[key].set_bottom(shown=last)
             rest = rest[count:]

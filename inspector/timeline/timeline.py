@@ -17,10 +17,10 @@ from inspector.timeline.curves import Curves
 from inspector.timeline.gestures import Gestures
 from inspector.timeline.layers import Scenery
 from inspector.timeline.limb_curves import LimbCurves
-from inspector.timeline.other_detector import Onlooker, OtherDetector
 from inspector.timeline.overview import OverviewStrip
-from inspector.timeline.pane import AXIS_WIDTH, CurveStyle, Pane
+from inspector.timeline.pane import AXIS_WIDTH
 from inspector.timeline.pane_grid import PaneGrid
+from inspector.timeline.plot import plots
 from inspector.timeline.plot_descriptions import PlotDescriptions
 from inspector.timeline.tau_line import ChainTauLine, colour_tau
 from inspector.timeline.visible_range import VisibleRange
@@ -30,37 +30,6 @@ from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.later import Stale
 from inspector.widgets.theme import Theme, figures_font
 from twistcore.review import Judged
-
-_TITLES = {  # from top to bottom
-    "theta": tr("Twist θp and azimuth θc; a limb's swivel φ"),
-    "delta": tr("Per frame: Δθp and Δθc"),
-    "height": tr("A limb's middle joint off its line"),
-    "strength": tr("Strength with τ"),
-    "other": tr("The other detector"),
-    "offset": tr("Offset taken out"),
-}
-_BEFORE_AND_AFTER = (
-    CurveStyle("c_before", "before", dashed=True),
-    CurveStyle("c_after", "after", dashed=True),
-    CurveStyle("p_before", "before"),
-    CurveStyle("p_after", "after"),
-)
-_STYLES = {  # of the plots that are shown at first
-    "theta": _BEFORE_AND_AFTER,
-    "delta": _BEFORE_AND_AFTER,
-    # The paper's m(t) lies dimmed under the strength of another detector, to be compared with it.
-    # That of a limb has another after its correction.
-    "strength": (
-        CurveStyle("m", "soft", dashed=True),
-        CurveStyle("after", "after"),
-        CurveStyle("strength", "before"),
-    ),
-    "height": (CurveStyle("height", "text"),),
-    "offset": (CurveStyle("offset", "text"),),
-}
-
-
-_ONE_DETECTOR = tr("Flips of a limb have one detector; the other is shown with a chain.")
 
 
 class Timeline(QWidget):
@@ -73,6 +42,7 @@ class Timeline(QWidget):
         self.visible = VisibleRange(document, self)
         self.visible.changed.connect(self._show_range)
         self._curves: Curves | None = None
+        self._meant: list[str] = []  # the plots that mean something for what is selected
         self._stale = Stale(self)  # most changes leave the clip's own curves as they are
         self._stale.due.connect(self.refresh)
         self._build(theme)
@@ -110,51 +80,42 @@ class Timeline(QWidget):
             spacing=8,
         )
         layout = vbox(self._head, owner=self, margins=(0, 0, 0, 0), spacing=0)
-        panes: dict[str, Pane] = {
-            key: Pane(
-                key,
-                styles,
-                self.scenery,
-                root=key in ("delta", "strength"),
-                shade=key != "offset",
-                glyphs=key == "theta",
-                unit=" %" if key == "height" else "°",
-                parent=self,
-            )
-            for key, styles in _STYLES.items()
+        self.plots = plots()
+        self.panes = {
+            key: plot.pane(self.document, self.scenery, self) for key, plot in self.plots.items()
         }
-        self.other = OtherDetector(self.document, theme, self)
-        panes["other"] = self.other
-        self.panes = {key: panes[key] for key in _TITLES}
         mouse = self.document, self.scenery, self.visible, self.refresh, self._repaint, self
         self.gestures = Gestures(*mouse)
+        self._tau_pane = next(self.panes[key] for key, plot in self.plots.items() if plot.takes_tau)
         menu = QMenu(self.plots_button)
         self.toggles: dict[str, QAction] = {}
         for key, pane in self.panes.items():
-            pane.view.gestures = self.gestures
+            plot = self.plots[key]
+            own = plot.gestures is not Gestures
+            pane.view.gestures = plot.gestures(*mouse) if own else self.gestures
             pane.view.sigResized.connect(self._show_range)
-            action = QAction(_TITLES[key], menu, checkable=True, checked=key in _STYLES)
+            action = QAction(plot.title, menu, checkable=True, checked=plot.at_first)
             action.toggled.connect(lambda on, k=key: self.show_plot(k, shown=on))
             menu.addAction(action)
             self.toggles[key] = action
-        self.other.view.gestures = Onlooker(*mouse)
         self.plots_button.setMenu(menu)
-        self.dots = WhatIfDots(self.panes, self.scenery)
+        self.dots = WhatIfDots(self.panes, self.plots, self.scenery)
         self._what_if: Mapping[str, float] = {}
-        self.tau_line = ChainTauLine(self.document, self.panes["strength"], theme)
+        self.tau_line = ChainTauLine(self.document, self._tau_pane, theme)
         self.tau_line.dropped.connect(self._stale.mark)
-        self.grid = PaneGrid(self.panes, list(_STYLES), self)
+        self.grid = PaneGrid(self.panes, self.plots, self)
         self.grid.arranged.connect(self._arranged)
-        self.gestures.plots = self._menu_rows
+        self.gestures.plots, self.gestures.tau_plot = self._menu_rows, self._tau_pane.key
         layout.addWidget(self.grid, 1)
         self.setMinimumHeight(120)
-        PlotDescriptions(self.document, {_TITLES[key]: p for key, p in self.panes.items()}, self)
+        titled = {plot.title: self.panes[key] for key, plot in self.plots.items()}
+        PlotDescriptions(self.document, titled, self)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
         """Show or hide a plot, by its key; some mean something of a limb only, some of a chain."""
         self.grid.show_pane(key, shown=shown)
-        if shown and key == "other" and self.document.limb is not None:
-            self.document.message.emit(_ONE_DETECTOR, False)
+        if shown and self.document.limb is not None and (told := self.plots[key].no_limb):
+            self.document.message.emit(told, False)
 
     def look_like(self, other: Timeline) -> None:
         """Take over how another time line of the same clip looks at it: plots, frames, values."""
@@ -171,7 +132,7 @@ class Timeline(QWidget):
         for part in (self.overview, self.plots_button):
             part.hide()
         self._head.setAlignment(self.readout, Qt.AlignmentFlag.AlignLeft)
-        for scenery in (self.scenery, self.other.scenery):
+        for scenery in self._sceneries:
             scenery.still = True
         for pane in self.panes.values():
             pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # of the ground: that is a picture
@@ -180,7 +141,7 @@ class Timeline(QWidget):
         """In a figure, room for all lines of the longest title."""
         lines = max(len(self.panes[key].front.title_lines()) for key in self.grid.shown)
         if lines != self.scenery.title_lines:
-            for scenery in (self.scenery, self.other.scenery):
+            for scenery in self._sceneries:
                 scenery.title_lines = lines
             for pane in self.panes.values():
                 pane.set_scale()
@@ -189,9 +150,14 @@ class Timeline(QWidget):
         """Pixels that it needs for all its plots to be read, on such a width."""
         return self._head.sizeHint().height() + self.grid.height_for(width) + 1.0
 
-    def _show_other(self) -> None:
-        if "other" in self.grid.shown:
-            self.other.refresh()
+    @property
+    def _sceneries(self) -> list[Scenery]:
+        """Its own, and those of panes with one of their own."""
+        return [self.scenery, *(pane.scenery for pane in self.panes.values())]
+
+    def _refresh_shown(self) -> None:
+        for key in self.grid.shown:
+            self.panes[key].refresh()
 
     def _menu_rows(self, key: str) -> tuple[tuple[str, Callable[[], None]], ...]:
         """What the menu of a plot can do to it."""
@@ -207,7 +173,7 @@ class Timeline(QWidget):
     def _arranged(self) -> None:
         """What has come into sight is painted as things are; the button says what has not."""
         self._repaint()
-        self._show_other()
+        self._refresh_shown()
         seen, wanted = len(self.grid.shown), len(self.grid.wanted)
         hidden = seen < wanted and self.document.data is not None
         some = tr("Plots {seen} of {wanted}", seen=seen, wanted=wanted) if hidden else tr("Plots")
@@ -253,7 +219,7 @@ class Timeline(QWidget):
     def set_scale(self, scale: float) -> None:
         """Larger type and lines, 1 as usual."""
         self.readout.setFont(figures_font(9.0 * scale))
-        for scenery in (self.scenery, self.other.scenery):
+        for scenery in self._sceneries:
             scenery.scale = scale
         for pane in self.panes.values():
             pane.set_scale()
@@ -268,7 +234,8 @@ class Timeline(QWidget):
         self.visible.show_all()
 
     def _method_changed(self) -> None:
-        self.other.forget()
+        for pane in self.panes.values():
+            pane.forget()
         self._stale.mark_all()
 
     def refresh(self) -> None:
@@ -284,16 +251,18 @@ class Timeline(QWidget):
         if self._curves is not None:
             state = document.review.state
             scenery.set_intervals(state.of_chain(document.chain))
-            self._curves.show_review(self.panes)
+            self._curves.follow_review()
+            for key in self._meant:
+                self.plots[key].draw(self._curves, self.panes[key])
             degrees = float(np.degrees(state.tau.get(document.chain, 0.0)))
             self.tau_line.show_tau(degrees)
             if not self.tau_line.held:  # a scale must not move under a drag
-                self._curves.fit_tau(self.panes["strength"], degrees)
+                self._curves.fit_tau(self._tau_pane, degrees)
             self._show_dots()
             self._show_titles()
             self._repaint()
             if everything:
-                self._show_other()
+                self._refresh_shown()
         self._show_overview()
         self._show_readout()
 
@@ -314,12 +283,15 @@ class Timeline(QWidget):
         scenery.unreliable = curves.unreliable
         scenery.unreliable_words = curves.unreliable_words
         scenery.unreliable_hint = curves.unreliable_hint
-        self.grid.show_panes(curves.panes)
+        words = {key: plot.axis(curves) for key, plot in self.plots.items()}
+        self._meant = [key for key, axis in words.items() if axis]
+        self.grid.show_panes(self._meant)
         for key, pane in self.panes.items():
             pane.set_theme(self.scenery.theme)
-            pane.front.values = curves.panes.get(key, "")
+            pane.front.values = words[key]
             pane.time.zoomed = False
-        self._curves.show_clip(self.panes)
+        for key in self._meant:
+            self.plots[key].draw_clip(curves, self.panes[key])
         self._show_range()
 
     def _show_overview(self) -> None:
@@ -388,5 +360,6 @@ class Timeline(QWidget):
     def _show_titles(self) -> None:
         if self._curves is None:
             return
-        for key, title in self._curves.titles(self.document.frame).items():
-            self.panes[key].show_title([*title, *self.dots.title(key)])
+        for key in self._meant:
+            if title := self.plots[key].describe(self._curves, self.document.frame):
+                self.panes[key].show_title([*title, *self.dots.title(key)])

@@ -17,14 +17,9 @@ from inspector.language import tr
 from inspector.timeline.curves import Curves, in_degrees
 from inspector.timeline.layers import Layer, Scenery
 from inspector.timeline.pane import Pane
+from inspector.timeline.plot import Plot
 from inspector.widgets.axes import root_scale
 
-# By plot: a value's name, what the title calls it, and whether it is a ring.
-_SHOWN = {
-    "theta": (("theta_p", "θp", False), ("theta_c", "θc", True)),
-    "delta": (("dtheta_p", "Δθp", False), ("dtheta_c", "Δθc", True)),
-    "strength": (("strength", "m", False),),
-}
 _DOT, _RING = 4.0, 6.5  # radius in pixels; where both are at one place, both are seen
 _SPARE = 0.12  # of the range: room beyond a dot that would else be outside
 
@@ -32,8 +27,12 @@ _SPARE = 0.12  # of the range: room beyond a dot that would else be outside
 class WhatIfDots:
     """Dots in all plots of a time line."""
 
-    def __init__(self, panes: Mapping[str, Pane], scenery: Scenery) -> None:
-        self._panes = {key: panes[key] for key in _SHOWN}
+    def __init__(
+        self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], scenery: Scenery
+    ) -> None:
+        """`plots`: what the panes are, by the same keys."""
+        self._plots = {key: plot for key, plot in plots.items() if plot.dots}
+        self._panes = {key: panes[key] for key in self._plots}
         self.layers = {key: _Dots(pane.view, scenery) for key, pane in self._panes.items()}
         self._values: dict[str, float] = {}
 
@@ -42,16 +41,18 @@ class WhatIfDots:
         self._values = dict(curves.completed(frame, values)) if curves is not None else {}
         for key, pane in self._panes.items():
             dots = []
-            for name, _, ring in _SHOWN[key]:
+            plot = self._plots[key]
+            for name, _, ring in plot.dots:
                 if curves is not None and name in self._values:
-                    degrees = curves.height(key, name, self._values[name])
+                    degrees = plot.height(curves, name, self._values[name])
                     dots.append((float(root_scale(degrees)) if pane.root else degrees, ring))
             self._place(pane, self.layers[key], frame, dots)
 
     def title(self, key: str) -> list[tuple[str, str]]:
         """What is said of a plot's dots, as (text, colour role); where room ends, a whole one."""
         told: list[tuple[str, str]] = []
-        for name, symbol, ring in _SHOWN.get(key, ()):
+        plot = self._plots.get(key)
+        for name, symbol, ring in plot.dots if plot is not None else ():
             if name in self._values:
                 angle = in_degrees(float(np.degrees(self._values[name]))).strip()
                 first = "" if told else f" {tr('what if')}"

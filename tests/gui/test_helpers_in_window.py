@@ -161,7 +161,7 @@ def test_it_has_one_detector_and_the_plots_say_so(qtbot, show_window, tmp_path, 
     clip.write_bytes(popped.read_bytes())
     window = show_window(Settings(), tmp_path / "settings.json")
     open_clip(qtbot, window, clip)
-    document, other = window.document, window.timeline.other
+    document, other = window.document, window.timeline.panes["other"]
     act(window, "both_detectors")
     document.select_chain("upperarm_l")
     qtbot.waitUntil(lambda: "interval" in title_of(other), timeout=60_000)

@@ -125,8 +125,8 @@ def test_curves_of_a_limb_follow_its_decisions(opened):
     opened.timeline.refresh()
     assert np.allclose(wrap(np.radians(values(opened, "theta", "p_after")) - swivel.angle), 0.0)
     assert not values(opened, "offset", "offset").any()
-    titles = opened.timeline._curves.titles(20)
-    assert "Knee off the line " in [text for text, _ in titles["height"]]
+    title = opened.timeline.panes["height"].front.title
+    assert "Knee off the line " in [text for text, _ in title]
     document.select_chain(CHAIN)
     opened.timeline.refresh()
     assert opened.timeline.grid.shown == ["theta", "delta", "strength", "offset"]

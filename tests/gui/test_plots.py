@@ -464,7 +464,7 @@ def test_a_crowd_of_regions_is_drawn(qtbot, timeline, document):
 def test_the_other_detector_stands_beside(qtbot, timeline, document):
     """Its own τ, its own intervals, of the chain that is selected; it follows clip and method."""
     timeline.toggles["other"].setChecked(True)
-    qtbot.waitUntil(lambda: bool(timeline.other.intervals))
+    qtbot.waitUntil(lambda: bool(timeline.panes["other"].intervals))
     paper = DETECTORS["paper"].analyse(document.data.motion, document.data.chains)
 
     def wanted(chain):
@@ -472,11 +472,11 @@ def test_the_other_detector_stands_beside(qtbot, timeline, document):
         return [(i.start, i.stop) for i in found]
 
     def shown():
-        return [(j.interval.start, j.interval.stop) for j in timeline.other.intervals]
+        return [(j.interval.start, j.interval.stop) for j in timeline.panes["other"].intervals]
 
     assert shown() == wanted(document.chain)
     before = document.review.state
-    edge = timeline.other.intervals[0].interval.start - 0.5
+    edge = timeline.panes["other"].intervals[0].interval.start - 0.5
     drag(qtbot, timeline, "other", spot(timeline, "other", edge), spot(timeline, "other", 60))
     assert document.review.state == before  # nothing of it is under review
     document.select_chain("RightUpLeg")
@@ -484,8 +484,8 @@ def test_the_other_detector_stands_beside(qtbot, timeline, document):
     assert shown() == wanted("RightUpLeg")
     document.use_method("paper")
     timeline.refresh()
-    assert timeline.other.method == "consistency"
-    qtbot.waitUntil(lambda: bool(timeline.other.intervals))
+    assert timeline.panes["other"].method == "consistency"
+    qtbot.waitUntil(lambda: bool(timeline.panes["other"].intervals))
     ours = DETECTORS["consistency"].analyse(document.data.motion, document.data.chains)
     found = ours.intervals("RightUpLeg", ours.automatic_tau("RightUpLeg"))
     assert shown() == [(i.start, i.stop) for i in found]

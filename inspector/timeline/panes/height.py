@@ -1,0 +1,44 @@
+"""How far the middle joint of a limb is off the line from its root to its end."""
+
+from __future__ import annotations
+
+from inspector.language import of_core, tr
+from inspector.timeline.curves import Curves, Title
+from inspector.timeline.limb_curves import LimbCurves
+from inspector.timeline.pane import CurveStyle, Pane
+from inspector.timeline.plot import Plot
+
+
+def _axis(curves: Curves) -> str:
+    return tr("off line (%)") if isinstance(curves, LimbCurves) else ""
+
+
+def _draw_clip(curves: Curves, pane: Pane) -> None:
+    assert isinstance(curves, LimbCurves)
+    pane.set_curve("height", curves.height)
+    pane.show_values(0.0, max(10.0, float(curves.height.max(initial=0.0))))
+
+
+def _describe(curves: Curves, frame: int) -> Title:
+    assert isinstance(curves, LimbCurves)
+    joint = of_core(curves.limb.middle_word)
+    joint = joint[:1].upper() + joint[1:]
+    return [
+        (f"{tr('{joint} off the line', joint=joint)} ", "soft"),
+        (f"{curves.height[frame]:5.1f} %", "text"),
+        (f" {tr('of the limb')}", "soft"),
+    ]
+
+
+plot = Plot(
+    key="height",
+    title=tr("A limb's middle joint off its line"),
+    place=30,
+    weight=3,
+    priority=50,
+    axis=_axis,
+    draw_clip=_draw_clip,
+    describe=_describe,
+    styles=(CurveStyle("height", "text"),),
+    unit=" %",
+)

@@ -1,0 +1,37 @@
+"""What another detector says of the selected chain."""
+
+from __future__ import annotations
+
+from PySide6.QtWidgets import QWidget
+
+from inspector.language import tr
+from inspector.session.document import Document
+from inspector.timeline.chain_curves import ChainCurves
+from inspector.timeline.curves import Curves
+from inspector.timeline.layers import Scenery
+from inspector.timeline.other_detector import Onlooker, OtherDetector
+from inspector.timeline.pane import Pane
+from inspector.timeline.plot import Plot
+
+
+def _axis(curves: Curves) -> str:
+    return tr("strength (°)") if isinstance(curves, ChainCurves) else ""
+
+
+def _build(document: Document, scenery: Scenery, parent: QWidget) -> Pane:
+    return OtherDetector(document, scenery.theme, parent)
+
+
+plot = Plot(
+    key="other",
+    title=tr("The other detector"),
+    place=50,
+    weight=4,
+    priority=20,
+    axis=_axis,
+    at_first=False,
+    root=True,
+    no_limb=tr("Flips of a limb have one detector; the other is shown with a chain."),
+    gestures=Onlooker,
+    build=_build,
+)

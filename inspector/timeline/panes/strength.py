@@ -1,0 +1,70 @@
+"""What τ is compared with; of a limb, how far its swivel jumps in a frame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inspector.language import tr
+from inspector.timeline.chain_curves import ChainCurves
+from inspector.timeline.curves import NOTHING, SAME, Curves, Title, in_degrees, widened
+from inspector.timeline.limb_curves import LimbCurves
+from inspector.timeline.pane import CurveStyle, Pane
+from inspector.timeline.plot import Plot
+
+
+def _axis(curves: Curves) -> str:
+    return "Δφ (°)" if isinstance(curves, LimbCurves) else tr("strength (°)")
+
+
+def _draw_clip(curves: Curves, pane: Pane) -> None:
+    pane.set_curve("strength", curves.strength)
+    pane.set_curve("after", NOTHING)
+    if isinstance(curves, ChainCurves):
+        m = np.degrees(curves.before.strength)
+        pane.set_curve("m", np.full_like(m, np.nan) if curves.is_m else m)
+    else:
+        pane.set_curve("m", NOTHING)
+
+
+def _draw(curves: Curves, pane: Pane) -> None:
+    if isinstance(curves, LimbCurves):
+        size = np.degrees(np.abs(curves.departures))
+        apart = widened(np.abs(size - curves.strength) > np.degrees(SAME))
+        pane.set_curve("after", np.where(apart, size, np.nan))
+
+
+def _describe(curves: Curves, frame: int) -> Title:
+    own, scale = in_degrees(float(curves.strength[frame])), (f"   {tr('√ scale')}", "soft")
+    if isinstance(curves, LimbCurves):
+        after = in_degrees(float(np.degrees(np.abs(curves.departures[frame]))))
+        words: Title = [(f"{tr('Jump per frame')} ", "soft"), ("Δφ", "text")]
+        return [*words, (own, "before"), (after, "after"), scale]
+    assert isinstance(curves, ChainCurves)
+    strength = (f"{tr('Strength')} ", "soft")
+    if curves.is_m:
+        return [strength, ("m", "text"), (own, "before"), scale]
+    m = in_degrees(float(np.degrees(curves.before.strength[frame])))
+    return [strength, (own, "before"), ("   " + tr("paper's m ╌"), "soft"), (m, "soft"), scale]
+
+
+plot = Plot(
+    key="strength",
+    title=tr("Strength with τ"),
+    place=40,
+    weight=4,
+    priority=10,
+    axis=_axis,
+    draw=_draw,
+    draw_clip=_draw_clip,
+    describe=_describe,
+    # The paper's m(t) lies dimmed under the strength of another detector, to be compared with it.
+    # That of a limb has another after its correction.
+    styles=(
+        CurveStyle("m", "soft", dashed=True),
+        CurveStyle("after", "after"),
+        CurveStyle("strength", "before"),
+    ),
+    root=True,
+    dots=(("strength", "m", False),),
+    takes_tau=True,
+)

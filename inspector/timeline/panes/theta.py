@@ -1,0 +1,93 @@
+"""The twist of parent and child; of a limb, its swivel."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from inspector.language import tr
+from inspector.timeline.chain_curves import ANGLES, ChainCurves
+from inspector.timeline.curve_values import above, degrees_about
+from inspector.timeline.curves import NOTHING, SAME, Curves, Title, number, widened
+from inspector.timeline.limb_curves import LimbCurves
+from inspector.timeline.pane import BEFORE_AND_AFTER, Pane
+from inspector.timeline.plot import Plot
+from twistcore.skeleton.rotation import wrap
+
+_LEAST = 20.0  # degrees that it spans
+
+
+def _axis(curves: Curves) -> str:
+    return "φ (°)" if isinstance(curves, LimbCurves) else "θ (°)"
+
+
+def _draw_clip(curves: Curves, pane: Pane) -> None:
+    if isinstance(curves, LimbCurves):
+        for name in ("c_before", "c_after"):
+            pane.set_curve(name, NOTHING)
+        y, _ = above(curves.swivel.angle, curves.seam)
+        curves.grow(pane, y, _LEAST)
+    elif isinstance(curves, ChainCurves):
+        for k, name in ANGLES:
+            y, _ = degrees_about(getattr(curves.before, name), curves.centres[k])
+            curves.grow(pane, y, _LEAST)
+
+
+def _draw(curves: Curves, pane: Pane) -> None:
+    if isinstance(curves, LimbCurves):
+        was, now = curves.swivel.angle, curves.after
+        y, seams = above(now, curves.seam)
+        pane.set_curve("p_after", y, seams)
+        curves.grow(pane, y, _LEAST)
+        y, seams = above(was, curves.seam)
+        apart = widened(np.abs(wrap(was - now)) > SAME)
+        pane.set_curve("p_before", np.where(apart, y, np.nan), seams)
+    elif isinstance(curves, ChainCurves):
+        for k, name in ANGLES:
+            was, now = getattr(curves.before, name), getattr(curves.after, name)
+            y, seams = degrees_about(now, curves.centres[k])
+            pane.set_curve(f"{k}_after", y, seams)
+            curves.grow(pane, y, _LEAST)
+            # The clip as it is, only where it differs: two lines on each other would mix colours.
+            apart = widened(np.abs(wrap(was - now)) > SAME)
+            y, seams = degrees_about(np.where(apart, was, np.nan), curves.centres[k])
+            pane.set_curve(f"{k}_before", y, seams)
+
+
+def _describe(curves: Curves, frame: int) -> Title:
+    legend: Title = [(f"{tr('━ before')} ", "before"), (tr("━ after"), "after")]
+    if isinstance(curves, LimbCurves):
+        return [
+            (f"{tr('Swivel')} ", "soft"),
+            ("φ", "text"),
+            (number(curves.swivel.angle, frame), "before"),
+            (number(curves.after, frame), "after"),
+            ("   ", "soft"),
+            *legend,
+        ]
+    assert isinstance(curves, ChainCurves)
+    return [(f"{tr('Twist')} ", "soft"), *curves.both_angles("", frame), *legend]
+
+
+def _height(curves: Curves, name: str, angle: float) -> float:
+    """Next to its curve: in the turn that the curve is in."""
+    if not isinstance(curves, ChainCurves):
+        return float(np.degrees(angle))
+    y, _ = degrees_about(np.array([angle]), curves.centres[name[-1]])
+    return float(y[0])
+
+
+plot = Plot(
+    key="theta",
+    title=tr("Twist θp and azimuth θc; a limb's swivel φ"),
+    place=10,
+    weight=4,
+    priority=30,
+    axis=_axis,
+    draw=_draw,
+    draw_clip=_draw_clip,
+    describe=_describe,
+    height=_height,
+    styles=BEFORE_AND_AFTER,
+    glyphs=True,
+    dots=(("theta_p", "θp", False), ("theta_c", "θc", True)),
+)
