@@ -25,7 +25,7 @@ from inspector.session.document import Document
 from inspector.session.opening import analyse
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.theme import DARK
+from inspector.widgets.theme import DARK, Colours
 from tests.gui.waiting import wait
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
@@ -65,7 +65,7 @@ def look(document: Document, view: Viewport, clip: Path) -> None:
 def measure(count: int) -> dict[str, float | int]:
     """Memory and objects after the warm-up and at the end."""
     document = Document()
-    view = Viewport(document, DARK)
+    view = Viewport(document, Colours(DARK))
     view.resize(640, 400)
     view.show()
     QTest.qWaitForWindowExposed(view)

@@ -29,7 +29,7 @@ from inspector.session.opening import Analysed, analyse
 from inspector.viewport import opengl
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.theme import DARK
+from inspector.widgets.theme import DARK, Colours
 from tests.gui.waiting import wait
 from twistcore.detection import Interval
 from twistcore.review import Insert
@@ -100,7 +100,7 @@ def measure(clip: Path, frames: int) -> Figures:
     data = analyse(clip)
     document = Document()
     document.show_clip(data)
-    viewport, tubes = Viewport(document, DARK), Tubes(data)
+    viewport, tubes = Viewport(document, Colours(DARK)), Tubes(data)
     for window in (viewport, tubes):
         window.resize(*SIZE)
         window.show()

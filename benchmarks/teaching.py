@@ -29,7 +29,7 @@ from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
 from inspector.viewport import opengl
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.theme import DARK
+from inspector.widgets.theme import DARK, Colours
 from tests.gui.waiting import wait
 
 CLIP = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
@@ -45,10 +45,10 @@ def measure(clip: Path, frames: int) -> Figures:
     """Medians in milliseconds."""
     document = Document()
     document.show_clip(analyse(clip))
-    viewport, timeline = Viewport(document, DARK), Timeline(document, DARK)
+    colours = Colours(DARK)
+    viewport, timeline = Viewport(document, colours), Timeline(document, colours)
     taught = TaughtFrame(document)
     panel = TeachingPanel(taught, viewport, timeline, [])
-    panel.set_theme(DARK)
     for widget, size in ((viewport, (1280, 411)), (panel, (545, 640))):
         widget.resize(*size)
         widget.show()

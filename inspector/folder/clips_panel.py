@@ -27,7 +27,7 @@ from inspector.session.document import Document
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.review import Decision
 
 _ROWS = 10  # clips that are to be seen at least, where there is room
@@ -181,10 +181,10 @@ class ClipsPanel(QWidget):
 
     chosen = Signal(object)  # Path
 
-    def __init__(self, queue: FolderQueue, document: Document, theme: Theme) -> None:
+    def __init__(self, queue: FolderQueue, document: Document, colours: Colours) -> None:
         super().__init__()
         self._queue, self._document = queue, document
-        self._model = _ClipModel(theme)
+        self._model = _ClipModel(colours)
         self._order: tuple[int, bool] | None = None  # column, whether downwards; None: worst first
         self.table = RowTable(self._model, room=2)
         self.table.setAccessibleName(tr("Clips of the folder"))
@@ -246,10 +246,6 @@ class ClipsPanel(QWidget):
         self.table.keep_room(_NAME_WIDTH, (_EXPORT, _SEVERITY))
         header.setSectionsClickable(True)
         header.sectionClicked.connect(self._sort_by)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._model.set_theme(theme)
 
     def _count_open(self) -> None:
         """The open clip's row follows its review."""

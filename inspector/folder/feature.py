@@ -14,9 +14,8 @@ class Folder(Part):
 
     def __init__(self, window: Window) -> None:
         self.queue = FolderQueue(parent=window)
-        self.clips = ClipsPanel(self.queue, window.document, window.colours.theme)
+        self.clips = ClipsPanel(self.queue, window.document, window.colours)
         self.clips.chosen.connect(window.open_path)
-        window.colours.changed.connect(self.clips.set_theme)
 
     def connect(self, window: Window) -> None:
         """Let the actions write what is listed."""

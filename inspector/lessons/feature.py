@@ -15,8 +15,7 @@ class Lessons(Part):
     """The card that leads through a lesson, and what the actions of teaching do."""
 
     def __init__(self, window: Window) -> None:
-        self.guide = GuideCard(window.part(teaching).teaching.typesetter)
-        window.colours.changed.connect(self.guide.set_theme)
+        self.guide = GuideCard(window.part(teaching).teaching.typesetter, window.colours)
 
     def connect(self, window: Window) -> None:
         """Let lessons drive the program."""

@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QToolButton, QWi
 from inspector.language import tr, tr_as
 from inspector.lessons.lesson_text import LessonText
 from inspector.widgets.building import hbox, tool_button, vbox
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from inspector.widgets.typeset import Typesetter
 
 
@@ -21,16 +21,16 @@ class GuideCard(QWidget):
 
     linked = Signal(str)  # a link in the text was clicked: its address
 
-    def __init__(self, typesetter: Typesetter) -> None:
+    def __init__(self, typesetter: Typesetter, colours: Colours) -> None:
         super().__init__()
-        self._theme: Theme | None = None
+        self._colours = colours
         self._typesetter = typesetter
         self.done = False  # whether what was to be done is done
         self._task = ""
         self.title, self.task = QLabel(wordWrap=True), QLabel(wordWrap=True)
         self.title.setTextFormat(Qt.TextFormat.PlainText)
         self.task.setTextFormat(Qt.TextFormat.RichText)
-        self.body = LessonText(typesetter)
+        self.body = LessonText(typesetter, colours)
         self.body.setAccessibleName(tr("Text of the page"))
         self.body.anchorClicked.connect(lambda at: self.linked.emit(at.toString()))
         self.controls, self._buttons, self._leave = hbox(spacing=6), hbox(spacing=4), QHBoxLayout()
@@ -38,12 +38,10 @@ class GuideCard(QWidget):
         content = head, (self.body, 1), self.task, self.controls, self._buttons
         vbox(*content, owner=self, margins=(10, 8, 10, 10), spacing=6)
         self.setMinimumHeight(240)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
         self.title.setStyleSheet("font-weight: 600; font-size: 14px")
-        self.body.set_theme(theme)
+        colours.changed.connect(self._colour)
+
+    def _colour(self) -> None:
         self.set_done(self.done)
 
     def prepare(self, formulas: Sequence[str]) -> None:
@@ -69,9 +67,7 @@ class GuideCard(QWidget):
     def set_done(self, done: bool) -> None:
         """Whether what was to be done is done."""
         self.done = done
-        theme = self._theme
-        if theme is None:
-            return
+        theme = self._colours.theme
         colour, mark = (theme.accepted, "✓") if done else (theme.accent, "▸")
         self.task.setVisible(bool(self._task))
         self.task.setText(f"{mark} {_plain(self._task)}")

@@ -135,10 +135,8 @@ class LessonActions:
 
     def why_quaternions(self) -> None:
         """One joint through ±180° with five trackers, in a window of its own."""
-        theme = self.window.colours.theme
         if self.five_trackers is None:
-            self.five_trackers = FiveTrackers(theme, self.window)
-            self.window.colours.changed.connect(self.five_trackers.set_theme)
+            self.five_trackers = FiveTrackers(self.window.colours, self.window)
         bring_to_front(self.five_trackers)
         self.five_trackers.activateWindow()
 

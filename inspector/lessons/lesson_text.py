@@ -17,7 +17,7 @@ from PySide6.QtGui import (
 from PySide6.QtWidgets import QTextBrowser
 
 from inspector.language import tr
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 from inspector.widgets.typeset import EM, Typesetter
 
 _TEX = re.compile(r"(?<![\\$])\$([^$\n]+)\$(?!\$)")
@@ -34,16 +34,16 @@ def formulas(markdown: str) -> tuple[str, ...]:
 class LessonText(QTextBrowser):
     """Shows a text; formulas stand as their source until they are set."""
 
-    def __init__(self, typesetter: Typesetter) -> None:
+    def __init__(self, typesetter: Typesetter, colours: Colours) -> None:
         super().__init__(openLinks=False)
         self._typesetter = typesetter
         self._markdown, self._ink = "", "#000000"
         self._pictures: dict[str, QImage] = {}
         self.setFrameShape(QTextBrowser.Shape.NoFrame)
         typesetter.ready.connect(self._again)
+        colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
+    def _colour(self, theme: Theme) -> None:
         self._ink = theme.text
         self.setStyleSheet(f"background: {theme.window}; color: {theme.text}")
         self._again()

@@ -21,7 +21,7 @@ from inspector.session.examined import in_a_line, left_out, not_examined
 from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import as_tip
 from inspector.widgets.tables import BesideDelegate, Index, Row, RowDelegate, RowModel, RowTable
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.analysis.correction import children_off_axis
 from twistcore.detection import Kind
 from twistcore.detection.limb_flips import BENT
@@ -89,8 +89,8 @@ class _ChainModel(RowModel[_Shown]):
     right = range(1, len(_HEADS))
     middle = (0,)
 
-    def __init__(self, document: Document, theme: Theme) -> None:
-        super().__init__(theme)
+    def __init__(self, document: Document, colours: Colours) -> None:
+        super().__init__(colours)
         self._document = document
 
     def key(self, thing: _Shown) -> str:
@@ -98,11 +98,11 @@ class _ChainModel(RowModel[_Shown]):
 
     def describe(self, thing: _Shown) -> Row:
         done = thing.decided == thing.found
-        colours = {} if thing.found else dict.fromkeys(range(len(_HEADS)), self.theme.soft)
+        inks = {} if thing.found else dict.fromkeys(range(len(_HEADS)), self.theme.soft)
         if thing.found:
-            colours[1] = self.theme.accepted if done else self.theme.undecided
+            inks[1] = self.theme.accepted if done else self.theme.undecided
         if thing.doubtful:
-            colours[_AZIMUTH] = self.theme.warning
+            inks[_AZIMUTH] = self.theme.warning
         return Row(
             texts=(
                 thing.label,
@@ -111,7 +111,7 @@ class _ChainModel(RowModel[_Shown]):
                 f"{thing.tau:.1f}°",
                 f"{100 * thing.reliability:.0f} %",
             ),
-            colours=colours,
+            colours=inks,
             tips=tuple("\n".join((tip, *thing.notes)) for tip in thing.tips),
             tick=thing.ticked,
             beside=thing.joints,
@@ -135,10 +135,10 @@ class ChainsPanel(QWidget):
     Above it a line names what was not examined, with the button of `joint_names`.
     """
 
-    def __init__(self, document: Document, theme: Theme, joint_names: QAction) -> None:
+    def __init__(self, document: Document, colours: Colours, joint_names: QAction) -> None:
         super().__init__()
         self._document = document
-        self._model = _ChainModel(document, theme)
+        self._model = _ChainModel(document, colours)
         self.table = RowTable(self._model)
         self.table.setAccessibleName(tr("Chains and limbs"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table))
@@ -187,10 +187,6 @@ class ChainsPanel(QWidget):
         document.intervals_changed.connect(self._refresh)
         document.chain_changed.connect(self._select_row)
         self._reset()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._model.set_theme(theme)
 
     def _refresh(self) -> None:
         data, document = self._document.data, self._document

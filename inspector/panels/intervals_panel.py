@@ -21,7 +21,7 @@ from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.signed_numbers import angle_of, plain, signed
 from inspector.widgets.tables import Row, RowDelegate, RowModel, RowTable
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, overlapping
@@ -48,8 +48,8 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
     right = tuple(k for k, column in enumerate(COLUMNS) if column.figures)
     middle = (PLACE["chain"],)
 
-    def __init__(self, document: Document, theme: Theme) -> None:
-        super().__init__(theme)
+    def __init__(self, document: Document, colours: Colours) -> None:
+        super().__init__(colours)
         self._document = document
 
     def key(self, thing: tuple[Judged, bool]) -> int:
@@ -146,7 +146,9 @@ class IntervalsPanel(QWidget):
 
     activated = Signal()  # a double click: look at it
 
-    def __init__(self, document: Document, theme: Theme, settings: Settings | None = None) -> None:
+    def __init__(
+        self, document: Document, colours: Colours, settings: Settings | None = None
+    ) -> None:
         """`settings`: which columns are shown, and what the rows are sorted by, is kept there."""
         super().__init__()
         self._document = document
@@ -157,7 +159,7 @@ class IntervalsPanel(QWidget):
         self._told_of: dict[int, Judged] = {}  # what the columns have room for, by id()
         self._later = QTimer(self, singleShot=True, interval=0)
         self._later.timeout.connect(self._filter_anew)
-        self._model = _IntervalModel(document, theme)
+        self._model = _IntervalModel(document, colours)
         self._proxy = FilteredRows(self._model, self._lists)
         self.table = RowTable(self._proxy, several=True)
         self.table.setAccessibleName(tr("Intervals"))
@@ -291,10 +293,6 @@ class IntervalsPanel(QWidget):
         parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
         words = of_core(judged.decision), _end(judged), reason, told_reason(reason), judged.note
         return " ".join((*parts, *words))
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._model.set_theme(theme)
 
     def order_by(self, order: str) -> None:
         """List by 'time' or by 'chain'; a click on a head lists otherwise."""

@@ -22,7 +22,7 @@ from inspector.language import tr
 from inspector.widgets.building import hbox, hint, soft, vbox
 from inspector.widgets.icons import SIDE, icon
 from inspector.widgets.labels import as_entry, as_tip
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 
 _RECENT = 5
 _PARTS = 4  # of a way to a folder
@@ -46,6 +46,7 @@ class StartPage(QScrollArea):
         actions: Mapping[str, QAction],
         open_path: Callable[[Path], None],
         complaint: str,
+        colours: Colours,
     ) -> None:
         """`view`: what it covers; complaint: why there is no 3D view, or ''."""
         super().__init__(view)
@@ -76,9 +77,9 @@ class StartPage(QScrollArea):
         self.setWidget(page)
         view.installEventFilter(self)
         self.setGeometry(view.rect())
+        colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Draw in other colours."""
+    def _colour(self, theme: Theme) -> None:
         for name, button in self.buttons.items():
             button.setIcon(icon(name, theme))
 

@@ -13,10 +13,9 @@ class Quality(Part):
     """The quality tab; what it tracks is in the 3D view too."""
 
     def __init__(self, window: Window) -> None:
-        theme, actions = window.colours.theme, window.actions_by_id
-        self.quality = QualityPanel(window.document, theme, actions)
+        colours, actions = window.colours, window.actions_by_id
+        self.quality = QualityPanel(window.document, colours, actions)
         window.viewport.accompany(self.quality.tracked)
-        window.colours.changed.connect(self.quality.set_theme)
 
     def connect(self, window: Window) -> None:
         """Compute nothing for a tab that nobody sees."""

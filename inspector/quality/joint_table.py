@@ -12,7 +12,7 @@ from inspector.language import tr
 from inspector.quality.evidence import MEASURES, Evidence
 from inspector.session.document import Document
 from inspector.widgets.tables import Row, RowModel
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,8 @@ class JointsModel(RowModel[_Joint]):
     head_tips = ("", *(m.tip for m in MEASURES))
     right = range(1, 1 + len(MEASURES))
 
-    def __init__(self, document: Document, evidence: Evidence, theme: Theme) -> None:
-        super().__init__(theme)
+    def __init__(self, document: Document, evidence: Evidence, colours: Colours) -> None:
+        super().__init__(colours)
         self._document, self._evidence = document, evidence
         self._tracked: frozenset[str] = frozenset()
         self._place_tracked = False

@@ -19,7 +19,7 @@ from inspector.widgets.building import hint, vbox
 from inspector.widgets.labels import Caption, bold, inked, plain_text
 from inspector.widgets.later import Stale
 from inspector.widgets.tables import RowTable
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
 
 _SAMPLE, _PAD = "00000", 12  # figures of a column, and pixels beside them
@@ -32,9 +32,11 @@ _REST_MS = 400  # a playhead that runs is not told of
 class QualityPanel(QWidget):
     """Draws what `evidence` and `tracked` know; the choice of joints is the table's."""
 
-    def __init__(self, document: Document, theme: Theme, actions: Mapping[str, QAction]) -> None:
+    def __init__(
+        self, document: Document, colours: Colours, actions: Mapping[str, QAction]
+    ) -> None:
         super().__init__()
-        self._document, self._actions, self._theme = document, actions, theme
+        self._document, self._actions, self._colours = document, actions, colours
         self.evidence = Evidence(document, self)
         self.tracked = Tracked(document, self)
         self.measure = 0
@@ -43,7 +45,7 @@ class QualityPanel(QWidget):
         self._stale.due.connect(self.refresh)
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
         self._rest.timeout.connect(self._describe)
-        self._build(theme)
+        self._build(colours)
         self.evidence.changed.connect(self._renewed)
         self.tracked.changed.connect(self._stale.mark)
         for signal in (document.intervals_changed, document.numbering_changed):
@@ -51,16 +53,17 @@ class QualityPanel(QWidget):
         document.frame_changed.connect(self._move)
         document.chain_changed.connect(self._follow_chain)
         document.opened.connect(self._forget_wish)
-        self.set_theme(theme)
+        colours.changed.connect(self._stale.mark)
+        self._stale.mark()
 
-    def _build(self, theme: Theme) -> None:
+    def _build(self, colours: Colours) -> None:
         self.hint = hint(_EMPTY)
         self._pages = QStackedLayout(self)
         self._pages.addWidget(self.hint)
         content = QWidget()
         self._pages.addWidget(content)
         self.figure_words = Caption(soft=True)
-        self.model = JointsModel(self._document, self.evidence, theme)
+        self.model = JointsModel(self._document, self.evidence, colours)
         self.table = RowTable(self.model, several=True, room=5)
         self.table.setAccessibleName(tr("Joints and their measures"))
         self.table.setSortingEnabled(True)
@@ -74,13 +77,13 @@ class QualityPanel(QWidget):
         self.table.selectionModel().selectionChanged.connect(self._stale.mark)
         self.table.selectionModel().currentChanged.connect(self._stale.mark)
         self.curve_words = Caption()
-        self.plot = TracePlot(theme)
+        self.plot = TracePlot(colours)
         self.plot.setAccessibleName(tr("The measure of the selected joint over time"))
         self.plot.setToolTip(tr("Click to go to the frame"))
         self.plot.asked.connect(self._document.go_to)
         over_time = QWidget()
         vbox(self.curve_words, (self.plot, 1), owner=over_time, margins=(0, 0, 0, 0), spacing=2)
-        self.page = TrackPage(self._document, self.tracked, theme, self._actions)
+        self.page = TrackPage(self._document, self.tracked, colours, self._actions)
         self.page.all_asked.connect(lambda: self.choose(*self.model.rows))
         split = QSplitter(Qt.Orientation.Vertical, childrenCollapsible=False)
         for place, (part, stretch) in enumerate(((self.table, 3), (over_time, 2))):
@@ -91,13 +94,6 @@ class QualityPanel(QWidget):
         self.tabs.addTab(split, tr("Joints"))
         self.tabs.addTab(self.page, tr("Track with QuaMo"))
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
-        for part in (self.model, self.plot, self.page):
-            part.set_theme(theme)
-        self._stale.mark()
 
     def set_seen(self, on: bool) -> None:
         """The tab comes to the front or goes: nothing is computed unseen."""
@@ -233,7 +229,7 @@ class QualityPanel(QWidget):
             text = tr(
                 "Figure, corrected {tracked}: jitter {was:.2f} → {now:.2f} mm/frame³ at 25 Hz, "
                 "foot slide {slid:.1f} → {slides:.1f} %, deviation {deviation:.1f} mm",
-                tracked=inked(tr("→ and tracked"), self._theme.tracked),
+                tracked=inked(tr("→ and tracked"), self._colours.theme.tracked),
                 was=before.jitter,
                 now=after.jitter,
                 slid=before.foot_slide,

@@ -26,7 +26,7 @@ from inspector.quality.tracked_clip import Tracked
 from inspector.session.document import Document
 from inspector.widgets.building import Wrapping, action_button, hbox, soft, tool_button, vbox
 from inspector.widgets.labels import Caption, as_tip, bold, inked, plain_text
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.export.tracking import DEMONSTRATION, WARNING, Traces, knows_learned, weights_mark
 from twistcore.quamo import Gains
@@ -46,21 +46,22 @@ class TrackPage(QWidget):
     all_asked = Signal()
 
     def __init__(
-        self, document: Document, tracked: Tracked, theme: Theme, actions: Mapping[str, QAction]
+        self, document: Document, tracked: Tracked, colours: Colours, actions: Mapping[str, QAction]
     ) -> None:
         super().__init__()
-        self._document, self._tracked, self._theme = document, tracked, theme
+        self._document, self._tracked, self._colours = document, tracked, colours
         self._joint = ""
         self._shown: tuple[object, ...] = ()
         self._said: Tracking | None = None  # what the review tracked when last looked
         self._given: Tracking | None = None  # asked for here: what the page shows since is newer
-        self._build(actions, theme)
+        self._build(actions)
+        colours.follow(self._colour)
         self.take_clip()
         document.opened.connect(self.take_clip)
         document.intervals_changed.connect(self._follow_review)
         tracked.progress.connect(lambda share: self.bar.setValue(round(100.0 * share)))
 
-    def _build(self, actions: Mapping[str, QAction], theme: Theme) -> None:
+    def _build(self, actions: Mapping[str, QAction]) -> None:
         self.warning = Caption()
         self.boxes: dict[str, QDoubleSpinBox] = {}
         self._usual: dict[str, float] = {}  # gains that go with the clip and the direction
@@ -114,7 +115,7 @@ class TrackPage(QWidget):
         self.done = Caption(soft=True)
         self.done.hide()
         self.gain_words, self.part_words = Caption(), Caption()
-        self.gains, self.parts = TracePlot(theme, " %"), TracePlot(theme)
+        self.gains, self.parts = TracePlot(self._colours, " %"), TracePlot(self._colours)
         for plot, name in (
             (self.gains, tr("Gains over time, per cent of 1000, 30 and 1000")),
             (self.parts, tr("Parts of the acceleration over time, rad/s²")),
@@ -138,11 +139,7 @@ class TrackPage(QWidget):
         content = self.warning, gains, acting, self.done, (plots, 1)
         vbox(*content, owner=self, margins=(0, 4, 0, 0), spacing=3)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
-        self.gains.set_theme(theme)
-        self.parts.set_theme(theme)
+    def _colour(self, theme: Theme) -> None:
         self.warning.set_text(
             f"{inked(f'⚠ {of_core(WARNING)}', theme.warning)} {of_core(DEMONSTRATION)}"
         )
@@ -253,7 +250,7 @@ class TrackPage(QWidget):
                     "Tracked both ways: {done}; untracked: {rest}", done=done_words, rest=rest_words
                 )
             )
-        state = (result, self._joint, self._theme, self._document.first_frame)
+        state = (result, self._joint, self._colours.theme, self._document.first_frame)
         if state != self._shown:
             self._shown = state
             self._draw()
@@ -310,7 +307,7 @@ class TrackPage(QWidget):
             plot.setAccessibleDescription(plain_text(words.text()))
 
     def _key(self, role: str, text: str) -> str:
-        return inked(f"━ {text}", getattr(self._theme, role))
+        return inked(f"━ {text}", getattr(self._colours.theme, role))
 
 
 @lru_cache

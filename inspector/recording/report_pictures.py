@@ -70,7 +70,7 @@ class OffscreenRenderer:
         grid.paint((back + 0.85 * strength[:, None] * (ink - back)).astype(np.uint8))
         shapes = Shapes(Style.SKIN, bones, chains, height, fine=True)
         solid = Solid(shapes, ground, self._renderer)
-        solid.set_theme(LIGHT)
+        solid.colour(LIGHT)
         try:
             for k, pair in enumerate(figure.pairs):
                 chain = _named(figure, pair)

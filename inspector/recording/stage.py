@@ -22,7 +22,7 @@ from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if_values import plotted
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.theme import LIGHT
+from inspector.widgets.theme import LIGHT, Colours
 from inspector.widgets.typeset import Typesetter
 
 WHITE = replace(LIGHT, window="#ffffff", raised="#ffffff")  # paper has no grey of its own
@@ -55,6 +55,7 @@ class Stage(QWidget):
         paper = choice.paper if not self._film else Paper()
         self._units = SCREEN_DPI / paper.dpi * USUAL_POINTS / paper.points  # a pixel
         self.theme = WHITE if paper.white else shown.viewport.theme
+        self._colours = Colours(self.theme, self)  # its own: the program's may change meanwhile
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
         self._dress()
         self.document = shown.taught.document.snapshot(self)
@@ -98,28 +99,28 @@ class Stage(QWidget):
 
     def _make(self, shown: Shown, contents: Contents) -> None:
         if contents.view:
-            self.viewport = Viewport(self.document, self.theme)
+            self.viewport = Viewport(self.document, self._colours)
             self.viewport.setParent(self)
             self.viewport.look_like(shown.viewport)
             if self.taught.active:
                 guest = GizmoGuest(self.viewport, self.taught, shown.typesetter)
                 self.viewport.invite(guest)
         if contents.curves:
-            self.timeline = Timeline(self.document, self.theme)
+            self.timeline = Timeline(self.document, self._colours)
             self.timeline.setParent(self)
-            self.timeline.set_theme(self.theme)  # again: what is given a parent forgets its colours
+            self._colours.use(self.theme)  # again: what is given a parent forgets its colours
             self.timeline.plots_button.hide()
             if not self._film:
                 self.timeline.become_figure()
         if contents.equations:
-            self.equations = Equations(self.taught, shown.typesetter)
+            self.equations = Equations(self.taught, shown.typesetter, self._colours)
             self.equations.setParent(self)
             self._set_up(self.equations)
 
     def _set_up(self, equations: Equations) -> None:
         """As large as its rows need, with nothing to press and nothing to be looked up."""
         self._ink(equations)
-        equations.set_theme(self.theme)
+        equations.refresh()
         equations.show_only(self.taught.rows or None)
         equations.show_lit(self.taught.lit)
         for head in equations.heads:

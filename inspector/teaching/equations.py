@@ -26,7 +26,7 @@ from inspector.teaching.symbols import SYMBOLS, colour
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.widgets.building import RIGHT, Wrapping, hbox, soft
 from inspector.widgets.labels import SteadyLabel
-from inspector.widgets.theme import Theme, figures_font
+from inspector.widgets.theme import Colours, figures_font
 from inspector.widgets.typeset import EM, Typesetter
 
 _SIZE = 0.97  # of a formula, in lines
@@ -83,11 +83,13 @@ class _Typeset:
 class SymbolButton(QAbstractButton):
     """A symbol to click."""
 
-    def __init__(self, symbol: str, typesetter: Typesetter, row: _Row = _ROW) -> None:
+    def __init__(
+        self, symbol: str, typesetter: Typesetter, colours: Colours, row: _Row = _ROW
+    ) -> None:
         super().__init__()
         self.symbol = symbol
         self._formula = _Typeset(self, typesetter, SYMBOLS[symbol].tex, row)
-        self._theme: Theme | None = None
+        self._colours = colours
         self._calm = False
         self._value = ""
         self._ink = self._paper = "#000000"
@@ -99,10 +101,7 @@ class SymbolButton(QAbstractButton):
         self.setToolTip(tr("{what}. Click to light it up.", what=what))
         self.setAccessibleName(words)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
+        colours.changed.connect(self._inked)
         self._inked()
 
     def set_calm(self, *, calm: bool) -> None:
@@ -112,10 +111,9 @@ class SymbolButton(QAbstractButton):
             self._inked()
 
     def _inked(self) -> None:
-        if (theme := self._theme) is not None:
-            family = "bone" if self._calm else SYMBOLS[self.symbol].family
-            self._ink, self._paper = colour(family, theme), theme.surface
-            self.update()
+        theme, family = self._colours.theme, "bone" if self._calm else SYMBOLS[self.symbol].family
+        self._ink, self._paper = colour(family, theme), theme.surface
+        self.update()
 
     def tell_value(self, value: str) -> None:
         """What the symbol is now, for those who hear it: said while it has the focus."""
@@ -179,10 +177,9 @@ class Equations(QWidget):
 
     clicked = Signal(str)
 
-    def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
+    def __init__(self, taught: TaughtFrame, typesetter: Typesetter, colours: Colours) -> None:
         super().__init__()
-        self._taught = taught
-        self._theme: Theme | None = None
+        self._taught, self._colours = taught, colours
         self.values: dict[str, QLabel] = {}
         self.buttons: dict[str, SymbolButton] = {}
         self.heads: list[SectionHead] = []
@@ -213,7 +210,7 @@ class Equations(QWidget):
 
     def _add(self, grid: QGridLayout, row: int, equation: Equation, typesetter: Typesetter) -> None:
         line = next((row for part, row in _HIGHER_ROWS.items() if part in equation.right), _ROW)
-        button = SymbolButton(equation.symbol, typesetter, line)
+        button = SymbolButton(equation.symbol, typesetter, self._colours, line)
         button.clicked.connect(lambda _=False, s=equation.symbol: self.clicked.emit(s))
         right = RightSide(equation.right, typesetter, line)
         selectable = Qt.TextInteractionFlag.TextSelectableByMouse
@@ -241,13 +238,6 @@ class Equations(QWidget):
         self.buttons[equation.symbol] = button
         self._rights.append(right)
         self._rows[equation.symbol] = (button, equals, both, number)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
-        for button in self.buttons.values():
-            button.set_theme(theme)
-        self.refresh()
 
     def refresh(self) -> None:
         """Every row's value of the taught frame, or none, and the joints' names."""

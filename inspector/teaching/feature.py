@@ -20,7 +20,6 @@ class Teaching(Part):
         shown = [actions[name] for name in ("tour", "exercise", "record_dialog")]
         self.teaching = TeachingPanel(self.taught, window.viewport, window.timeline, shown)
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
-        window.colours.changed.connect(self.teaching.set_theme)
 
     def connect(self, window: Window) -> None:
         """Teach while the tab is seen."""

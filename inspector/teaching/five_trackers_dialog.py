@@ -12,7 +12,7 @@ from inspector.widgets.axes import root_scale
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.labels import Caption, SteadyLabel, inked
 from inspector.widgets.signed_numbers import signed
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.skeleton.rotation import Array
 
@@ -52,15 +52,17 @@ _LEAP = 180.0  # degrees
 class FiveTrackers(QWidget):
     """A window of its own; everything in it follows the slider and the frame."""
 
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+    def __init__(self, colours: Colours, parent: QWidget | None = None) -> None:
         super().__init__(parent, Qt.WindowType.Window)
         self.setWindowTitle(tr("Why quaternions"))
         self.frame = 0
-        self._build(theme)
-        self.set_theme(theme)
+        self._colours = colours
+        self._build()
+        colours.changed.connect(self.refresh)
+        self.refresh()
         self.resize(1180, 620)
 
-    def _build(self, theme: Theme) -> None:
+    def _build(self) -> None:
         self.words = Caption()
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setRange(10, 150)  # hundredths of a turn a second
@@ -73,7 +75,7 @@ class FiveTrackers(QWidget):
         self.at.valueChanged.connect(self.go_to)
         head = hbox(tr("Speed"), (self.slider, 1), self.speed, self.at)
         self.input_words = Caption()
-        self.input = TracePlot(theme, "°")
+        self.input = TracePlot(self._colours, "°")
         self.input.setMinimumHeight(140)
         self.input.setAccessibleName(tr("Euler angles of the input"))
         grid = QGridLayout()
@@ -82,7 +84,7 @@ class FiveTrackers(QWidget):
         self.titles: dict[str, Caption] = {}
         self.plots: dict[str, TracePlot] = {}
         for column, name in enumerate(_WORDS):
-            title, plot = Caption(), TracePlot(theme, root=True)
+            title, plot = Caption(), TracePlot(self._colours, root=True)
             note = soft(QLabel(_WORDS[name], wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop))
             plot.setAccessibleName(
                 tr("{tracker}: distance from the input over time", tracker=_TITLES[name])
@@ -98,13 +100,6 @@ class FiveTrackers(QWidget):
         self.input.asked.connect(self.go_to)
         content = self.words, head, self.input_words, (self.input, 2), (grid, 3)
         vbox(*content, owner=self, margins=(12, 10, 12, 10), spacing=6)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
-        for plot in (self.input, *self.plots.values()):
-            plot.set_theme(theme)
-        self.refresh()
 
     def refresh(self) -> None:
         """Let the joint turn and the five follow it."""
@@ -138,7 +133,7 @@ class FiveTrackers(QWidget):
         for plot in (self.input, *self.plots.values()):
             plot.show_frame(self.frame)
         told = [f"{n} {signed(self.angles[self.frame, k], 0)}°" for k, (n, _) in enumerate(_EULER)]
-        inks = [getattr(self._theme, role) for _, role in _EULER]
+        inks = [getattr(self._colours.theme, role) for _, role in _EULER]
         keys = " &nbsp; ".join(inked(f"━ {t}", ink) for t, ink in zip(told, inks, strict=True))
         self.input_words.set_text(f"{tr('The input as Euler angles XYZ')} &nbsp; {keys}")
         self.input.setAccessibleDescription(", ".join(told))

@@ -42,8 +42,8 @@ class TeachingPanel(QWidget):
         self.typesetter = Typesetter(self)
         self.gizmo = GizmoGuest(viewport, taught, self.typesetter)
         self.title = Headline()
-        self.equations = Equations(taught, self.typesetter)
-        self.what_if = WhatIfBox(taught)
+        self.equations = Equations(taught, self.typesetter, viewport.colours)
+        self.what_if = WhatIfBox(taught, viewport.colours)
         buttons = [action_button(action) for action in actions]
         for button in buttons:
             button.setAutoRaise(True)
@@ -76,11 +76,9 @@ class TeachingPanel(QWidget):
         taught.lit_changed.connect(self._lit)
         taught.document.intervals_changed.connect(self._retitled)
         self.typesetter.ready.connect(self._typeset)
+        viewport.colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self.equations.set_theme(theme)
-        self.what_if.set_theme(theme)
+    def _colour(self, theme: Theme) -> None:
         for part in (self.scroll_area.viewport(), self.listed):
             part.setStyleSheet(f"background: {theme.surface}")
         self._rule.setStyleSheet(f"background: {theme.line}")

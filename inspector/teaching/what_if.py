@@ -16,7 +16,7 @@ from inspector.teaching.what_if_words import words
 from inspector.widgets.building import RIGHT, hbox, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.signed_numbers import plain, signed
-from inspector.widgets.theme import Theme, figures_font
+from inspector.widgets.theme import Colours, Theme, figures_font
 
 
 @dataclass(frozen=True)
@@ -94,10 +94,9 @@ class ToldSlider(QSlider):
 class WhatIfBox(QWidget):
     """Sliders, the player of the stages, what the child does, reset, and a sentence."""
 
-    def __init__(self, taught: TaughtFrame) -> None:
+    def __init__(self, taught: TaughtFrame, colours: Colours) -> None:
         super().__init__()
-        self._taught = taught
-        self._theme: Theme | None = None
+        self._taught, self._colours = taught, colours
         self._role = ""
         self.sliders: dict[str, ToldSlider] = {}
         self.numbers: dict[str, QLabel] = {}
@@ -142,10 +141,10 @@ class WhatIfBox(QWidget):
         self.words.setMinimumHeight(2 * self.words.fontMetrics().lineSpacing() + 2)
         buttons = hbox(self.follow, self.counter, None, self.reset, spacing=4)
         vbox(grid, buttons, self.words, owner=self, margins=(8, 4, 8, 5), spacing=3)
+        colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme, self._role = theme, ""
+    def _colour(self, theme: Theme) -> None:
+        self._role = ""
         chosen = (
             f"background: {theme.accent}; color: {theme.on_accent}; border-color: {theme.accent}"
         )
@@ -190,5 +189,4 @@ class WhatIfBox(QWidget):
         if text != self.words.text() or role != self._role:
             self._role = role
             self.words.setText(text)
-            if self._theme is not None:
-                self.words.setStyleSheet(f"color: {getattr(self._theme, role)}")
+            self.words.setStyleSheet(f"color: {getattr(self._colours.theme, role)}")

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 from inspector.timeline.regions import Regions
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.title_lines import title_lines
-from inspector.widgets.theme import Theme, figures_font, mixed
+from inspector.widgets.theme import Colours, Theme, figures_font, mixed
 from twistcore.review import Judged
 from twistcore.skeleton.rotation import Array
 
@@ -45,7 +45,7 @@ class Told:
 class Scenery:
     """What all plots show besides their curves; the time line fills it in, the layers read it."""
 
-    theme: Theme
+    colours: Colours
     scale: float = 1.0  # of type and lines: larger in a presentation
     still: bool = False  # in a figure: no number changes, none needs a column of its own
     title_lines: int = 1  # there is room for, above every plot
@@ -60,6 +60,11 @@ class Scenery:
     starts: Array = field(default_factory=lambda: np.zeros(0))
     stops: Array = field(default_factory=lambda: np.zeros(0))
     _regions: dict[object, Regions] = field(default_factory=dict)
+
+    @property
+    def theme(self) -> Theme:
+        """The colours that everything is painted in."""
+        return self.colours.theme
 
     @property
     def title_height(self) -> float:

@@ -13,7 +13,7 @@ from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.tau_line import colour_tau, tau_words
 from inspector.widgets.background import OneTask
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DETECTORS
 from twistcore.review import Judged
@@ -41,9 +41,9 @@ class OtherDetector(Pane):
     It is analysed in the background the first time it is seen, at its own automatic τ.
     """
 
-    def __init__(self, document: Document, theme: Theme, parent: QWidget | None = None) -> None:
+    def __init__(self, document: Document, colours: Colours, parent: QWidget | None = None) -> None:
         self._document = document
-        self.scenery = Scenery(theme)
+        self.scenery = Scenery(colours)
         super().__init__(
             "other", (CurveStyle("strength", "before"),), self.scenery, root=True, parent=parent
         )
@@ -51,6 +51,7 @@ class OtherDetector(Pane):
         self._task = OneTask(self)
         self._line = pg.InfiniteLine(angle=0)
         self.addItem(self._line)
+        colours.follow(self._colour_line)
 
     @property
     def method(self) -> str:
@@ -62,10 +63,7 @@ class OtherDetector(Pane):
         """What it found in the selected chain; empty while it is at work."""
         return self.scenery.intervals
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self.scenery.theme = theme
-        super().set_theme(theme)
+    def _colour_line(self, theme: Theme) -> None:
         colour_tau(self._line, theme)
 
     def move_playhead(self, before: int, after: int) -> None:

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from inspector.language import tr
 from inspector.timeline.visible_range import SMALLEST
-from inspector.widgets.theme import Theme, mixed
+from inspector.widgets.theme import Colours, mixed
 from twistcore.review import Decision, Judged
 
 HEIGHT = 26
@@ -45,9 +45,9 @@ class OverviewStrip(QWidget):
     ranged = Signal(float, float)  # and wants the plots to show this range of frames
     dropped = Signal()  # a drag is over
 
-    def __init__(self, theme: Theme, parent: QWidget | None = None) -> None:
+    def __init__(self, colours: Colours, parent: QWidget | None = None) -> None:
         super().__init__(parent)
-        self._theme = theme
+        self._colours = colours
         self._frames = 0
         self._chains: tuple[str, ...] = ()
         self._chain = ""
@@ -71,13 +71,9 @@ class OverviewStrip(QWidget):
                 "Drag the window of what the plots show, or its edges; beside it the playhead."
             )
         )
+        colours.changed.connect(self._redraw)
 
     # -- what it shows ------------------------------------------------------------------------
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
-        self._redraw()
 
     def show_review(
         self,
@@ -151,7 +147,7 @@ class OverviewStrip(QWidget):
         if self._frames:
             self._paint_view(painter)
             x = round(self._x(self._frame)) + 0.5
-            painter.setPen(QPen(QColor(self._theme.accent), 2.0))
+            painter.setPen(QPen(QColor(self._colours.theme.accent), 2.0))
             painter.drawLine(QLineF(x, 0.0, x, self.height()))
         painter.end()
 
@@ -159,13 +155,20 @@ class OverviewStrip(QWidget):
         """All marks; those of the other chains from a cache, as τ moves those of one."""
         rows = self._rows()
         others = [j for j in self._intervals if j.interval.chain != self._chain]
-        state = (self._chain, self._chains, self._frames, self._selected, self._theme, self.size())
+        state = (
+            self._chain,
+            self._chains,
+            self._frames,
+            self._selected,
+            self._colours.theme,
+            self.size(),
+        )
         if self._others is None or self._others[:2] != (state, others):
             self._others = state, others, self._painted(self._blank(rows), others, rows)
         own = [j for j in self._intervals if j.interval.chain == self._chain]
         pixmap = self._painted(QPixmap(self._others[2]), own, rows)
         painter = QPainter(pixmap)
-        painter.setPen(QColor(self._theme.line))
+        painter.setPen(QColor(self._colours.theme.line))
         painter.drawRect(QRectF(0.5, 0.5, self.width() - 1.0, self.height() - 1.0))
         painter.end()
         return pixmap
@@ -174,11 +177,13 @@ class OverviewStrip(QWidget):
         ratio = self.devicePixelRatioF()
         pixmap = QPixmap(round(self.width() * ratio), round(self.height() * ratio))
         pixmap.setDevicePixelRatio(ratio)
-        pixmap.fill(QColor(self._theme.surface))
+        pixmap.fill(QColor(self._colours.theme.surface))
         if self._chain in rows:
             top, height = rows[self._chain]
             painter = QPainter(pixmap)
-            painter.fillRect(QRectF(0, top, self.width(), height), QColor(self._theme.window))
+            painter.fillRect(
+                QRectF(0, top, self.width(), height), QColor(self._colours.theme.window)
+            )
             painter.end()
         return pixmap
 
@@ -203,8 +208,8 @@ class OverviewStrip(QWidget):
 
     def _paint_mark(self, painter: QPainter, judged: Judged, box: QRectF) -> None:
         large = judged.interval.chain == self._chain
-        name = getattr(self._theme, str(judged.decision))
-        colour = QColor(name) if large else mixed(name, self._theme.surface, 170)
+        name = getattr(self._colours.theme, str(judged.decision))
+        colour = QColor(name) if large else mixed(name, self._colours.theme.surface, 170)
         if large:
             box = QRectF(box.left(), box.top() + 1.0, box.width(), max(1.0, box.height() - 2.0))
         rect = QRectF(box)
@@ -214,7 +219,7 @@ class OverviewStrip(QWidget):
             rect = QRectF(box.left(), box.center().y() - 0.75, box.width(), 1.5)
         painter.fillRect(rect, colour)
         if judged.id == self._selected:
-            painter.setPen(QPen(QColor(self._theme.text), 1.0))
+            painter.setPen(QPen(QColor(self._colours.theme.text), 1.0))
             painter.drawRect(box.adjusted(-1.5, -0.5, 1.5, 0.5))
 
     def _shows_all(self) -> bool:
@@ -225,11 +230,11 @@ class OverviewStrip(QWidget):
         right = min(float(self.width()), self._x(min(self._view[1], self._frames - 0.5)))
         if self._shows_all():
             return  # everything is in view: a frame round everything says nothing
-        veil = QColor(self._theme.window)
+        veil = QColor(self._colours.theme.window)
         veil.setAlpha(150)
         painter.fillRect(QRectF(0, 0, left, self.height()), veil)
         painter.fillRect(QRectF(right, 0, self.width() - right, self.height()), veil)
-        painter.setPen(QPen(QColor(self._theme.soft), 1.0))
+        painter.setPen(QPen(QColor(self._colours.theme.soft), 1.0))
         painter.drawRect(QRectF(left, 0.5, max(3.0, right - left), self.height() - 1.0))
 
     # -- the mouse ----------------------------------------------------------------------------

@@ -19,7 +19,6 @@ from inspector.timeline.layers import BackLayer, FrontLayer, Scenery
 from inspector.timeline.time_view import TimeView
 from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis, root_scale
 from inspector.widgets.canvas import Canvas
-from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array
 
 AXIS_WIDTH = 58
@@ -90,6 +89,8 @@ class Pane(Canvas):
         self.set_scale()
         self.view.sigYRangeChanged.connect(lambda *_: self.touch())
         self.setMinimumHeight(40)
+        scenery.colours.changed.connect(self.colour)
+        self.colour()
 
     def refresh(self) -> None:
         """Bring up to date what it shows besides the curves that it is given."""
@@ -107,8 +108,9 @@ class Pane(Canvas):
         self.axes["left"].setWidth(AXIS_WIDTH * scale)
         self.set_bottom(shown=self._bottom_shown)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Colours of paper, axes and lines."""
+    def colour(self) -> None:
+        """Give paper, axes and lines the scenery's colours."""
+        theme = self.scenery.theme
         self.colour_ground(theme)
         self._zero.setPen(pg.mkPen(theme.line))
         self._set_pens()

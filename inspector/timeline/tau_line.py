@@ -11,7 +11,7 @@ from inspector.timeline.pane import Pane
 from inspector.widgets.axes import from_root_scale, root_scale
 from inspector.widgets.canvas import TauLine
 from inspector.widgets.later import Latest
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 
 SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 
@@ -21,7 +21,7 @@ class ChainTauLine(TauLine):
 
     dropped = Signal()
 
-    def __init__(self, document: Document, plot: Pane, theme: Theme) -> None:
+    def __init__(self, document: Document, plot: Pane, colours: Colours) -> None:
         super().__init__(angle=0)
         self._plot, self.words = plot, ""
         self._document = document
@@ -31,11 +31,14 @@ class ChainTauLine(TauLine):
         self.setCursor(Qt.CursorShape.SizeVerCursor)
         plot.addItem(self)
         self.changed.connect(self._say)
-        colour_tau(self, theme)
+        colours.follow(self._colour)
         self.setBounds([float(root_scale(d)) for d in (SMALLEST_TAU, LARGEST_TAU)])
         self.sigDragged.connect(self._dragged)
         self.sigPositionChangeFinished.connect(self._drop)
         document.opened.connect(self._give_up)
+
+    def _colour(self, theme: Theme) -> None:
+        colour_tau(self, theme)
 
     @property
     def held(self) -> bool:

@@ -22,31 +22,31 @@ from inspector.timeline.pane import AXIS_WIDTH
 from inspector.timeline.pane_grid import PaneGrid
 from inspector.timeline.plot import plots
 from inspector.timeline.plot_descriptions import PlotDescriptions
-from inspector.timeline.tau_line import ChainTauLine, colour_tau
+from inspector.timeline.tau_line import ChainTauLine
 from inspector.timeline.visible_range import VisibleRange
 from inspector.timeline.what_if_dots import WhatIfDots
 from inspector.widgets.building import hbox, tool_button, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.later import Stale
-from inspector.widgets.theme import Theme, figures_font
+from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.review import Judged
 
 
 class Timeline(QWidget):
     """Plots of the document's selected chain. It draws the document and asks it for changes."""
 
-    def __init__(self, document: Document, theme: Theme) -> None:
+    def __init__(self, document: Document, colours: Colours) -> None:
         super().__init__()
         self.document = document
-        self.scenery = Scenery(theme)
+        self.scenery = Scenery(colours)
         self.visible = VisibleRange(document, self)
         self.visible.changed.connect(self._show_range)
         self._curves: Curves | None = None
         self._meant: list[str] = []  # the plots that mean something for what is selected
         self._stale = Stale(self)  # most changes leave the clip's own curves as they are
         self._stale.due.connect(self.refresh)
-        self._build(theme)
-        self.set_theme(theme)
+        self._build(colours)
+        colours.follow(self._colour)
         document.opened.connect(self._opened)
         document.chain_changed.connect(self._stale.mark_all)
         document.intervals_changed.connect(self._stale.mark)
@@ -60,8 +60,8 @@ class Timeline(QWidget):
 
     # -- building -----------------------------------------------------------------------------
 
-    def _build(self, theme: Theme) -> None:
-        self.overview = OverviewStrip(theme, self)
+    def _build(self, colours: Colours) -> None:
+        self.overview = OverviewStrip(colours, self)
         self.overview.moved.connect(self.document.go_to)
         self.overview.clicked.connect(self._pick)
         self.overview.dropped.connect(self.visible.let_go_of_unseen)
@@ -101,7 +101,7 @@ class Timeline(QWidget):
         self.plots_button.setMenu(menu)
         self.dots = WhatIfDots(self.panes, self.plots, self.scenery)
         self._what_if: Mapping[str, float] = {}
-        self.tau_line = ChainTauLine(self.document, self._tau_pane, theme)
+        self.tau_line = ChainTauLine(self.document, self._tau_pane, colours)
         self.tau_line.dropped.connect(self._stale.mark)
         self.grid = PaneGrid(self.panes, self.plots, self)
         self.grid.arranged.connect(self._arranged)
@@ -182,13 +182,7 @@ class Timeline(QWidget):
         room = tr("A higher panel has room for the others.")
         self.plots_button.setToolTip(tip if self.grid.alone or not hidden else f"{tip}. {room}")
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self.scenery.theme = theme
-        self.overview.set_theme(theme)
-        for pane in self.panes.values():
-            pane.set_theme(theme)
-        colour_tau(self.tau_line, theme)
+    def _colour(self, theme: Theme) -> None:
         ink, paper = QPalette.ColorRole.WindowText, QPalette.ColorRole.Window
         for widget, role, colour in (
             (self.grid.hint, ink, theme.soft),
@@ -223,7 +217,7 @@ class Timeline(QWidget):
             scenery.scale = scale
         for pane in self.panes.values():
             pane.set_scale()
-            pane.set_theme(self.scenery.theme)
+            pane.colour()
         self.grid.arrange()
 
     # -- following the document ---------------------------------------------------------------
@@ -287,7 +281,7 @@ class Timeline(QWidget):
         self._meant = [key for key, axis in words.items() if axis]
         self.grid.show_panes(self._meant)
         for key, pane in self.panes.items():
-            pane.set_theme(self.scenery.theme)
+            pane.colour()
             pane.front.values = words[key]
             pane.time.zoomed = False
         for key in self._meant:

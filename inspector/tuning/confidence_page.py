@@ -14,7 +14,7 @@ from inspector.tuning.verdict_page import NARROW
 from inspector.tuning.verdict_plots import ReliabilityPlot
 from inspector.widgets.building import Wrapping, hbox, hint, tool_button, vbox
 from inspector.widgets.labels import Caption, as_tip, inked, plain_text
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.tuning.learned_confidence import ENOUGH
 from twistcore.tuning.learned_profile import LearnedProfile
 
@@ -29,17 +29,18 @@ _PAPER = tr("The paper's detector has no confidence: there is nothing to learn."
 class ConfidencePage(QWidget):
     """Draws what was learned for the clip's performer or rig; has it used, and remembered."""
 
-    def __init__(self, document: Document, evidence: VerdictEvidence, theme: Theme) -> None:
+    def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
         super().__init__()
-        self._document, self._evidence, self._theme = document, evidence, theme
-        self._build(theme)
+        self._document, self._evidence, self._colours = document, evidence, colours
+        self._build()
+        colours.changed.connect(self.refresh)
         for signal in (evidence.changed, document.confidence_changed, document.opened):
             signal.connect(self.refresh)
 
-    def _build(self, theme: Theme) -> None:
+    def _build(self) -> None:
         self.hint = hint(_NOTHING)
         self._pages = QStackedLayout(self)
-        self.plot = ReliabilityPlot(theme)
+        self.plot = ReliabilityPlot(self._colours)
         self.plot.setAccessibleName(tr("Share accepted against confidence"))
         self.plot.setToolTip(
             tr(
@@ -82,12 +83,6 @@ class ConfidencePage(QWidget):
         """Where room is short, sentences are a line whose tip tells the rest."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
-        self.plot.set_theme(theme)
-        self.refresh()
 
     # -- what is learned ----------------------------------------------------------------------
 
@@ -175,7 +170,7 @@ class ConfidencePage(QWidget):
             self._show(whose, found)
 
     def _show(self, whose: str, found: LearnedProfile) -> None:
-        theme = self._theme
+        theme = self._colours.theme
         assert found.before is not None
         assert found.after is not None
         self.plot.show_reliability(found.before, found.after)

@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor
 
 from inspector.tuning.tau_plots import LABEL_ROOM, TauPlot
 from inspector.widgets.axes import Axis
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 from twistcore.tuning import TauCurve
 
 _BAND_ALPHA = 60
@@ -31,7 +31,7 @@ class PercentAxis(Axis):
 class CostPlot(TauPlot):
     """FSR (left scale) in its band and false alarms (right scale) against τ; ▼: the suggestion."""
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self, colours: Colours) -> None:
         super().__init__(PercentAxis("left"))
         self._alarms_view = pg.ViewBox(enableMenu=False, enableMouse=False)
         self.scene().addItem(self._alarms_view)
@@ -53,11 +53,10 @@ class CostPlot(TauPlot):
         self.addItem(self.mark)
         self.view.setYRange(0.0, 100.0, padding=0.08)
         self._fit()
-        self.set_theme(theme)
+        colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        super().set_theme(theme)
+    def _colour(self, theme: Theme) -> None:
+        super()._colour(theme)
         self.fsr.setPen(pg.mkPen(theme.after, width=2.0))
         shade = QColor(theme.after)
         shade.setAlpha(_BAND_ALPHA)

@@ -19,7 +19,7 @@ from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption, inked, plain_text
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.tuning.cost_words import band_words, count_words, fsr_words
@@ -36,17 +36,17 @@ class CurvesPage(QWidget):
     def __init__(
         self,
         document: Document,
-        theme: Theme,
+        colours: Colours,
         costs: Costs,
         wishes: Wishes,
         actions: Mapping[str, QAction],
     ) -> None:
         super().__init__()
-        self._document, self._costs, self._wishes, self._theme = document, costs, wishes, theme
+        self._document, self._costs, self._wishes, self._colours = document, costs, wishes, colours
         self._strength, self._floor = np.zeros(0), 0.0  # of the selected chain, degrees
         self._counted: NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self.bars = BarFrames(document)
-        self.histogram, self.cost = Histogram(theme), CostPlot(theme)
+        self.histogram, self.cost = Histogram(colours), CostPlot(colours)
         for plot, name in (
             (self.histogram, tr("Frames by strength")),
             (self.cost, tr("FSR and false alarms against τ")),
@@ -74,12 +74,6 @@ class CurvesPage(QWidget):
             margins=(0, 4, 0, 0),
             spacing=2,
         )
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
-        for plot in (self.histogram, self.cost):
-            plot.set_theme(theme)
 
     # -- what it shows ------------------------------------------------------------------------
 
@@ -145,7 +139,7 @@ class CurvesPage(QWidget):
         self.cost.setAccessibleDescription(plain_text(self.state.text()))
 
     def _strength_text(self, degrees: float) -> str:
-        document, theme = self._document, self._theme
+        document, theme = self._document, self._colours.theme
         reach = int((self._strength[self._counted] >= degrees).sum())
         limb = document.limb is not None
         paper = document.review.state.method == "paper" or limb
@@ -162,7 +156,7 @@ class CurvesPage(QWidget):
         return "  ".join(words)
 
     def _cost_text(self) -> str:
-        theme = self._theme
+        theme = self._colours.theme
         words = [_inked("━ FSR", theme.after), _inked(tr("■ false alarms"), theme.rejected)]
         if (curve := self._costs.curves.get(self._document.chain)) is not None:
             suggested = np.degrees(self._wishes.suggested(curve))

@@ -12,7 +12,7 @@ from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.tables import Row, RowModel
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.tuning import Cost, TauCurve, cost_of_all
 from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words, count_words, fsr_words
 
@@ -48,8 +48,8 @@ class DetectorsModel(RowModel[_Line]):
     head_tips = ("", *(f"{tip}: {of_core(DETECTORS[m])}" for m in _WHOSE for tip in _TIPS))
     right = range(1, len(heads))
 
-    def __init__(self, document: Document, theme: Theme, costs: Costs, wishes: Wishes) -> None:
-        super().__init__(theme)
+    def __init__(self, document: Document, colours: Colours, costs: Costs, wishes: Wishes) -> None:
+        super().__init__(colours)
         self._document, self._costs, self._wishes = document, costs, wishes
 
     def key(self, thing: _Line) -> tuple[str, str]:

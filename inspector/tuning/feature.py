@@ -14,9 +14,8 @@ class Tuning(Part):
     """The tuning tab, and what its actions do."""
 
     def __init__(self, window: Window) -> None:
-        theme, actions = window.colours.theme, window.actions_by_id
-        self.tuning = TuningPanel(window.document, theme, actions, window.settings)
-        window.colours.changed.connect(self.tuning.set_theme)
+        colours, actions = window.colours, window.actions_by_id
+        self.tuning = TuningPanel(window.document, colours, actions, window.settings)
 
     def connect(self, window: Window) -> None:
         """Compute nothing for a tab that nobody sees."""

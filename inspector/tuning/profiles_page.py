@@ -18,7 +18,7 @@ from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import Wrapping, action_button, hbox, vbox
 from inspector.widgets.labels import Caption
 from inspector.widgets.tables import RowTable
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
 
 _OF_FILES = ("load_profile", "save_profile", "profile_to_folder", "automatic_folder")
@@ -43,15 +43,15 @@ class ProfilesPage(QWidget):
     def __init__(
         self,
         document: Document,
-        theme: Theme,
+        colours: Colours,
         costs: Costs,
         wishes: Wishes,
         actions: Mapping[str, QAction],
     ) -> None:
         super().__init__()
         self._costs, self._actions = costs, actions
-        self.model = ComparisonModel(document, theme, costs)
-        self.detectors = DetectorsModel(document, theme, costs, wishes)
+        self.model = ComparisonModel(document, colours, costs)
+        self.detectors = DetectorsModel(document, colours, costs, wishes)
         self.table, self.both_table = RowTable(self.model, room=5), RowTable(self.detectors, room=5)
         self.table.setAccessibleName(tr("τ of every chain and what it costs"))
         self.both_table.setAccessibleName(tr("What τ costs with both detectors"))
@@ -84,11 +84,6 @@ class ProfilesPage(QWidget):
             spacing=4,
         )
         self._show_buttons()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self.model.set_theme(theme)
-        self.detectors.set_theme(theme)
 
     def show_beside(self, others: Sequence[Column]) -> None:
         """Other profiles in the table: none, one beside the present τ, or two instead of it."""

@@ -14,7 +14,7 @@ from PySide6.QtWidgets import QLabel
 from inspector.language import plural
 from inspector.tuning.tau_plots import AXIS_WIDTH, HIGHEST, LABEL_ROOM, LOWEST, TauPlot
 from inspector.widgets.axes import Axis, apart
-from inspector.widgets.theme import Theme, figures_font
+from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.skeleton.rotation import Array
 
 _BINS = np.linspace(np.log10(LOWEST), np.log10(HIGHEST), 65)
@@ -44,7 +44,7 @@ class Histogram(TauPlot):
 
     picked = Signal(int)
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self, colours: Colours) -> None:
         super().__init__(_CountAxis("left"))
         self.words = QLabel(self)
         self.words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
@@ -62,11 +62,10 @@ class Histogram(TauPlot):
         )
         for item in (self.m, self.below, self.above):
             self.addItem(item)
-        self.set_theme(theme)
+        colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        super().set_theme(theme)
+    def _colour(self, theme: Theme) -> None:
+        super()._colour(theme)
         self.words.setStyleSheet(
             f"color: {theme.text}; background: {theme.surface}; padding: 0 3px;"
         )

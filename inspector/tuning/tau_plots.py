@@ -78,8 +78,7 @@ class TauPlot(Canvas):
             at = self.view.mapSceneToView(event.scenePos()).x()
             self.asked.emit(float(np.clip(10**at, LOWEST, HIGHEST)), False)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
+    def _colour(self, theme: Theme) -> None:
         self.colour_ground(theme)
         self.tau_line.setPen(pg.mkPen(theme.tau, width=_LINE_WIDTH))
         self.tau_line.setHoverPen(pg.mkPen(theme.tau, width=3.0))

@@ -11,7 +11,7 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.widgets.tables import Row, RowModel
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.tuning import Cost, Profile, cost_of_all
 from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words
 
@@ -43,8 +43,8 @@ class _Line:
 class ComparisonModel(RowModel[_Line]):
     """A row a chain, three columns a set of τ, and a last row over all chains."""
 
-    def __init__(self, document: Document, theme: Theme, costs: Costs) -> None:
-        super().__init__(theme)
+    def __init__(self, document: Document, colours: Colours, costs: Costs) -> None:
+        super().__init__(colours)
         self._document = document
         self._costs = costs
         self.others: tuple[Column, ...] = ()

@@ -34,7 +34,7 @@ from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import Wrapping, action_button, hbox, hint, vbox
 from inspector.widgets.labels import bold
 from inspector.widgets.later import Burst, Latest, Stale
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.tuning import Tuned, tuned
 
 _SHORT = {  # on buttons, which stand where it is plain what they are about
@@ -59,7 +59,7 @@ class TuningPanel(QWidget):
     def __init__(
         self,
         document: Document,
-        theme: Theme,
+        colours: Colours,
         actions: Mapping[str, QAction],
         settings: Settings,
     ) -> None:
@@ -75,8 +75,9 @@ class TuningPanel(QWidget):
         self._stale = Stale(self)
         self._stale.due.connect(self.refresh)
         self._burst = Burst(document.begin_drag, self)
-        self._build(theme)
-        self.set_theme(theme)
+        self._build(colours)
+        colours.changed.connect(self._stale.mark_all)
+        self._stale.mark_all()
         for signal in (document.opened, document.chain_changed, document.method_changed):
             signal.connect(self._stale.mark_all)
         document.opened.connect(self._give_up)
@@ -90,7 +91,7 @@ class TuningPanel(QWidget):
 
     # -- building -----------------------------------------------------------------------------
 
-    def _build(self, theme: Theme) -> None:
+    def _build(self, colours: Colours) -> None:
         self.hint = hint(tr("Open a clip to see what every τ costs it."))
         self._pages = QStackedLayout(self)
         self._pages.addWidget(self.hint)
@@ -114,7 +115,7 @@ class TuningPanel(QWidget):
         suggest = self._button("suggest_tau")
         whose = hbox((self.title, 1), *scopes, spacing=4)
         head = Wrapping(whose, hbox(self.box, suggest, None, spacing=4), spacing=4)
-        known = self._document, theme, self.costs, self.wishes, self._actions
+        known = self._document, colours, self.costs, self.wishes, self._actions
         self.curves, self.profiles = CurvesPage(*known), ProfilesPage(*known)
         self.suggestion = SuggestionPage(self._document, self.costs, self.wishes, self._actions)
         self.curves.asked.connect(self._ask)
@@ -125,10 +126,10 @@ class TuningPanel(QWidget):
         self.tabs.addTab(self.curves, tr("Curves"))
         self.tabs.addTab(self.profiles, tr("Profiles"))
         self.tabs.addTab(self.suggestion, tr("Suggestion"))
-        self.verdicts = VerdictPage(self._document, self.evidence, theme)
+        self.verdicts = VerdictPage(self._document, self.evidence, colours)
         self.verdicts.asked.connect(self._ask)
         self.verdicts.dropped.connect(self._drop)
-        self.confidence = ConfidencePage(self._document, self.evidence, theme)
+        self.confidence = ConfidencePage(self._document, self.evidence, colours)
         self.tabs.addTab(self.verdicts, tr("Verdicts"))
         last = self.tabs.addTab(
             self.confidence, tr("Conf.")
@@ -140,14 +141,6 @@ class TuningPanel(QWidget):
 
     def _button(self, name: str) -> QToolButton:
         return action_button(self._actions[name], _SHORT.get(name, self._actions[name].text()))
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self.curves.set_theme(theme)
-        self.profiles.set_theme(theme)
-        self.verdicts.set_theme(theme)
-        self.confidence.set_theme(theme)
-        self._stale.mark_all()
 
     # -- following the document ---------------------------------------------------------------
 

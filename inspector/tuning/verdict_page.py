@@ -17,7 +17,7 @@ from inspector.tuning.verdict_plots import PrecisionPlot
 from inspector.widgets.building import hbox, hint, tool_button, vbox
 from inspector.widgets.labels import Caption, as_tip, inked, plain_text
 from inspector.widgets.tables import Row, RowModel, RowTable
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, score
 
 NARROW = 420  # pixels of a page's width
@@ -146,27 +146,28 @@ class VerdictPage(QWidget):
     asked = Signal(float, bool)  # degrees for the selected chain; True while a drag goes on
     dropped = Signal()
 
-    def __init__(self, document: Document, evidence: VerdictEvidence, theme: Theme) -> None:
+    def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
         super().__init__()
-        self._document, self._evidence, self._theme = document, evidence, theme
+        self._document, self._evidence, self._colours = document, evidence, colours
         self._scope = CLIP
-        self._build(theme)
+        self._build()
+        colours.changed.connect(self._show_scope)
         evidence.changed.connect(self.refresh)
 
-    def _build(self, theme: Theme) -> None:
+    def _build(self) -> None:
         self.hint = hint(_NOTHING)
         self._pages = QStackedLayout(self)
         self._pages.addWidget(self.hint)
         content = QWidget()
         self._pages.addWidget(content)
-        self.model = ScopeModel(theme)
+        self.model = ScopeModel(self._colours)
         self.table = RowTable(self.model, room=5)
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.table.setAccessibleName(tr("Verdicts by clip, performer, rig, folder and chain"))
         self.table.selectionModel().currentRowChanged.connect(self._choose)
-        self.plot = PrecisionPlot(theme)
+        self.plot = PrecisionPlot(self._colours)
         self.plot.setAccessibleName(tr("Precision and recall against τ"))
         self.plot.setToolTip(tr("Drag the τ line, or double click where it should be"))
         self.plot.asked.connect(self.asked)
@@ -182,13 +183,6 @@ class VerdictPage(QWidget):
         """Where room is short, sentences are a line whose tip tells the rest."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
-        self._show_scope()
-
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self._theme = theme
-        self.model.set_theme(theme)
-        self.plot.set_theme(theme)
         self._show_scope()
 
     # -- what is chosen -----------------------------------------------------------------------
@@ -265,7 +259,7 @@ class VerdictPage(QWidget):
         self.plot.show_tau(degrees, held=held and self.plot.tau_line.moving)
 
     def _show_scope(self) -> None:
-        scope, theme = self.scope, self._theme
+        scope, theme = self.scope, self._colours.theme
         if scope is None:
             return
         suggestion = suggestion_of(scope)

@@ -11,7 +11,7 @@ from inspector.tuning.cost_plot import PercentAxis
 from inspector.tuning.tau_plots import TauPlot
 from inspector.widgets.axes import Axis
 from inspector.widgets.canvas import Canvas
-from inspector.widgets.theme import Theme, figures_font
+from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.skeleton.rotation import Array
 from twistcore.tuning.learned_confidence import Reliability
 from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve
@@ -28,7 +28,7 @@ class PrecisionPlot(TauPlot):
     Left of the dashed line nobody has looked: precision is not drawn there.
     """
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self, colours: Colours) -> None:
         super().__init__(PercentAxis("left"))
         self.recall, self.precision = pg.PlotCurveItem(), pg.PlotCurveItem()
         self._ends = [pg.PlotCurveItem() for _ in range(4)]
@@ -41,11 +41,10 @@ class PrecisionPlot(TauPlot):
         self.mark.setZValue(25)
         self.addItem(self.mark)
         self.view.setYRange(0.0, 100.0, padding=0.08)
-        self.set_theme(theme)
+        colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        super().set_theme(theme)
+    def _colour(self, theme: Theme) -> None:
+        super()._colour(theme)
         for k, (curve, colour) in enumerate(
             ((self.recall, theme.after), (self.precision, theme.accepted))
         ):
@@ -104,7 +103,7 @@ class ReliabilityPlot(Canvas):
     The larger a dot, the more intervals; its line tells where the share lies.
     """
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self, colours: Colours) -> None:
         super().__init__({"left": _ShareAxis("left"), "bottom": _ShareAxis("bottom")})
         self.set_type(figures_font(8.0))
         self.axes["left"].setWidth(_AXIS_WIDTH)
@@ -117,10 +116,9 @@ class ReliabilityPlot(Canvas):
         self.view.setXRange(0.0, 1.0, padding=0.05)
         self.view.setYRange(0.0, 1.0, padding=0.06)
         self.setMinimumHeight(80)
-        self.set_theme(theme)
+        colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
+    def _colour(self, theme: Theme) -> None:
         self.colour_ground(theme)
         self.right.setPen(pg.mkPen(theme.soft, width=1.2, style=Qt.PenStyle.DashLine))
         for dots, line, colour in (

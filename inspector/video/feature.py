@@ -15,9 +15,8 @@ class Video(Part):
     """The panel with the video of the present clip, and what its actions do."""
 
     def __init__(self, window: Window) -> None:
-        theme, actions = window.colours.theme, window.actions_by_id
-        self.video = VideoPanel(window.document, theme, window.settings, actions)
-        window.colours.changed.connect(self.video.set_theme)
+        colours, actions = window.colours, window.actions_by_id
+        self.video = VideoPanel(window.document, colours, window.settings, actions)
 
     def connect(self, window: Window) -> None:
         """Show the dock when a clip has a video."""

@@ -7,7 +7,7 @@ from PySide6.QtGui import QColor, QImage, QPainter, QPaintEvent, QResizeEvent
 from PySide6.QtWidgets import QSizePolicy, QWidget
 
 from inspector.language import tr
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 
 
 class Screen(QWidget):
@@ -15,9 +15,10 @@ class Screen(QWidget):
 
     resized = Signal()
 
-    def __init__(self, theme: Theme, text: str) -> None:
+    def __init__(self, colours: Colours, text: str) -> None:
         super().__init__()
-        self.theme = theme
+        self._colours = colours
+        colours.changed.connect(self._colour)
         self.image: QImage | None = None
         self.text = text
         self._tell()
@@ -55,15 +56,18 @@ class Screen(QWidget):
         ratio = self.devicePixelRatioF()
         return QRectF(left / ratio, top / ratio, width / ratio, height / ratio)
 
+    def _colour(self) -> None:
+        self.update()
+
     def paintEvent(self, event: QPaintEvent) -> None:
         """The picture between bars of the theme's colour."""
         painter = QPainter(self)
-        painter.fillRect(self.rect(), QColor(self.theme.surface))
+        painter.fillRect(self.rect(), QColor(self._colours.theme.surface))
         if self.image is not None:
             painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
             painter.drawImage(self.picture_rect(), self.image)
         else:
-            painter.setPen(QColor(self.theme.soft))
+            painter.setPen(QColor(self._colours.theme.soft))
             flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextWordWrap
             painter.drawText(self.rect().adjusted(12, 12, -12, -12), flags, self.text)
         painter.end()

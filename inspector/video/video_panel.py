@@ -18,7 +18,7 @@ from inspector.widgets.background import OneTask, Task
 from inspector.widgets.building import action_button, hbox, soft, tool_button, vbox
 from inspector.widgets.labels import ElidedLabel, SteadyLabel, as_tip
 from inspector.widgets.signed_numbers import SignedBox
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours
 from twistcore.files.ordinary import real_path
 
 _FPS = tr_as("frames per second", "fps")
@@ -36,7 +36,11 @@ class VideoPanel(QWidget):
     restored = Signal()  # the clip that was opened has a video
 
     def __init__(
-        self, document: Document, theme: Theme, settings: Settings, actions: Mapping[str, QAction]
+        self,
+        document: Document,
+        colours: Colours,
+        settings: Settings,
+        actions: Mapping[str, QAction],
     ) -> None:
         super().__init__()
         self._document, self._settings, self._hold = document, settings, actions["hold_video"]
@@ -46,7 +50,7 @@ class VideoPanel(QWidget):
         self._held: float | None = None
         self._task = OneTask(self)
         self._size: tuple[int, int] | None = None  # for which the shown picture was made
-        self.display = Screen(theme, NO_VIDEO)
+        self.display = Screen(colours, NO_VIDEO)
         self.offset = SignedBox(decimals=3, singleStep=0.001, suffix=" s")
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
         self.offset.setKeyboardTracking(False)
@@ -242,11 +246,6 @@ class VideoPanel(QWidget):
             words = running if self._held is None else held
             told = words.format(seconds=self.shown.start)
         self.clock.setText(told)
-
-    def set_theme(self, theme: Theme) -> None:
-        """Colour the bars and sentences."""
-        self.display.theme = theme
-        self.display.update()
 
     def showEvent(self, event: QShowEvent) -> None:
         """Out of sight nothing is decoded."""

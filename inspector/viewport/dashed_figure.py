@@ -49,7 +49,7 @@ class DashedOutline:
         """Whether any of it is drawn."""
         return self._piece.shown
 
-    def set_theme(self, theme: Theme) -> None:
+    def colour(self, theme: Theme) -> None:
         """Take over colours."""
         self._piece.tint(rgb(theme.tracked))
 

@@ -133,7 +133,7 @@ class LimbCircle:
         for piece in self.pieces:
             piece.remove()
 
-    def set_theme(self, theme: Theme) -> None:
+    def colour(self, theme: Theme) -> None:
         """Take over colours."""
         for piece in (self.line, self.circle):
             piece.tint(rgb(theme.soft))

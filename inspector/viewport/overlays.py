@@ -37,7 +37,7 @@ class Overlays:
         self.scale = OffsetScale(view)
         self._split = False
 
-    def set_theme(self, theme: Theme, points: float) -> None:
+    def colour(self, theme: Theme, points: float) -> None:
         """Draw in other colours; points: of the legend's type."""
         self.notice.setStyleSheet(f"color: {theme.soft}; background: transparent; font-size: 15px")
         self.legend.setStyleSheet(
@@ -46,7 +46,7 @@ class Overlays:
         )
         self.fit()
         self.divider.setStyleSheet(f"background: {theme.line}")
-        self.scale.set_theme(theme)
+        self.scale.colour(theme)
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
         """Each in its corner, and none of a figure's over a view that draws nothing."""
@@ -145,7 +145,7 @@ class OffsetScale(QWidget):
                           2 * letters.height() + 22)  # fmt: skip
         self.hide()
 
-    def set_theme(self, theme: Theme) -> None:
+    def colour(self, theme: Theme) -> None:
         """Draw in other colours."""
         self._theme = theme
         self.update()

@@ -62,7 +62,7 @@ class Scene:
         self._third: DashedOutline | None = None  # few clips are tracked
         self._circle: LimbCircle | None = None  # made for the first limb that is selected
         self._dress(Style.WEDGES)
-        self.set_theme(theme)
+        self.colour(theme)
 
     # -- what it looks like -------------------------------------------------------------------
 
@@ -121,9 +121,9 @@ class Scene:
             self.trails = None
         if on:
             self.trails = Trails(self._document, self.renderers())
-            self.trails.set_theme(self._theme, background(self._theme))
+            self.trails.colour(self._theme, background(self._theme))
 
-    def set_theme(self, theme: Theme) -> None:
+    def colour(self, theme: Theme) -> None:
         """Draw in other colours; figures are painted with the next pose."""
         self._theme = theme
         self._restore()
@@ -141,7 +141,7 @@ class Scene:
         """The third figure (global rotations, positions) around the solid one, or none."""
         if figure is not None and self._third is None:
             self._third = DashedOutline(self.bones, self.height, self.renderers()[-1])
-            self._third.set_theme(self._theme)
+            self._third.colour(self._theme)
         if self._third is not None:
             self._third.draw(figure, solid)
 
@@ -175,7 +175,7 @@ class Scene:
         """What the selected limb turns on, as in LimbCircle.draw; nothing without a circle."""
         if circle is not None and self._circle is None:
             self._circle = LimbCircle(self.height, self.renderers())
-            self._circle.set_theme(self._theme)
+            self._circle.colour(self._theme)
         if self._circle is not None:
             self._circle.draw(circle, offset, before=before, after=after)
 
@@ -249,11 +249,11 @@ class Scene:
         for renderer in self.renderers():
             renderer.SetBackground(*(back / 255.0))
         for figure in self._figures():
-            figure.set_theme(self._theme)
+            figure.colour(self._theme)
         ink = mix(self._theme.line, self._theme.soft, 0.30)
         self._grid.paint((back + self._fade * (ink - back)).astype(np.uint8))
         if self.trails is not None:
-            self.trails.set_theme(self._theme, back)
+            self.trails.colour(self._theme, back)
 
     def renderers(self) -> list[vtkRenderer]:
         """That of the one picture, or of the left and the right one."""

@@ -139,7 +139,7 @@ class Solid(_Figure):
         self._faint: list[Piece] = []  # where a pose has some
         self._apart: list[NDArray[np.bool_]] = []  # their vertices
 
-    def set_theme(self, theme: Theme) -> None:
+    def colour(self, theme: Theme) -> None:
         """Take over colours; the next pose is painted in them."""
         self._theme = theme
         self._colours = palette(theme)
@@ -211,7 +211,7 @@ class Ghost(_Figure):
         ]
         super().__init__(parts, renderer)
 
-    def set_theme(self, theme: Theme) -> None:
+    def colour(self, theme: Theme) -> None:
         """Take over colours."""
         for shape, faces, outline in self.parts:
             faces.paint(ghost_paint(shape, theme))

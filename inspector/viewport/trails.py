@@ -48,7 +48,7 @@ class Trails:
         self._known: tuple[int, int, Array, Array] | None = None
         self.apart = 0.0  # largest distance between the two in the drawn frames, file's unit
 
-    def set_theme(self, theme: Theme, background: Array) -> None:
+    def colour(self, theme: Theme, background: Array) -> None:
         """Take over colours."""
         fade = np.linspace(1.0, -1.0, self._stops)
         strength = np.where(fade >= 0.0, 1.0 - 0.35 * fade, 1.0 + 0.75 * fade)[:, None]

@@ -27,7 +27,7 @@ from inspector.viewport.scene import Scene, make_plotter
 from inspector.widgets.building import vbox
 from inspector.widgets.labels import plain_text
 from inspector.widgets.later import Stale
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 from twistcore.skeleton.chain import Chain
 
 _AFTER_CURVES_MS = 12  # a dragged τ paints tables and curves first, the picture behind them
@@ -45,9 +45,9 @@ class Viewport(Steering):
     context lives.
     """
 
-    def __init__(self, document: Document, theme: Theme) -> None:
+    def __init__(self, document: Document, colours: Colours) -> None:
         super().__init__(document)
-        self.theme = theme
+        self.colours = colours
         self.view: QtInteractor | None = None
         self.drawing = FrameDrawing(document)
         self.pointing = Pointing(self, self.drawing)
@@ -76,17 +76,20 @@ class Viewport(Steering):
         document.interval_changed.connect(self._schedule)
         document.show_changed.connect(self._schedule)
         document.person_changed.connect(self.show_person)
-        self.set_theme(theme)
+        colours.follow(self._colour)
         self._opened()
 
     # -- what the window asks for -------------------------------------------------------------
 
-    def set_theme(self, theme: Theme) -> None:
-        """Draw in other colours."""
-        self.theme = theme
-        self.overlays.set_theme(theme, self.font().pointSizeF() * self._scale)
+    @property
+    def theme(self) -> Theme:
+        """The colours that it is drawn in."""
+        return self.colours.theme
+
+    def _colour(self, theme: Theme) -> None:
+        self.overlays.colour(theme, self.font().pointSizeF() * self._scale)
         if self._scene:
-            self._scene.set_theme(theme)
+            self._scene.colour(theme)
         elif self.view:
             self.view.renderer.SetBackground(*(background(theme) / 255.0))
         self._schedule()
@@ -94,7 +97,7 @@ class Viewport(Steering):
     def set_scale(self, scale: float) -> None:
         """Larger type over the picture, 1 as usual."""
         self._scale = scale
-        self.set_theme(self.theme)
+        self._colour(self.theme)
 
     def look(self, **changes: Any) -> None:
         """See the figure otherwise: fields of Looks."""

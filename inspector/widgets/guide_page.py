@@ -25,7 +25,7 @@ from inspector.bundled import DOCS
 from inspector.language import tr
 from inspector.widgets.building import hbox, hint, tool_button, vbox
 from inspector.widgets.icons import SIDE, icon
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 from twistcore.files.ordinary import real_path
 
 FIRST = "guide.md"
@@ -47,7 +47,7 @@ _Type = QTextDocument.ResourceType
 class GuidePage(QWidget):
     """A window of its own."""
 
-    def __init__(self, owner: QWidget, theme: Theme, docs: Path = DOCS) -> None:
+    def __init__(self, owner: QWidget, colours: Colours, docs: Path = DOCS) -> None:
         super().__init__(owner, Qt.WindowType.Window)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.setWindowTitle(tr("Guide – Twist Inspector"))
@@ -89,14 +89,13 @@ class GuidePage(QWidget):
             ("Alt+Right", self.browser.forward),
         ):
             QShortcut(QKeySequence(keys), self).activated.connect(act)
-        self.set_theme(theme)
+        colours.follow(self._colour)
         room = self.screen().availableSize()
         self.resize(min(900, room.width() - 40), min(820, room.height() - 60))
         self.browser.go(FIRST)
         self.browser.setFocus()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Draw in other colours."""
+    def _colour(self, theme: Theme) -> None:
         self.back.setIcon(icon("back", theme))
         self.forward.setIcon(icon("forward", theme))
 

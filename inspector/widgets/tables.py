@@ -28,7 +28,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.widgets.labels import as_tip
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 from twistcore.files.encoding import legible
 
 _Thing = TypeVar("_Thing")
@@ -78,9 +78,10 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
     right: Collection[int] = ()  # columns of figures
     middle: Collection[int] = ()  # of names that differ in their last letters: the middle is elided
 
-    def __init__(self, theme: Theme) -> None:
+    def __init__(self, colours: Colours) -> None:
         super().__init__()
-        self.theme = theme
+        self._colours = colours
+        colours.changed.connect(self.redraw)
         self.things: Sequence[_Thing] = ()
         self._keys: list[Hashable] = []
         self._rows: dict[Hashable, Row] = {}
@@ -116,10 +117,10 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         self._rows.clear()
         self.endResetModel()
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
-        self.theme = theme
-        self.redraw()
+    @property
+    def theme(self) -> Theme:
+        """The colours to describe things in."""
+        return self._colours.theme
 
     def redraw(self) -> None:
         """Describe everything anew: another theme, other numbering."""

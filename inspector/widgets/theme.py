@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
@@ -80,6 +81,14 @@ class Colours(QObject):
     def __init__(self, theme: Theme, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.theme = theme
+
+    def follow(self, colour: Callable[[Theme], None]) -> None:
+        """Let a view colour itself now, and whenever there is another theme.
+
+        colour: a method of the view, which is a QObject: Qt forgets it when the view goes.
+        """
+        self.changed.connect(colour)
+        colour(self.theme)
 
     def use(self, theme: Theme) -> None:
         """Give all views that are connected this theme, the one that they have already too."""

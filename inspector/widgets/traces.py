@@ -13,7 +13,7 @@ from PySide6.QtCore import Qt, Signal
 
 from inspector.widgets.axes import FrameAxis, RootAxis, UnitAxis
 from inspector.widgets.canvas import Canvas
-from inspector.widgets.theme import Theme, figures_font
+from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.skeleton.rotation import Array
 
 _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
@@ -37,7 +37,7 @@ class TracePlot(Canvas):
 
     asked = Signal(int)
 
-    def __init__(self, theme: Theme, unit: str = "", *, root: bool = False) -> None:
+    def __init__(self, colours: Colours, unit: str = "", *, root: bool = False) -> None:
         """`unit`: stands behind the numbers of the left axis; root: degrees on a root scale."""
         left = RootAxis("left") if root else UnitAxis("left")
         if isinstance(left, UnitAxis):
@@ -57,10 +57,9 @@ class TracePlot(Canvas):
             self.addItem(item)
         self.scene().sigMouseClicked.connect(self._clicked)
         self.setMinimumHeight(56)
-        self.set_theme(theme)
+        colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Other colours."""
+    def _colour(self, theme: Theme) -> None:
         self.theme = theme
         self.colour_ground(theme)
         self.playhead.setPen(pg.mkPen(theme.accent, width=1.5))

@@ -20,7 +20,7 @@ class Centre(QWidget):
         super().__init__()
         document = window.document
         self.bar = MessageBar()
-        self.viewport = Viewport(document, window.colours.theme)
+        self.viewport = Viewport(document, window.colours)
         self.transport = Transport(document, window.player, window.actions_by_id)
         self.reviewer_line = ReviewerLine(document, window.settings)
         parts = self.bar, self.reviewer_line, (self.viewport, 1), self.transport

@@ -15,8 +15,7 @@ class Chains(Part):
 
     def __init__(self, window: Window) -> None:
         names = window.actions_by_id["joint_names"]
-        self.chains = ChainsPanel(window.document, window.colours.theme, names)
-        window.colours.changed.connect(self.chains.set_theme)
+        self.chains = ChainsPanel(window.document, window.colours, names)
 
     def connect(self, window: Window) -> None:
         """Let the list have its menu, and the title name what differs from the chains as found."""

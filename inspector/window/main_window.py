@@ -68,7 +68,7 @@ class MainWindow(Parts):
         self._build_bars()
         self._build_features()
         self._connect()
-        self.program.colour()  # some views have no colours until they are told
+        self.program.colour()  # again: what is given a parent forgets its colours
         self._restore()
         self.keys = ReviewKeys(self, self._keyboard_home)
         complain = partial(self.bar.show_message, wrong=True)
@@ -82,9 +82,7 @@ class MainWindow(Parts):
         centre = Centre(self)
         self.bar, self.viewport = centre.bar, centre.viewport
         self.transport, self.reviewer_line = centre.transport, centre.reviewer_line
-        self.timeline = Timeline(self.document, self.colours.theme)
-        for view in (self.viewport, self.timeline):
-            self.colours.changed.connect(view.set_theme)
+        self.timeline = Timeline(self.document, self.colours)
         for feature in FEATURES:
             self.built[feature.name] = feature.build(self)
             self._publish(self.built[feature.name])
@@ -114,8 +112,7 @@ class MainWindow(Parts):
         return dock
 
     def _build_bars(self) -> None:
-        self.tools = ToolBar(self.actions_by_id)
-        self.colours.changed.connect(self.tools.set_theme)
+        self.tools = ToolBar(self.actions_by_id, self.colours)
         self.addToolBar(self.tools)
         view = self._menus["View"]
         view.addSeparator()
@@ -139,8 +136,9 @@ class MainWindow(Parts):
         )
         connect_rows(self)
         complaint = "" if self.viewport.view is not None else self.viewport.overlays.notice.text()
-        self.start_page = StartPage(self.viewport, self.actions_by_id, self.open_path, complaint)
-        self.colours.changed.connect(self.start_page.set_theme)
+        self.start_page = StartPage(
+            self.viewport, self.actions_by_id, self.open_path, complaint, self.colours
+        )
         self._offer_what_can_be_done()
 
     def _connect(self) -> None:

@@ -83,8 +83,7 @@ class ProgramActions:
     def show_guide(self) -> None:
         """The guide in a window of its own; the one that is open comes to the front."""
         if self._guide is None:
-            self._guide = GuidePage(self.window, self.wanted_theme())
-            self.colours.changed.connect(self._guide.set_theme)
+            self._guide = GuidePage(self.window, self.colours)
             self._guide.destroyed.connect(self._guide_gone)
         bring_to_front(self._guide)
         self._guide.activateWindow()

@@ -22,10 +22,9 @@ class Reviewing(Part):
 
     def __init__(self, window: Window) -> None:
         document = window.document
-        self.intervals = IntervalsPanel(document, window.colours.theme, window.settings)
+        self.intervals = IntervalsPanel(document, window.colours, window.settings)
         self.detail = DetailCard(document)
         self.history = HistoryPanel(document)
-        window.colours.changed.connect(self.intervals.set_theme)
 
     def content(self) -> QWidget:
         """Return what lies in the dock: the list, and the card below it."""

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QToolBar
 
 from inspector.language import tr, tr_as
 from inspector.widgets.icons import SIDE, has_icon, icon
-from inspector.widgets.theme import Theme
+from inspector.widgets.theme import Colours, Theme
 
 _TOOLS = {  # by the action's id: its word here; "|": a line
     "open_dialog": tr_as("tool", "Open"), "open_folder": tr_as("tool", "Folder"),
@@ -34,7 +34,7 @@ _Word = Qt.ToolButtonStyle
 class ToolBar(QToolBar):
     """Actions as buttons; the words go before a button does."""
 
-    def __init__(self, actions: Mapping[str, QAction]) -> None:
+    def __init__(self, actions: Mapping[str, QAction], colours: Colours) -> None:
         super().__init__(tr("Tools"))
         self.setObjectName("tools")
         self.setMovable(False)
@@ -47,9 +47,9 @@ class ToolBar(QToolBar):
             else:
                 self.addSeparator()
         self._fitted = 0  # pixels that the words were chosen for
+        colours.follow(self._colour)
 
-    def set_theme(self, theme: Theme) -> None:
-        """Draw in other colours."""
+    def _colour(self, theme: Theme) -> None:
         for name, action in self._actions.items():
             if has_icon(name):
                 action.setIcon(icon(name, theme))

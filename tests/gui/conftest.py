@@ -20,7 +20,7 @@ from inspector.session.opening import analyse
 from inspector.session.settings import Settings
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.fonts import use_shipped_fonts
-from inspector.widgets.theme import DARK
+from inspector.widgets.theme import DARK, Colours
 from inspector.window.main_window import MainWindow
 from tests.conftest import ASSETS
 from tests.gui.looks import looks_of
@@ -162,7 +162,7 @@ def show_view(qtbot):
     opened = []
 
     def show(document, theme=DARK, size=(640, 480)):
-        view = Viewport(document, theme)
+        view = Viewport(document, Colours(theme))
         view.resize(*size)
         view.show()
         assert QTest.qWaitForWindowExposed(view, 60_000)

@@ -16,7 +16,7 @@ from inspector.folder.queued_clip import ClipState, QueuedClip
 from inspector.session.document import Document
 from inspector.session.export_files import ExportChoice
 from inspector.session.settings import Settings
-from inspector.widgets.theme import LIGHT
+from inspector.widgets.theme import LIGHT, Colours
 from tests.conftest import ASSETS
 from tests.gui.folders import put_errors, two_takes
 from tests.gui.windows import act, export, open_clip
@@ -152,7 +152,7 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     assert queue.totals == (1, 3, 2, 5), "clips with nothing to decide are not among those decided"
     failed = known("f", -1.0)
     queue.clips[failed] = replace(queue.clips[failed], state=ClipState.FAILED)
-    panel = ClipsPanel(queue, Document(), LIGHT)
+    panel = ClipsPanel(queue, Document(), Colours(LIGHT))
     told = "1 of 3 clips, 2 of 5 intervals decided; 1 clean; 1 partly checked; 1 cut short; "
     told += "1 not checked; 1 failed"
     assert panel.status.text() == told

@@ -205,7 +205,7 @@ def test_side_by_side_split_and_close_with_the_gizmo(qtbot, taught):
 @pytest.mark.thorough
 def test_symbols_stay_crisp_and_take_the_themes_colours(qtbot, taught):
     button = taught.teaching.equations.buttons["q"]
-    taught.apply_theme(LIGHT)
+    taught.program.apply_theme(LIGHT)
     image = button.grab().toImage()
     places = [(x, y) for x in range(image.width()) for y in range(image.height())]
     darkest = min(image.pixelColor(*place).lightness() for place in places)

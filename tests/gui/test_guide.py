@@ -8,14 +8,14 @@ from PySide6.QtGui import QImage, QTextDocument
 
 from inspector.bundled import DOCS
 from inspector.widgets.guide_page import GuidePage
-from inspector.widgets.theme import LIGHT
+from inspector.widgets.theme import LIGHT, Colours
 
 PAGES = sorted(path.name for path in DOCS.glob("*.md"))
 
 
 @pytest.fixture
 def guide(qtbot, window):
-    page = GuidePage(window, LIGHT)
+    page = GuidePage(window, Colours(LIGHT))
     page.resize(900, 700)
     page.show()
     qtbot.wait(20)
@@ -57,7 +57,7 @@ def test_every_link_of_every_page_leads_to_its_heading(guide):
 
 @pytest.mark.thorough
 def test_what_is_not_installed_is_said_in_a_sentence(window, tmp_path):
-    page = GuidePage(window, LIGHT, tmp_path)
+    page = GuidePage(window, Colours(LIGHT), tmp_path)
     assert page.browser.toPlainText() == "This page is not installed: guide.md"
     page.close()
 

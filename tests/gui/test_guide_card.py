@@ -4,15 +4,14 @@ import pytest
 from PySide6.QtWidgets import QApplication, QPushButton
 
 from inspector.lessons.guide_card import GuideCard, leave_button
-from inspector.widgets.theme import LIGHT
+from inspector.widgets.theme import LIGHT, Colours
 from inspector.widgets.typeset import Typesetter
 
 
 @pytest.fixture
 def card(qtbot):
-    card = GuideCard(Typesetter())
+    card = GuideCard(Typesetter(), Colours(LIGHT))
     qtbot.addWidget(card)
-    card.set_theme(LIGHT)
     card.show()
     qtbot.waitExposed(card)
     return card

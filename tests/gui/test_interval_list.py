@@ -14,7 +14,7 @@ from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.settings import Settings
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
-from inspector.widgets.theme import LIGHT
+from inspector.widgets.theme import LIGHT, Colours
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act
 from twistcore.detection import Interval, Kind
@@ -113,7 +113,7 @@ def test_columns_go_one_by_one_as_room_gets_short():
 @pytest.fixture
 def panel(qtbot, open_document):
     """The list of the walk with eight errors, 545 pixels wide."""
-    panel = IntervalsPanel(open_document(INJECTED), LIGHT, Settings())
+    panel = IntervalsPanel(open_document(INJECTED), Colours(LIGHT), Settings())
     panel.document = panel._document
     qtbot.addWidget(panel)
     panel.resize(545, 300)
@@ -163,7 +163,7 @@ def test_columns_and_order_are_chosen_and_kept(panel, qtbot, open_document):
     panel.table.sortByColumn(PLACE["delta"], Qt.SortOrder.DescendingOrder)
     assert settings.interval_sort == "-delta"
     largest = panel.shown_ids()
-    other = IntervalsPanel(panel.document, LIGHT, settings)
+    other = IntervalsPanel(panel.document, Colours(LIGHT), settings)
     qtbot.addWidget(other)
     assert other.shown_ids() == largest
     assert other.columns.shown() == panel.columns.shown() == settings.columns
@@ -175,7 +175,7 @@ def test_columns_and_order_are_chosen_and_kept(panel, qtbot, open_document):
 
 def test_columns_of_another_version_do_no_harm(qtbot, open_document):
     settings = Settings(columns=["heat", "delta"], interval_sort="-heat")
-    panel = IntervalsPanel(open_document(INJECTED), LIGHT, settings)
+    panel = IntervalsPanel(open_document(INJECTED), Colours(LIGHT), settings)
     qtbot.addWidget(panel)
     assert panel.columns.shown() == ["chain", "delta"]
     assert len(panel.shown_ids()) == 8
@@ -216,7 +216,7 @@ def test_the_ends_of_flips_are_a_column(opened, monkeypatch):
 
 @pytest.mark.parametrize("width", [300, 350])
 def test_chains_fit_into_a_narrow_dock(qtbot, open_document, width):
-    panel = ChainsPanel(open_document(INJECTED), LIGHT, QAction("Joint names…"))
+    panel = ChainsPanel(open_document(INJECTED), Colours(LIGHT), QAction("Joint names…"))
     qtbot.addWidget(panel)
     panel.resize(width, 400)
     panel.show()

@@ -15,6 +15,7 @@ from inspector.session.opening import analysed
 from inspector.teaching.symbols import SYMBOLS
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
+from inspector.widgets.theme import LIGHT, Colours
 from twistcore.analysis.decomposition import WhatIf
 from twistcore.errors import FormatError
 from twistcore.formats.bvh import read_bvh
@@ -206,7 +207,7 @@ def test_what_a_page_has_from_the_one_before_is_told_at_its_heading(tmp_path):
 
 
 def test_the_ranges_are_those_of_the_sliders(tmp_path, qtbot, open_document):
-    box = WhatIfBox(TaughtFrame(open_document(SAMPLE)))
+    box = WhatIfBox(TaughtFrame(open_document(SAMPLE)), Colours(LIGHT))
     qtbot.addWidget(box)
     for name, slider in box.sliders.items():
         steps = 100 if name == "applied" else 10

@@ -5,7 +5,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QImage, QTextDocument
 
 from inspector.lessons.guide_card import GuideCard
-from inspector.widgets.theme import LIGHT
+from inspector.widgets.theme import LIGHT, Colours
 from inspector.widgets.typeset import Typesetter
 
 LOUD = QColor("#ff00ff")
@@ -13,9 +13,8 @@ LOUD = QColor("#ff00ff")
 
 @pytest.fixture
 def card(qtbot):
-    card = GuideCard(Typesetter())
+    card = GuideCard(Typesetter(), Colours(LIGHT))
     qtbot.addWidget(card)
-    card.set_theme(LIGHT)
     card.resize(400, 400)
     card.show()
     qtbot.waitExposed(card)

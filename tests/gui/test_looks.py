@@ -320,7 +320,7 @@ def test_a_new_window_has_the_colours_of_the_system(
     window = show_window(Settings())
     assert window.viewport.theme is theme
     as_made = style_sheets(window)
-    window.apply_theme(theme)
+    window.program.apply_theme(theme)
     assert style_sheets(window) == as_made, "a view was made without its colours"
     open_clip(qtbot, window, shutil.copy(ASSETS / "walk_injected.bvh", tmp_path))
     window.document.select_chain("LeftForeArm")

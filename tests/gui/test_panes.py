@@ -9,7 +9,7 @@ import pytest
 from inspector.timeline import panes
 from inspector.timeline.plot import plots
 from inspector.timeline.timeline import Timeline
-from inspector.widgets.theme import DARK
+from inspector.widgets.theme import DARK, Colours
 
 SPEED = """
 import numpy as np
@@ -55,7 +55,7 @@ def test_panes_are_ordered_by_place():
 
 
 def test_a_file_is_a_pane(qtbot, document, one_more):
-    timeline = Timeline(document, DARK)
+    timeline = Timeline(document, Colours(DARK))
     qtbot.addWidget(timeline)
     timeline.resize(600, 900)
     timeline.show()
@@ -74,7 +74,7 @@ def test_a_file_is_a_pane(qtbot, document, one_more):
 
 
 def test_where_room_is_short_the_pane_of_least_priority_goes(qtbot, document, one_more):
-    timeline = Timeline(document, DARK)
+    timeline = Timeline(document, Colours(DARK))
     qtbot.addWidget(timeline)
     timeline.resize(300, 150)
     timeline.show()

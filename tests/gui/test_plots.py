@@ -11,7 +11,7 @@ from inspector.session.opening import analyse
 from inspector.timeline.tau_line import set_tau_degrees
 from inspector.timeline.timeline import Timeline
 from inspector.widgets.axes import root_scale
-from inspector.widgets.theme import DARK, LIGHT
+from inspector.widgets.theme import DARK, LIGHT, Colours
 from tests.gui.pictures import INJECTED
 from twistcore.detection import DETECTORS, Kind
 from twistcore.review import Decision, Insert
@@ -42,7 +42,7 @@ def timeline(qtbot, document):
 
 
 def shown(qtbot, document):
-    timeline = Timeline(document, LIGHT)
+    timeline = Timeline(document, Colours(LIGHT))
     qtbot.addWidget(timeline)
     timeline.resize(1280, 300)
     with qtbot.waitExposed(timeline):
@@ -425,7 +425,7 @@ def test_plots_hide_and_come_back(qtbot, timeline):
 
 
 def test_without_a_clip_there_is_a_hint(qtbot):
-    timeline = Timeline(Document(), DARK)
+    timeline = Timeline(Document(), Colours(DARK))
     qtbot.addWidget(timeline)
     timeline.resize(900, 280)
     timeline.show()
@@ -436,7 +436,7 @@ def test_without_a_clip_there_is_a_hint(qtbot):
 
 def test_every_chain_draws_in_both_themes(qtbot, timeline, document):
     for theme in (DARK, LIGHT):
-        timeline.set_theme(theme)
+        timeline.scenery.colours.use(theme)
         for chain in document.data.chains:
             document.select_chain(chain.name)
             timeline.refresh()

@@ -16,7 +16,7 @@ from inspector.session.document import Document
 from inspector.widgets.building import tool_button
 from inspector.widgets.keyed_list import KeyedList
 from inspector.widgets.labels import ElidedLine
-from inspector.widgets.theme import DARK
+from inspector.widgets.theme import DARK, Colours
 from twistcore.review import Decision
 
 SPOKEN = Qt.ItemDataRole.AccessibleTextRole
@@ -27,7 +27,7 @@ def name(widget):
 
 
 def test_bars_and_ticks_of_the_table_of_clips_are_said(qtbot, queue):
-    panel = ClipsPanel(queue, Document(), DARK)
+    panel = ClipsPanel(queue, Document(), Colours(DARK))
     qtbot.addWidget(panel)
     path = Path("walk.bvh")
     clip = QueuedClip(

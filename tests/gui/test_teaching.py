@@ -24,7 +24,7 @@ from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.theme import DARK, LIGHT
+from inspector.widgets.theme import DARK, LIGHT, Colours
 from tests.conftest import ASSETS
 from tests.gui.other_fonts import other_font
 from tests.gui.pictures import grabbed, near
@@ -103,8 +103,9 @@ def test_every_number_is_the_cores(qtbot, tmp_path):
     for data in clips(tmp_path):
         document = Document()
         document.show_clip(data)
-        viewport, taught = Viewport(document, DARK), TaughtFrame(document)
-        panel = TeachingPanel(taught, viewport, Timeline(document, DARK), [])
+        colours, taught = Colours(DARK), TaughtFrame(document)
+        viewport = Viewport(document, colours)
+        panel = TeachingPanel(taught, viewport, Timeline(document, colours), [])
         taught.set_active(True)
         for chain in data.chains[:CHAINS]:
             document.select_chain(chain.name)
@@ -513,8 +514,8 @@ def test_the_player_goes_from_a_over_the_swing_to_the_twist(qtbot, taught):
 
 @pytest.mark.thorough
 def test_the_list_paints_itself_as_lines_of_any_size(qtbot, taught, tmp_path):
-    equations = Equations(taught.taught, taught.teaching.typesetter)
-    equations.set_theme(LIGHT)
+    equations = Equations(taught.taught, taught.teaching.typesetter, Colours(LIGHT))
+    equations.refresh()
     buffer = QBuffer()
     generator = QSvgGenerator()
     generator.setOutputDevice(buffer)

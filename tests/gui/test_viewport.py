@@ -20,7 +20,7 @@ from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import VIEWS, OrbitCamera
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
-from inspector.widgets.theme import DARK, LIGHT
+from inspector.widgets.theme import DARK, LIGHT, Colours
 from tests.gui.pictures import (
     FRAME,
     WALK,
@@ -147,7 +147,7 @@ def test_every_view_shows_the_figure(qtbot, document, show_view, theme):
 def test_the_theme_changes_while_open(qtbot, document, show_view):
     view = show_view(document, DARK)
     dark = picture(qtbot, view)
-    view.set_theme(LIGHT)
+    view.colours.use(LIGHT)
     light = picture(qtbot, view)
     assert light.mean() > dark.mean() + 100
 
@@ -203,7 +203,7 @@ def test_without_opengl_it_says_so(qtbot, document, show_view, monkeypatch):
     assert view.overlays.notice.isVisible()
     view.set_view("front")
     view.focus_chain()
-    view.set_theme(LIGHT)
+    view.colours.use(LIGHT)
     document.go_to(FRAME + 1)
     view.look(style=Style.SKIN, split=True, trails=True, by_offset=True)
     view.refresh()
@@ -323,7 +323,7 @@ def test_nothing_is_left_after_closing(qtbot, analysed):
     start, views, counts = render_windows(), [], []
     for _ in range(10):
         document = Document()
-        view = Viewport(document, DARK)
+        view = Viewport(document, Colours(DARK))
         view.resize(320, 240)
         view.show()
         assert QTest.qWaitForWindowExposed(view, 60_000)
@@ -344,7 +344,7 @@ def test_nothing_is_left_after_closing(qtbot, analysed):
 def test_a_closed_view_does_not_wait_for_the_collector(qtbot, analysed):
     """It would come while another view is drawing, and let OpenGL's memory go in its place."""
     document = Document()
-    view = Viewport(document, DARK)
+    view = Viewport(document, Colours(DARK))
     view.show()
     assert QTest.qWaitForWindowExposed(view, 60_000)
     document.show_clip(analysed)

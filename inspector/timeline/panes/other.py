@@ -19,7 +19,7 @@ def _axis(curves: Curves) -> str:
 
 
 def _build(document: Document, scenery: Scenery, parent: QWidget) -> Pane:
-    return OtherDetector(document, scenery.theme, parent)
+    return OtherDetector(document, scenery.colours, parent)
 
 
 plot = Plot(
