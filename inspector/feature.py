@@ -30,12 +30,12 @@ if TYPE_CHECKING:
     from inspector.widgets.theme import Colours
 
 T = TypeVar("T")
-Built = TypeVar("Built", bound="Part")
+Built = TypeVar("Built", bound="FeatureParts")
 Needs = Literal["", "clip", "figure"]
 Area = Qt.DockWidgetArea
 
 
-class Window(QMainWindow):
+class HostWindow(QMainWindow):
     """The window as features know it; docks: by their names, actions_by_id: by their rows' ids."""
 
     document: Document
@@ -51,7 +51,7 @@ class Window(QMainWindow):
     detail: DetailCard
     actions_by_id: Mapping[str, QAction]
     docks: dict[str, QDockWidget]
-    built: dict[str, Part]
+    built: dict[str, FeatureParts]
 
     def part(self, feature: Feature[Built]) -> Built:
         """Return what a feature has built in this window."""
@@ -66,10 +66,10 @@ class Window(QMainWindow):
         raise NotImplementedError
 
 
-class Part:
+class FeatureParts:
     """What a feature builds in a window; its public attributes are attributes of the window too."""
 
-    def connect(self, window: Window) -> None:
+    def connect(self, window: HostWindow) -> None:
         """Build what needs the docks, and connect what needs the parts of other features."""
 
     def take(self, path: Path) -> bool:
@@ -81,7 +81,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Row(Generic[T]):
+class ActionRow(Generic[T]):
     """One thing a person can do, as it is shown; T: what it works on.
 
     checked: at the start; group: of rows of which exactly one is checked; needs: an open clip, or
@@ -104,7 +104,7 @@ class Row(Generic[T]):
 
 
 @dataclass(frozen=True)
-class ActionSpec(Row[T]):
+class ActionSpec(ActionRow[T]):
     """A row that does one thing; one of a group does it when it becomes the checked one."""
 
     do: Callable[[T], object] = field(kw_only=True)
@@ -118,7 +118,7 @@ class ActionSpec(Row[T]):
 
 
 @dataclass(frozen=True)
-class Switch(Row[T]):
+class Switch(ActionRow[T]):
     """A row that turns something on and off."""
 
     turn: Callable[[T, bool], object] = field(kw_only=True)
@@ -130,19 +130,19 @@ class Switch(Row[T]):
 
 
 @dataclass(frozen=True)
-class Rows(Generic[T]):
+class MenuRows(Generic[T]):
     """Rows of one menu, None for a line between two.
 
     after: the id of the row that they follow directly, '' for the menu's end.
     """
 
     menu: str
-    rows: Sequence[Row[T] | None]
+    rows: Sequence[ActionRow[T] | None]
     after: str = ""
 
 
 @dataclass(frozen=True)
-class Panel(Generic[T]):
+class DockPanel(Generic[T]):
     """A dock: its name, under which its place is remembered, its title and where it is at first.
 
     content: the widget in it; tab: with the intervals, as another tab; before: the panel that it is
@@ -172,9 +172,9 @@ class Feature(Generic[Built]):
     """A feature of the window, complete; build: makes its views, before there are any docks."""
 
     name: str
-    build: Callable[[Window], Built]
-    rows: tuple[Rows[Built], ...] = ()
-    panels: tuple[Panel[Built], ...] = ()
+    build: Callable[[HostWindow], Built]
+    rows: tuple[MenuRows[Built], ...] = ()
+    panels: tuple[DockPanel[Built], ...] = ()
     settings: tuple[Tick, ...] = ()
 
 

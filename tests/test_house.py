@@ -37,6 +37,13 @@ def test_the_core_has_at_most_16_rooms() -> None:
     assert len(entries) <= 16, sorted(entries)
 
 
+def test_the_main_window_knows_at_most_25_modules(graph: grimp.ImportGraph) -> None:
+    """A feature comes into the list of features, not into the main window."""
+    known = graph.find_modules_directly_imported_by("inspector.window.main_window")
+    ours = {module for module in known if module.split(".")[0] in HOUSES}
+    assert len(ours) <= 25, sorted(ours)
+
+
 def test_the_picture_is_drawn_from_these_imports(graph: grimp.ImportGraph) -> None:
     drawing = runpy.run_path(str(ROOT / "docs" / "draw_architecture.py"))
     shown = drawing["PICTURE"].read_text("utf-8")

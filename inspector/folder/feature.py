@@ -2,22 +2,32 @@
 
 from __future__ import annotations
 
-from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Tick, Window
+from inspector.feature import (
+    ActionRow,
+    ActionSpec,
+    Area,
+    DockPanel,
+    Feature,
+    FeatureParts,
+    HostWindow,
+    MenuRows,
+    Tick,
+)
 from inspector.folder.clips_panel import ClipsPanel
 from inspector.folder.folder_actions import FolderActions
 from inspector.folder.queue import FolderQueue
 from inspector.language import tr
 
 
-class Folder(Part):
+class Folder(FeatureParts):
     """The queue of a folder's clips, their panel, and what its actions do."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         self.queue = FolderQueue(parent=window)
         self.clips = ClipsPanel(self.queue, window.document, window.colours)
         self.clips.chosen.connect(window.open_path)
 
-    def connect(self, window: Window) -> None:
+    def connect(self, window: HostWindow) -> None:
         """Let the actions write what is listed."""
         listed, save = self.clips.listed, window.save_quietly
         self.folder_actions = FolderActions(self.queue, listed, window.bar, save, window)
@@ -28,7 +38,7 @@ class Folder(Part):
 
 
 # fmt: off
-_FILE: tuple[Row[Folder] | None, ...] = (
+_FILE: tuple[ActionRow[Folder] | None, ...] = (
     ActionSpec("save_clip_table", tr("Save the table of clips…"), (),
                tr("The folder's clips as they are listed, as CSV"),
                do=lambda p: p.folder_actions.save_clip_table()),
@@ -41,9 +51,9 @@ _FILE: tuple[Row[Folder] | None, ...] = (
 feature = Feature(
     "folder",
     Folder,
-    rows=(Rows("File", _FILE, after="export_at_once"),),
+    rows=(MenuRows("File", _FILE, after="export_at_once"),),
     panels=(
-        Panel(
+        DockPanel(
             "clips",
             tr("Clips"),
             Area.LeftDockWidgetArea,

@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
-from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Window
+from inspector.feature import (
+    ActionRow,
+    ActionSpec,
+    Area,
+    DockPanel,
+    Feature,
+    FeatureParts,
+    HostWindow,
+    MenuRows,
+)
 from inspector.language import tr, tr_as
 from inspector.lessons.guide_card import GuideCard
 from inspector.lessons.guided_program import GuidedProgram
@@ -11,13 +20,13 @@ from inspector.lessons.lesson_actions import LessonActions
 from inspector.teaching.feature import feature as teaching
 
 
-class Lessons(Part):
+class Lessons(FeatureParts):
     """The card that leads through a lesson, and what the actions of teaching do."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         self.guide = GuideCard(window.part(teaching).teaching.typesetter, window.colours)
 
-    def connect(self, window: Window) -> None:
+    def connect(self, window: HostWindow) -> None:
         """Let lessons drive the program."""
         docks, taught = window.docks, window.part(teaching)
         program = GuidedProgram(
@@ -41,7 +50,7 @@ class Lessons(Part):
 
 
 # fmt: off
-_ROWS: tuple[Row[Lessons] | None, ...] = (
+_ROWS: tuple[ActionRow[Lessons] | None, ...] = (
     ActionSpec("tour", tr("Tour"), (), tr("A guided tour of swing, twist and their errors"),
                do=lambda p: p.lesson_actions.tour()),
     ActionSpec("open_lesson", tr("Open lesson…"), (),
@@ -66,9 +75,9 @@ _ROWS: tuple[Row[Lessons] | None, ...] = (
 feature = Feature(
     "lessons",
     Lessons,
-    rows=(Rows("Teach", _ROWS),),
+    rows=(MenuRows("Teach", _ROWS),),
     panels=(
-        Panel(
+        DockPanel(
             "guide",
             tr_as("of a lesson", "Guide"),
             Area.LeftDockWidgetArea,

@@ -12,7 +12,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
 from inspector.bundled import EXERCISES, LESSONS, TOUR
-from inspector.feature import Window
+from inspector.feature import HostWindow
 from inspector.language import in_language, tr
 from inspector.lessons.guided_exercise import Exercise
 from inspector.lessons.guided_program import GuidedProgram
@@ -40,7 +40,7 @@ class LessonActions:
     program: GuidedProgram
     dock: QDockWidget
     above: QDockWidget
-    window: Window
+    window: HostWindow
 
     def __post_init__(self) -> None:
         self.five_trackers: FiveTrackers | None = None

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
-from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Window
+from inspector.feature import (
+    ActionRow,
+    ActionSpec,
+    Area,
+    DockPanel,
+    Feature,
+    FeatureParts,
+    HostWindow,
+    MenuRows,
+)
 from inspector.language import tr
 from inspector.quality.quality_panel import QualityPanel
 from inspector.widgets.building import bring_to_front, scrolled
 from twistcore.detection import Interval, Kind
 
 
-class Quality(Part):
+class Quality(FeatureParts):
     """The quality tab; what it tracks is in the 3D view too."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
         self.quality = QualityPanel(window.document, colours, actions)
         window.viewport.accompany(self.quality.tracked)
 
-    def connect(self, window: Window) -> None:
+    def connect(self, window: HostWindow) -> None:
         """Compute nothing for a tab that nobody sees."""
         self._document, self._dock = window.document, window.docks["quality"]
         self._dock.visibilityChanged.connect(self.quality.set_seen)
@@ -41,7 +50,7 @@ class Quality(Part):
 
 
 # fmt: off
-_ROWS: tuple[Row[Quality] | None, ...] = (
+_ROWS: tuple[ActionRow[Quality] | None, ...] = (
     ActionSpec("show_quality", tr("Quality tab"), ("Ctrl+D",),
                tr("Jitter, jumps, speed, foot slide"),
                do=lambda p: p.show()),
@@ -61,9 +70,9 @@ _ROWS: tuple[Row[Quality] | None, ...] = (
 feature = Feature(
     "quality",
     Quality,
-    rows=(Rows("Quality", _ROWS),),
+    rows=(MenuRows("Quality", _ROWS),),
     panels=(
-        Panel(
+        DockPanel(
             "quality",
             tr("Quality"),
             Area.RightDockWidgetArea,

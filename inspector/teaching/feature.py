@@ -4,24 +4,33 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
-from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Window
+from inspector.feature import (
+    ActionRow,
+    ActionSpec,
+    Area,
+    DockPanel,
+    Feature,
+    FeatureParts,
+    HostWindow,
+    MenuRows,
+)
 from inspector.language import tr
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.widgets.building import bring_to_front, scrolled
 
 
-class Teaching(Part):
+class Teaching(FeatureParts):
     """The taught frame and the tab that shows it."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         actions = window.actions_by_id
         self.taught = TaughtFrame(window.document, window)
         shown = [actions[name] for name in ("tour", "exercise", "record_dialog")]
         self.teaching = TeachingPanel(self.taught, window.viewport, window.timeline, shown)
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
 
-    def connect(self, window: Window) -> None:
+    def connect(self, window: HostWindow) -> None:
         """Teach while the tab is seen."""
         self._dock = window.docks["teaching"]
         self._dock.visibilityChanged.connect(self.teaching.set_shown)
@@ -38,7 +47,7 @@ class Teaching(Part):
 
 
 # fmt: off
-_ROWS: tuple[Row[Teaching] | None, ...] = (
+_ROWS: tuple[ActionRow[Teaching] | None, ...] = (
     ActionSpec("show_teaching", tr("Swing and twist"), ("Ctrl+L",),
                tr("The equations at the joint"),
                do=lambda p: p.show()),
@@ -49,8 +58,8 @@ _ROWS: tuple[Row[Teaching] | None, ...] = (
 feature = Feature(
     "teaching",
     Teaching,
-    rows=(Rows("Teach", _ROWS),),
+    rows=(MenuRows("Teach", _ROWS),),
     panels=(
-        Panel("teaching", tr("Teaching"), Area.RightDockWidgetArea, Teaching.content, tab=True),
+        DockPanel("teaching", tr("Teaching"), Area.RightDockWidgetArea, Teaching.content, tab=True),
     ),
 )

@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Switch, Window
+from inspector.feature import (
+    ActionRow,
+    ActionSpec,
+    Area,
+    DockPanel,
+    Feature,
+    FeatureParts,
+    HostWindow,
+    MenuRows,
+    Switch,
+)
 from inspector.folder.feature import feature as folder
 from inspector.language import tr
 from inspector.tuning.tuning_actions import TuningActions
@@ -10,14 +20,14 @@ from inspector.tuning.tuning_panel import Scope, TuningPanel
 from inspector.widgets.building import bring_to_front, scrolled
 
 
-class Tuning(Part):
+class Tuning(FeatureParts):
     """The tuning tab, and what its actions do."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
         self.tuning = TuningPanel(window.document, colours, actions, window.settings)
 
-    def connect(self, window: Window) -> None:
+    def connect(self, window: HostWindow) -> None:
         """Compute nothing for a tab that nobody sees."""
         self._dock, self._visible = window.docks["tuning"], window.timeline.visible
         self._dock.visibilityChanged.connect(self.tuning.set_seen)
@@ -40,7 +50,7 @@ class Tuning(Part):
 
 
 # fmt: off
-_ROWS: tuple[Row[Tuning] | None, ...] = (
+_ROWS: tuple[ActionRow[Tuning] | None, ...] = (
     ActionSpec("show_tuning", tr("Tuning tab"), ("Ctrl+T",), tr("What every τ costs this clip"),
                do=lambda p: p.show()),
     None,
@@ -101,9 +111,9 @@ _ROWS: tuple[Row[Tuning] | None, ...] = (
 feature = Feature(
     "tuning",
     Tuning,
-    rows=(Rows("Tuning", _ROWS),),
+    rows=(MenuRows("Tuning", _ROWS),),
     panels=(
-        Panel(
+        DockPanel(
             "tuning", tr("Tuning"), Area.RightDockWidgetArea, lambda p: scrolled(p.tuning), tab=True
         ),
     ),

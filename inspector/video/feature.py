@@ -4,21 +4,31 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Switch, Window
+from inspector.feature import (
+    ActionRow,
+    ActionSpec,
+    Area,
+    DockPanel,
+    Feature,
+    FeatureParts,
+    HostWindow,
+    MenuRows,
+    Switch,
+)
 from inspector.language import tr
 from inspector.video.video_actions import VideoActions
 from inspector.video.video_panel import VideoPanel
 from inspector.video.video_reader import SUFFIXES
 
 
-class Video(Part):
+class Video(FeatureParts):
     """The panel with the video of the present clip, and what its actions do."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
         self.video = VideoPanel(window.document, colours, window.settings, actions)
 
-    def connect(self, window: Window) -> None:
+    def connect(self, window: HostWindow) -> None:
         """Show the dock when a clip has a video."""
         dock = window.docks["video"]
         self.video_actions = VideoActions(window.document, self.video, dock, window)
@@ -36,7 +46,7 @@ class Video(Part):
 
 
 # fmt: off
-_FILE: tuple[Row[Video] | None, ...] = (
+_FILE: tuple[ActionRow[Video] | None, ...] = (
     None,
     ActionSpec("open_video", tr("Open witness video…"), ("Ctrl+Shift+V",),
                tr("A video of the same take beside the 3D view"),
@@ -44,7 +54,7 @@ _FILE: tuple[Row[Video] | None, ...] = (
     ActionSpec("close_video", tr("Close the video"), (), tr("Forget this clip's video"),
                needs="clip", do=lambda p: p.video_actions.close_video()),
 )
-_GO: tuple[Row[Video] | None, ...] = (
+_GO: tuple[ActionRow[Video] | None, ...] = (
     None,
     Switch("hold_video", tr("Hold the video"), ("W",),
            tr("It stands still; move the playhead to the same moment and release"),
@@ -55,9 +65,12 @@ _GO: tuple[Row[Video] | None, ...] = (
 feature = Feature(
     "video",
     Video,
-    rows=(Rows("File", _FILE, after="export_at_once"), Rows("Go", _GO, after="normal_speed")),
+    rows=(
+        MenuRows("File", _FILE, after="export_at_once"),
+        MenuRows("Go", _GO, after="normal_speed"),
+    ),
     panels=(
-        Panel(
+        DockPanel(
             "video",
             tr("Video"),
             Area.BottomDockWidgetArea,

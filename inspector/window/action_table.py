@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from inspector.bundled import SAMPLE
-from inspector.feature import ActionSpec, Row, Switch
+from inspector.feature import ActionRow, ActionSpec, Switch
 from inspector.language import tr, tr_as
 from inspector.session.open_clip import Show
 from inspector.viewport.solid_and_ghost import Style
@@ -31,7 +31,7 @@ def _search_intervals(parts: Parts) -> None:
 
 # A table, so it is laid out as one: what is shown, then what is done.
 # fmt: off
-_OWN: Mapping[str, tuple[Row[Parts] | None, ...]] = {
+_OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     "File": (
         ActionSpec("open_dialog", tr("Open…"), ("Ctrl+O",), tr("Open a clip or a session"),
                    do=lambda p: p.files.open_dialog()),

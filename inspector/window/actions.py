@@ -8,7 +8,7 @@ from typing import Any
 from PySide6.QtGui import QAction, QActionGroup, QKeySequence
 from PySide6.QtWidgets import QMenu, QMenuBar, QWidget
 
-from inspector.feature import Row
+from inspector.feature import ActionRow
 from inspector.language import chosen_language, tr, tr_as
 from inspector.session.settings import Settings
 from inspector.widgets.labels import as_entry
@@ -27,11 +27,11 @@ _TITLES = {  # of menus; &: the letter that opens one
 
 
 Menus = Mapping[
-    str, Sequence[Row[Any] | None]
+    str, Sequence[ActionRow[Any] | None]
 ]  # by name, in their order; None: a line between rows
 
 
-def rows(menus: Menus) -> Iterator[Row[Any]]:
+def rows(menus: Menus) -> Iterator[ActionRow[Any]]:
     """All of them, without the lines."""
     return (row for menu in menus.values() for row in menu if row is not None)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QWidget
 
-from inspector.feature import Window
+from inspector.feature import HostWindow
 from inspector.panels.reviewer_line import ReviewerLine
 from inspector.panels.transport import Transport
 from inspector.viewport.viewport import Viewport
@@ -16,7 +16,7 @@ from inspector.widgets.native_surface import own_surface
 class Centre(QWidget):
     """The window's central widget, and its parts, one under the other without gaps."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         super().__init__()
         document = window.document
         self.bar = MessageBar()

@@ -4,20 +4,29 @@ from __future__ import annotations
 
 from PySide6.QtCore import Qt
 
-from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Window
+from inspector.feature import (
+    ActionRow,
+    ActionSpec,
+    Area,
+    DockPanel,
+    Feature,
+    FeatureParts,
+    HostWindow,
+    MenuRows,
+)
 from inspector.language import tr
 from inspector.panels.chains_panel import ChainsPanel
 from inspector.window.chain_actions import ChainActions
 
 
-class Chains(Part):
+class Chains(FeatureParts):
     """The list of chains, and what its actions do."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         names = window.actions_by_id["joint_names"]
         self.chains = ChainsPanel(window.document, window.colours, names)
 
-    def connect(self, window: Window) -> None:
+    def connect(self, window: HostWindow) -> None:
         """Let the list have its menu, and the title name what differs from the chains as found."""
         listed = [row.id for row in _ROWS if row is not None and row.in_list]
         self.chains.table.addActions([window.actions_by_id[name] for name in listed])
@@ -28,7 +37,7 @@ class Chains(Part):
 
 
 # fmt: off
-_ROWS: tuple[Row[Chains] | None, ...] = (
+_ROWS: tuple[ActionRow[Chains] | None, ...] = (
     ActionSpec("add_chain", tr("Add chain…"), ("Ctrl+Shift+C",),
                tr("Two or three joints: of the spine, the neck, a finger"),
                needs="clip", in_list=True, do=lambda p: p.chain_actions.add_chain()),
@@ -53,6 +62,6 @@ _ROWS: tuple[Row[Chains] | None, ...] = (
 feature = Feature(
     "chains",
     Chains,
-    rows=(Rows("Chains", _ROWS),),
-    panels=(Panel("chains", tr("Chains"), Area.LeftDockWidgetArea, lambda p: p.chains),),
+    rows=(MenuRows("Chains", _ROWS),),
+    panels=(DockPanel("chains", tr("Chains"), Area.LeftDockWidgetArea, lambda p: p.chains),),
 )

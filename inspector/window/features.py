@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from inspector.feature import AnyFeature, Panel, Row, Rows
+from inspector.feature import ActionRow, AnyFeature, DockPanel, MenuRows
 from inspector.folder.feature import feature as folder
 from inspector.lessons.feature import feature as lessons
 from inspector.quality.feature import feature as quality
@@ -30,17 +30,17 @@ def joined(own: Menus) -> Menus:
     return {name: tuple(menus[name]) for name in sorted(menus, key=menu_order)}
 
 
-def _place(rows: Rows[Any], menus: dict[str, list[Row[Any] | None]]) -> None:
+def _place(rows: MenuRows[Any], menus: dict[str, list[ActionRow[Any] | None]]) -> None:
     menu = menus.setdefault(rows.menu, [])
     ids = [row.id if row is not None else "" for row in menu]
     at = ids.index(rows.after) + 1 if rows.after else len(menu)
     menu[at:at] = rows.rows
 
 
-def panels() -> list[tuple[AnyFeature, Panel[Any]]]:
+def panels() -> list[tuple[AnyFeature, DockPanel[Any]]]:
     """Return the docks of all features in their order, with whose they are."""
     names: list[str] = []
-    out: list[tuple[AnyFeature, Panel[Any]]] = []
+    out: list[tuple[AnyFeature, DockPanel[Any]]] = []
     for feature in FEATURES:
         for panel in feature.panels:
             at = names.index(panel.before) if panel.before else len(names)

@@ -8,7 +8,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QLineEdit, QWidget
 
-from inspector.feature import Row
+from inspector.feature import ActionRow
 from inspector.language import tr, tr_as
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.guide_page import MarkdownPage
@@ -72,11 +72,11 @@ def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
     return "\n".join(lines) + "\n"
 
 
-def _keys(row: Row[Any]) -> tuple[str, ...]:
+def _keys(row: ActionRow[Any]) -> tuple[str, ...]:
     return tuple(key_text(key) for key in row.keys)
 
 
-def _does(row: Row[Any]) -> str:
+def _does(row: ActionRow[Any]) -> str:
     return f"{row.text}: {row.tip}" if row.tip else row.text
 
 

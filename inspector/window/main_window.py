@@ -16,7 +16,7 @@ from PySide6.QtGui import (
 )
 from PySide6.QtWidgets import QApplication, QDockWidget, QMainWindow, QMenu, QWidget
 
-from inspector.feature import Area, Part
+from inspector.feature import Area, FeatureParts
 from inspector.language import tr
 from inspector.panels.start_page import StartPage
 from inspector.session.document import Document
@@ -87,7 +87,7 @@ class MainWindow(Parts):
             self.built[feature.name] = feature.build(self)
             self._publish(self.built[feature.name])
 
-    def _publish(self, part: Part) -> None:
+    def _publish(self, part: FeatureParts) -> None:
         """Make what a feature has built attributes of the window."""
         for name, built in vars(part).items():
             if not name.startswith("_"):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from inspector.feature import Window
+from inspector.feature import HostWindow
 from inspector.window.file_actions import FileActions
 from inspector.window.presentation import Presentation
 from inspector.window.program_actions import ProgramActions
@@ -10,7 +10,7 @@ from inspector.window.review_actions import ReviewActions
 from inspector.window.usual_layout import UsualLayout
 
 
-class Parts(Window):
+class Parts(HostWindow):
     """The window, as rows know it that belong to no feature."""
 
     presentation: Presentation

@@ -7,7 +7,7 @@ from functools import partial
 from PySide6.QtGui import QKeySequence
 from PySide6.QtWidgets import QWidget
 
-from inspector.feature import Area, Feature, Panel, Part, Window
+from inspector.feature import Area, DockPanel, Feature, FeatureParts, HostWindow
 from inspector.folder.feature import feature as folder
 from inspector.language import tr
 from inspector.panels.detail_card import DetailCard
@@ -17,10 +17,10 @@ from inspector.widgets.building import bring_to_front, scrolled, vbox
 from inspector.window.review_actions import ReviewActions
 
 
-class Reviewing(Part):
+class Reviewing(FeatureParts):
     """The list of intervals, the card of the selected one, the history, and their actions."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         document = window.document
         self.intervals = IntervalsPanel(document, window.colours, window.settings)
         self.detail = DetailCard(document)
@@ -32,7 +32,7 @@ class Reviewing(Part):
         vbox((self.intervals, 1), self.detail, owner=column, margins=(0, 0, 0, 0), spacing=0)
         return scrolled(column)
 
-    def connect(self, window: Window) -> None:
+    def connect(self, window: HostWindow) -> None:
         """Let list and card decide."""
         actions, visible, queue = window.actions_by_id, window.timeline.visible, window.part(folder)
         native = QKeySequence.SequenceFormat.NativeText
@@ -52,7 +52,9 @@ feature = Feature(
     "review",
     Reviewing,
     panels=(
-        Panel("intervals", tr("Intervals"), Area.RightDockWidgetArea, Reviewing.content),
-        Panel("history", tr("History"), Area.RightDockWidgetArea, lambda p: p.history, tab=True),
+        DockPanel("intervals", tr("Intervals"), Area.RightDockWidgetArea, Reviewing.content),
+        DockPanel(
+            "history", tr("History"), Area.RightDockWidgetArea, lambda p: p.history, tab=True
+        ),
     ),
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from inspector.feature import Window
+from inspector.feature import HostWindow
 from inspector.language import of_core, tr
 from inspector.panels.position_line import FrameLine, PositionLine
 from inspector.widgets.labels import SteadyLabel
@@ -14,7 +14,7 @@ from twistcore.review import Decision
 class ReviewSigns:
     """Shows the document's review in the window's title, in two actions and in the status bar."""
 
-    def __init__(self, window: Window) -> None:
+    def __init__(self, window: HostWindow) -> None:
         self._window = window
         self.position, self.decided = PositionLine(window.document), SteadyLabel()
         window.statusBar().addWidget(FrameLine(window.document), 1)

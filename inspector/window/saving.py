@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QMessageBox
 
 from inspector.bundled import ASSETS
-from inspector.feature import Window
+from inspector.feature import HostWindow
 from inspector.folder.feature import feature as folder
 from inspector.language import tr, tr_as
 from inspector.lessons.feature import feature as lessons
@@ -28,7 +28,7 @@ class Saving:
     tell_saved: called when the session is on disk.
     """
 
-    window: Window
+    window: HostWindow
     tell_saved: Callable[[], None]
 
     def __post_init__(self) -> None:

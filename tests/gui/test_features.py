@@ -7,7 +7,16 @@ from dataclasses import fields
 import pytest
 from PySide6.QtWidgets import QLabel
 
-from inspector.feature import ActionSpec, Area, Feature, Panel, Part, Row, Rows, Tick
+from inspector.feature import (
+    ActionRow,
+    ActionSpec,
+    Area,
+    DockPanel,
+    Feature,
+    FeatureParts,
+    MenuRows,
+    Tick,
+)
 from inspector.session.settings import Settings
 from inspector.window import features
 from inspector.window.action_table import MENUS
@@ -19,19 +28,21 @@ def row(name: str) -> ActionSpec[object]:
     return ActionSpec(name, name.title(), do=lambda _: None)
 
 
-def ids(menu: tuple[Row[object] | None, ...]) -> list[str | None]:
+def ids(menu: tuple[ActionRow[object] | None, ...]) -> list[str | None]:
     return [r.id if r is not None else None for r in menu]
 
 
-def feature(*placed: Rows[Part], panels: tuple[Panel[Part], ...] = ()) -> Feature[Part]:
-    return Feature("new", lambda _: Part(), rows=placed, panels=panels)
+def feature(
+    *placed: MenuRows[FeatureParts], panels: tuple[DockPanel[FeatureParts], ...] = ()
+) -> Feature[FeatureParts]:
+    return Feature("new", lambda _: FeatureParts(), rows=placed, panels=panels)
 
 
 OWN = {"File": (row("open"), None, row("close")), "Help": (row("about"),)}
 
 
 def test_rows_come_directly_after_the_one_they_name(monkeypatch):
-    new = feature(Rows("File", (None, row("first"), row("second")), after="open"))
+    new = feature(MenuRows("File", (None, row("first"), row("second")), after="open"))
     monkeypatch.setattr(features, "FEATURES", (new,))
     menus = features.joined(OWN)
     assert ids(menus["File"]) == ["open", None, "first", "second", None, "close"]
@@ -39,7 +50,7 @@ def test_rows_come_directly_after_the_one_they_name(monkeypatch):
 
 
 def test_without_a_place_rows_come_last_and_a_new_menu_before_the_help(monkeypatch):
-    new = feature(Rows("File", (row("last"),)), Rows("Extra", (row("own"),)))
+    new = feature(MenuRows("File", (row("last"),)), MenuRows("Extra", (row("own"),)))
     monkeypatch.setattr(features, "FEATURES", (new,))
     menus = features.joined(OWN)
     assert list(menus) == ["File", "Extra", "Help"]
@@ -47,15 +58,17 @@ def test_without_a_place_rows_come_last_and_a_new_menu_before_the_help(monkeypat
 
 
 def test_rows_after_one_that_does_not_exist_are_an_error(monkeypatch):
-    monkeypatch.setattr(features, "FEATURES", (feature(Rows("File", (row("x"),), after="none")),))
+    monkeypatch.setattr(
+        features, "FEATURES", (feature(MenuRows("File", (row("x"),), after="none")),)
+    )
     with pytest.raises(ValueError, match="none"):
         features.joined(OWN)
 
 
 def test_a_panel_comes_directly_before_the_one_it_names(monkeypatch):
     left, content = Area.LeftDockWidgetArea, lambda _: QLabel()
-    old = feature(panels=(Panel("a", "A", left, content), Panel("b", "B", left, content)))
-    new = feature(panels=(Panel("c", "C", left, content, before="b"),))
+    old = feature(panels=(DockPanel("a", "A", left, content), DockPanel("b", "B", left, content)))
+    new = feature(panels=(DockPanel("c", "C", left, content, before="b"),))
     monkeypatch.setattr(features, "FEATURES", (old, new))
     assert [panel.name for _, panel in features.panels()] == ["a", "c", "b"]
 
