@@ -110,7 +110,7 @@ def test_a_clip_that_cannot_be_examined_says_so(qtbot, show_window, tmp_path):
     assert "too few" in said
     assert said == window.intervals._hint.text()
     assert window.detail.says(said)
-    assert window.decided.text() == "not examined"
+    assert window.signs.decided.text() == "not examined"
     assert not window.chains._names.isVisible()  # no name of a joint helps
     for action in ("next_interval", "next_faint", "why_not"):
         window.bar.clear()
