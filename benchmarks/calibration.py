@@ -22,7 +22,7 @@ from scipy.optimize import minimize
 from twistcore.detection import Interval
 from twistcore.detection.consistency import confidence
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
-from twistcore.detection.consistency.detector import ConsistencyDetector
+from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.skeleton.chain import Chain, find_chains

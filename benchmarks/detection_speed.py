@@ -25,7 +25,7 @@ import numpy as np
 from twistcore.analysis.clip_analysis import detect
 from twistcore.detection.consistency import detector as consistency
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis
-from twistcore.detection.consistency.detector import ConsistencyDetector
+from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import Chain, find_chains
 from twistcore.skeleton.motion import Motion, Skeleton

@@ -19,8 +19,8 @@ from unittest.mock import patch
 
 import numpy as np
 
-from twistcore.detection.consistency.detector import ConsistencyDetector
 from twistcore.detection.counter_twist import counter_rotation
+from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
 from twistcore.detection.twist_increments import twist_increments

@@ -68,6 +68,8 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/detection/counter_twist/offsets.py": ("offsets",),
     "twistcore/detection/counter_twist/pairing.py": ("pairing", "clip_ends"),
     "twistcore/detection/paper.py": ("intervals",),
+    "twistcore/detection/registry.py": ("registry",),
+    "twistcore/detection/guarded.py": ("registry",),
     "twistcore/detection/prediction.py": ("prediction",),
     "twistcore/detection/robust_cost.py": ("edges",),
     "twistcore/detection/soft_errors": (  # test_soft_errors.py takes minutes: a module, a run of it

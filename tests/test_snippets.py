@@ -21,6 +21,7 @@ from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from tests.twistcore.amass_files import amass_arrays
 from twistcore.cli import main
+from twistcore.detection import DETECTORS
 from twistcore.report import picture_job
 from twistcore.report.picture_job import Drawn
 
@@ -183,8 +184,10 @@ def tried(words: list[str]) -> list[str] | None:
 TO_TRY = sorted({tuple(own) for page in PAGES for words in said(page) if (own := tried(words))})
 
 
-def test_cheap_commands_do_what_they_say(place, capsys):
+def test_cheap_commands_do_what_they_say(place, capsys, monkeypatch):
     write_a_session(place)
+    shutil.copy(ROOT / "docs" / "example_detector" / "steps_detector.py", place)
+    monkeypatch.setattr(DETECTORS, "_given", {})  # what a command registers
     # What was decided of a folder, which is a delivery once it is applied: it comes before `diff`.
     shutil.copy(place / "SESSION.twist.json", place / "captures" / "wrong.twist.json")
     assert {words[0] for words in TO_TRY} >= {"detect", "refine", "diff", "apply"}

@@ -18,8 +18,8 @@ from inspector.widgets.background import Task
 from twistcore.batch.clip_task import signature_of
 from twistcore.batch.decisions import decisions_of
 from twistcore.batch.manifest import DONE, FAILED, ClipGlance, Manifest
-from twistcore.batch.parameters import DEFAULT_METHOD
 from twistcore.batch.run import LOCK
+from twistcore.detection import DEFAULT_METHOD
 from twistcore.errors import TwistError
 from twistcore.files.lock import is_held
 from twistcore.files.marks import file_mark

@@ -38,9 +38,10 @@ _ROOMS_OF_CORE = (
     *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
 )
 _WORDS = ("Kind", "Decision", "SEEN")  # of these a single word, too, is shown
+_INFOS = {"DetectorInfo": ("label", "short", "measures", "strength", "tau", "action")}  # and these
 # What is written into files, matched, compared, or said to programmers only.
 _IN_FILES = re.compile(r"#|\(\?|<|[a-z_]+ = |End Site$|from |twistcore batch$|\{0\}\t|6 X")
-_FOR_PROGRAMS = ("__repr__", "compile", "KeyError", "TypeError")
+_FOR_PROGRAMS = ("__repr__", "compile", "KeyError", "TypeError", "AttributeError")
 _Key = tuple[str, str, str]  # context, text, plural
 
 
@@ -94,6 +95,9 @@ def _forms(tree: ast.AST) -> Iterator[str]:
             continue
         if _name(node) in _WORDS:
             yield from (str(ast.literal_eval(n.value)) for n in ast.walk(node) if _is_word(n))
+        elif isinstance(node, ast.Call) and (name := _name(node)) in _INFOS:
+            told = (_constant(k.value) for k in node.keywords if k.arg in _INFOS[name])
+            yield from (text for text in told if len(text) > 1)
         elif isinstance(node, ast.JoinedStr):
             yield from _if_said(_form(node))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
@@ -117,6 +121,10 @@ def _text(call: ast.Call, place: int) -> str | None:
     argument = call.args[place] if place < len(call.args) else None
     found = argument.value if isinstance(argument, ast.Constant) else None
     return found if isinstance(found, str) else None
+
+
+def _constant(node: ast.expr) -> str:
+    return node.value if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
 
 
 def _is_word(node: ast.AST) -> TypeGuard[ast.Assign]:

@@ -14,11 +14,12 @@ from inspector.language import of_core, tr
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.open_clip import Borrowed, OpenClip
-from inspector.session.opening import Analysed, opening_notes
+from inspector.session.opening import Analysed, not_installed, opening_notes
 from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.analysis.correction import Corrected
-from twistcore.detection import Interval
+from twistcore.detection import DETECTORS, Interval
+from twistcore.errors import TwistError
 from twistcore.files.ordinary import is_there
 from twistcore.formats.reading import own_name
 from twistcore.review import (
@@ -122,7 +123,8 @@ class Document(OpenClip):
         return path
 
     def _hold(self, data: Analysed, review: Review) -> None:
-        self.data, self._review, self.method = data, review, review.state.method
+        self.data, self._review = data, review
+        self.method = DETECTORS.usable(review.state.method)
         self.rigs.begin(data)
         self._corrected = Corrected(data.analysis)
         self._corrected.take(review.state.chosen(undecided=True))
@@ -305,9 +307,17 @@ class Document(OpenClip):
 
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
         """Set τ, radians, of several chains and detect again: one step of the history."""
-        if self.data and tau and self._may_detect() and self._follows_review():
-            found = tuple(i for name, t in tau.items() for i in self.detector.intervals(name, t))
-            self.do(Redetect(dict(tau), found, drag=drag))
+        if not (self.data and tau and self._may_detect()):
+            return
+        if (method := self.review.state.method) != DETECTORS.usable(method):
+            self.message.emit(not_installed(method), False)
+        elif self._follows_review():
+            try:
+                found = tuple(i for n, t in tau.items() for i in self.detector.intervals(n, t))
+            except TwistError as error:  # of a detector that is not the program's own
+                self.message.emit(of_core(error), True)
+            else:
+                self.do(Redetect(dict(tau), found, drag=drag))
 
     def change_chains(self, rig: Rig, what: str, told: str = "") -> None:
         """Have other chains, once they are analysed: one step of the history, called `what`.
@@ -375,7 +385,7 @@ class Document(OpenClip):
             return ()
         self.data = replace(data, analysis=self.rigs.take(state.rig))
         self._corrected = Corrected(self.data.analysis)
-        self.method = state.method
+        self.method = DETECTORS.usable(state.method)
         names, before = ([c.name for c in d.chains_and_limbs] for d in (self.data, data))
         self.hidden = self.hidden & frozenset(names) | self._others()
         new = [name for name in names if name not in before]
@@ -388,11 +398,11 @@ class Document(OpenClip):
 
         An undo may have gone back to another one: its curve belongs to its τ.
         """
-        method = self.review.state.method
+        method = DETECTORS.usable(self.review.state.method)
         if self.data is not None and self.method != method and not self.opener.busy:
             self.opener.ask(self.data.analysis, method, self._use_detector)
-        return self.method == method
+        return self.method == self.review.state.method
 
     def _use_detector(self) -> None:
-        self.method = self.review.state.method
+        self.method = DETECTORS.usable(self.review.state.method)
         self.method_changed.emit()

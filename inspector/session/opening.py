@@ -169,7 +169,7 @@ def _read(
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
     rig, told = _rig_of(session, clip.motion)
     found = analysed(clip, profile, part(tell, _READ, 1.0), rig)
-    return replace(found, stamp=stamp, notes=(told,) if told else ())
+    return replace(found, stamp=stamp, notes=(*((told,) if told else ()), *found.notes))
 
 
 def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
@@ -195,6 +195,15 @@ def analysed(
     """Analyse a clip that is in memory already; tell: how far it is."""
     profile = profile or Profile({})
     method = profile.method or DEFAULT_METHOD
+    notes: tuple[str, ...] = ()
+    if DETECTORS.usable(method) != method:
+        told = tr(
+            "The detector '{name}', which {clip} was to be searched with, is not installed here: "
+            "another one was used, at its own τ.",
+            name=method,
+            clip=clip.name,
+        )
+        method, profile, notes = DEFAULT_METHOD, Profile({}), (told,)
     tell(0.0)
     analysis = core.analyse(clip, rig=rig)
     analysis.by(method, part(tell, 0.0, _DETECTED))
@@ -202,7 +211,7 @@ def analysed(
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability, analysis.notes
-    return Analysed(clip, analysis, Review.of(found))
+    return Analysed(clip, analysis, Review.of(found), notes=notes)
 
 
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
@@ -225,15 +234,17 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
 
 
 def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:
-    method = session.state.method if session.state.method in DETECTORS else DEFAULT_METHOD
-    found = _read(clip, Profile({}, method), tell, session)
+    method = session.state.method
+    found = _read(clip, Profile({}, DETECTORS.usable(method)), tell, session)
     if not _belongs(session, found.clip):
         return replace(found, earlier=session.state.intervals)
     own = found.review.state
     known = {name: t for name, t in session.state.tau.items() if name in own.tau}
     limbs = {limb.name for limb in found.analysis.limbs}
     tau = {name: t for name, t in own.tau.items() if name not in limbs} | known
-    state = replace(session.state, method=method, tau=tau, chain_order=own.chain_order)
+    state = replace(session.state, tau=tau, chain_order=own.chain_order)
+    if DETECTORS.usable(method) != method:
+        found = replace(found, notes=(*found.notes, not_installed(method)))
     complete = with_every_kind(state, found.analysis)
     if complete is not state:
         added = len(complete.intervals) - len(state.intervals)
@@ -244,6 +255,15 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
         review.mark_unsaved()  # in the clip's own session
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
+
+
+def not_installed(method: str) -> str:
+    """What is to be known of a review whose detector is not there."""
+    return tr(
+        "This review's intervals were found by the detector '{name}', which is not installed here: "
+        "they can be judged and exported, while their τ stays until another detector is chosen.",
+        name=method,
+    )
 
 
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
@@ -281,7 +301,7 @@ def _with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     tau = {name: analysis.flips.automatic_tau(name) for name in new}
     found = tuple(i for name, t in tau.items() for i in analysis.flips.intervals(name, t))
     state = Redetect(tau, found).apply(replace(state, chain_order=order))
-    jumps = [i for own in analysis.jumps(state.method).values() for i in own]
+    jumps = [i for own in analysis.jumps(DETECTORS.usable(state.method)).values() for i in own]
     return _with_undecided(state, jumps)
 
 

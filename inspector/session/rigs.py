@@ -8,6 +8,7 @@ from inspector.language import tr
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.opening import Analysed
 from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.detection import DETECTORS
 from twistcore.review import ChangeChains, ReviewState
 from twistcore.review.other_chains import changed_chains
 from twistcore.skeleton.rig import Rig
@@ -45,13 +46,13 @@ class Rigs:
         """Go on once the chains of a state are analysed; at once where they have been."""
         present = self.present
         assert present is not None
-        known = self._known.get(state.rig)
-        if state.rig == present.rig or (known is not None and known.kept(state.method)):
+        known, method = self._known.get(state.rig), DETECTORS.usable(state.method)
+        if state.rig == present.rig or (known is not None and known.kept(method)):
             then()
             return
         self._opener.prepare(
             tr("Analysing the chains of {clip}", clip=present.name),
-            lambda tell: self._made(present, state.rig, state.method, tell),
+            lambda tell: self._made(present, state.rig, method, tell),
             lambda _: then(),
         )
 
@@ -63,7 +64,7 @@ class Rigs:
         assert present is not None
 
         def work(tell: Tell) -> ChangeChains:
-            analysis = self._made(present, rig, state.method, tell)
+            analysis = self._made(present, rig, DETECTORS.usable(state.method), tell)
             return changed_chains(present, analysis, state, what)
 
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)

@@ -9,6 +9,7 @@ from inspector.session.document import Document
 from inspector.timeline.curve_values import centre_of, unreliable_spans
 from inspector.timeline.curves import Curves, Title, number
 from twistcore.analysis.correction import Angles
+from twistcore.detection import DETECTORS
 from twistcore.skeleton.rotation import wrap
 from twistcore.skeleton.signals import TwistSignals
 
@@ -33,14 +34,9 @@ class ChainCurves(Curves):
         self._chain = document.find_chain(document.chain)
         self.before = document.data.signals[self._chain.name]
         self.unreliable = unreliable_spans(self.before.azimuth_reliability)
-        self._method = document.method
+        self.is_m = DETECTORS.info(document.method).is_m
         self.centres = {k: centre_of(getattr(self.before, name)) for k, name in ANGLES}
         self.after: Angles | TwistSignals = self.before
-
-    @property
-    def is_m(self) -> bool:
-        """True if the detector's strength is the paper's m."""
-        return self._method == "paper"
 
     def follow_review(self) -> None:
         """Take the values after correction by the review's intervals."""

@@ -6,21 +6,20 @@ import numpy as np
 import pyqtgraph as pg
 from PySide6.QtWidgets import QWidget
 
-from inspector.language import plural, tr
+from inspector.language import of_core, plural, tr
 from inspector.session.document import Document
 from inspector.timeline.gestures import Gestures, Hit, Part
 from inspector.timeline.layers import Scenery
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.tau_line import colour_tau, tau_words
 from inspector.widgets.background import OneTask
+from inspector.widgets.labels import capitalised
 from inspector.widgets.theme import Colours, Theme
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DETECTORS
 from twistcore.review import Judged
 from twistcore.skeleton.helper import Helper
 
-_NAMES = {"paper": tr("Paper's detector"), "consistency": tr("Our detector")}
-_STRENGTHS = {"paper": "m", "consistency": tr("strength")}
 _HEADROOM = 2.2  # times τ that the plot reaches at least
 
 
@@ -48,6 +47,7 @@ class OtherDetector(Pane):
             "other", (CurveStyle("strength", "before"),), self.scenery, root=True, parent=parent
         )
         self._clip: ClipAnalysis | None = None  # what the task is about
+        self._used = ["", ""]  # the detector in use, and the one before it
         self._task = OneTask(self)
         self._line = pg.InfiniteLine(angle=0)
         self.addItem(self._line)
@@ -55,8 +55,16 @@ class OtherDetector(Pane):
 
     @property
     def method(self) -> str:
-        """The detector that is not in use."""
-        return next(m for m in DETECTORS if m != self._document.method)
+        """The detector that was in use before the present one; at first any other."""
+        if self._used[0] != (now := self._document.method):
+            self._used = [now, self._used[0]]
+        before = self._used[1]
+        there = DETECTORS.ready()
+        return before if before in there else next(m for m in there if m != now)
+
+    @property
+    def _name(self) -> str:
+        return capitalised(of_core(DETECTORS.info(self.method).label))
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
@@ -84,7 +92,7 @@ class OtherDetector(Pane):
         analysis = data.analysis.kept(self.method)
         if analysis is None:
             self._begin(data.analysis)
-            self.show_title([(f"{_NAMES[self.method]} … ", "soft")])
+            self.show_title([(f"{self._name} … ", "soft")])
             return
         chain = self._document.chain
         tau = analysis.automatic_tau(chain)
@@ -98,7 +106,8 @@ class OtherDetector(Pane):
         self.show_tau(self._line.value(), tau_words(degrees))
         self.show_values(0.0, max(float(strength.max(initial=0.0)), _HEADROOM * degrees))
         count = plural("{n} interval", "{n} intervals", len(found))
-        title = [(f"{_NAMES[self.method]} ", "soft"), (_STRENGTHS[self.method], "text")]
+        symbol = of_core(DETECTORS.info(self.method).strength)
+        title = [(f"{self._name} ", "soft"), (symbol, "text")]
         self.show_title([*title, (f"   {count}", "text"), (f"   {tr('√ scale')}", "soft")])
         self.touch()
 

@@ -13,8 +13,9 @@ from inspector.tuning.verdict_evidence import CLIP, FOLDER, RIG, VerdictEvidence
 from inspector.tuning.verdict_page import NARROW
 from inspector.tuning.verdict_plots import ReliabilityPlot
 from inspector.widgets.building import Wrapping, hbox, hint, tool_button, vbox
-from inspector.widgets.labels import Caption, as_tip, inked, plain_text
+from inspector.widgets.labels import Caption, as_tip, capitalised, inked, plain_text
 from inspector.widgets.theme import Colours
+from twistcore.detection import DETECTORS
 from twistcore.tuning.learned_confidence import ENOUGH
 from twistcore.tuning.learned_profile import LearnedProfile
 
@@ -23,7 +24,6 @@ _NOTHING = tr(
     "sessions beside its folder's other clips, the confidence is fitted to what you accept.",
     n=ENOUGH,
 )
-_PAPER = tr("The paper's detector has no confidence: there is nothing to learn.")
 
 
 class ConfidencePage(QWidget):
@@ -145,8 +145,12 @@ class ConfidencePage(QWidget):
         known = found is not None and found.before is not None
         self.hint.setVisible(not known)
         self.figure.setVisible(known)
-        paper = document.review.state.method == "paper"
-        self.hint.setText(evidence.trouble or (_PAPER if paper else _NOTHING))
+        detector = DETECTORS.info(document.review.state.method)
+        none = tr(
+            "{detector} has no confidence: there is nothing to learn.",
+            detector=capitalised(of_core(detector.label)),
+        )
+        self.hint.setText(evidence.trouble or (_NOTHING if detector.has_confidence else none))
         self.use.setEnabled(known or document.learned is not None)
         with QSignalBlocker(self.use):
             self.use.setChecked(document.learned is not None)

@@ -20,6 +20,7 @@ from inspector.tuning.wishes import Wishes
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption, inked, plain_text
 from inspector.widgets.theme import Colours
+from twistcore.detection import DETECTORS
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.tuning.cost_words import band_words, count_words, fsr_words
@@ -82,7 +83,7 @@ class CurvesPage(QWidget):
         document, data = self._document, self._document.data
         assert data is not None
         name = document.chain
-        own = document.review.state.method == "paper" or document.limb is not None
+        own = document.limb is not None or DETECTORS.info(document.method).is_m
         m = None if own else np.degrees(data.signals[name].strength)
         counted = self._frames_that_count()
         strength = np.degrees(document.detector.strength(name))
@@ -142,16 +143,15 @@ class CurvesPage(QWidget):
         document, theme = self._document, self._colours.theme
         reach = int((self._strength[self._counted] >= degrees).sum())
         limb = document.limb is not None
-        paper = document.review.state.method == "paper" or limb
+        info = DETECTORS.info(document.method)
         square = inked("■", theme.before)
         frames = int(self._counted.sum())
         what = tr("Frames by jump of the limb") if limb else tr("Frames by strength")
         reached = tr("{square} {reach} of {n} reach τ", square=square, reach=reach, n=frames)
         words = [f"{what}  {reached}"]
-        if not paper:
+        if not (limb or info.is_m):
             words.append(_inked(tr("■ the paper's m(t)"), theme.soft))
-        # The paper's detector, and that of limbs, has a fixed τ and knows no noise.
-        name = tr("automatic τ") if paper else tr("noise floor")
+        name = tr("automatic τ") if limb else of_core(info.tau)  # limbs' is fixed: no noise
         words.append(_inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
         return "  ".join(words)
 

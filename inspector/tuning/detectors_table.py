@@ -1,4 +1,4 @@
-"""Both detectors side by side: each with its own τ, suggested and automatic, and its own costs."""
+"""All detectors side by side: each with its own τ, suggested and automatic, and its own costs."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspector.language import of_core, tr, tr_as
+from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
 from inspector.widgets.tables import Row, RowModel
 from inspector.widgets.theme import Colours
+from twistcore.detection import DETECTORS
 from twistcore.tuning import Cost, TauCurve, cost_of_all
-from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words, count_words, fsr_words
+from twistcore.tuning.cost_words import alarm_words, band_words, count_words, fsr_words
 
 _KINDS = ("suggested", "automatic")
 _AUTOMATIC = f"    {tr('automatic τ')}"
 _AT = dict(zip(_KINDS, (tr("At the suggested τ"), tr("At the automatic τ")), strict=True))
-_WHOSE = {"consistency": tr_as("detector", "Ours"), "paper": tr_as("detector", "Paper's")}
 _HEADS = ("τ", "FSR %", tr("alarms"))
 _TIPS = (
     tr("τ of the chain"),
@@ -41,16 +41,15 @@ class _Line:
 class DetectorsModel(RowModel[_Line]):
     """Two rows a chain, of its suggested and its automatic τ, and at the end two of all chains."""
 
-    heads = (
-        "\n" + tr("Chain"),
-        *(f"{whose}\n{what}" for whose in _WHOSE.values() for what in _HEADS),
-    )
-    head_tips = ("", *(f"{tip}: {of_core(DETECTORS[m])}" for m in _WHOSE for tip in _TIPS))
-    right = range(1, len(heads))
-
     def __init__(self, document: Document, colours: Colours, costs: Costs, wishes: Wishes) -> None:
         super().__init__(colours)
         self._document, self._costs, self._wishes = document, costs, wishes
+        infos = DETECTORS.infos()
+        self.methods = tuple(info.name for info in infos)
+        whose = [of_core(info.column) for info in infos]
+        self.heads = "\n" + tr("Chain"), *(f"{w}\n{what}" for w in whose for what in _HEADS)
+        self.head_tips = "", *(f"{tip}: {of_core(i.label)}" for i in infos for tip in _TIPS)
+        self.right = range(1, len(self.heads))
 
     def key(self, thing: _Line) -> tuple[str, str]:
         """Chain and kind of τ."""
@@ -75,7 +74,7 @@ class DetectorsModel(RowModel[_Line]):
 
     def _line(self, chain: str, label: str, kind: str) -> _Line:
         texts, tips = [label if kind == _KINDS[0] else _AUTOMATIC], [_AT[kind]]
-        for method in _WHOSE:
+        for method in self.methods:
             curves = self._costs.by(method)
             said, cost = "", None
             if chain and chain in curves:

@@ -19,7 +19,6 @@ from inspector.widgets.building import Wrapping, action_button, hbox, vbox
 from inspector.widgets.labels import Caption
 from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
-from twistcore.detection import DETECTORS
 
 _OF_FILES = ("load_profile", "save_profile", "profile_to_folder", "automatic_folder")
 _BUTTONS = {  # the words on them: it is plain what they are about
@@ -101,7 +100,7 @@ class ProfilesPage(QWidget):
         """What is shown is measured: of every set of τ by its own detector."""
         both = self._tables.currentWidget() is self.both_table
         own = (self.model.method(c) for c in self.model.columns if c.profile.method)
-        self._costs.needs(DETECTORS if both else own)
+        self._costs.needs(self.detectors.methods if both else own)
         self._show_buttons()
 
     def _show_buttons(self) -> None:

@@ -12,8 +12,9 @@ from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.widgets.tables import Row, RowModel
 from inspector.widgets.theme import Colours
+from twistcore.detection import DETECTORS
 from twistcore.tuning import Cost, Profile, cost_of_all
-from twistcore.tuning.cost_words import DETECTORS, alarm_words, band_words
+from twistcore.tuning.cost_words import alarm_words, band_words
 
 _HEADS = ("τ", "FSR", tr("alarms"))
 _TIPS = (
@@ -82,7 +83,7 @@ class ComparisonModel(RowModel[_Line]):
         """Which detector each set of τ is costed with; '' where there is but one set."""
         said = []
         for column in self.columns if self.others else ():
-            name, by = _short(column.name), of_core(DETECTORS[self.method(column)])
+            name, by = _short(column.name), of_core(DETECTORS.info(self.method(column)).label)
             said.append(
                 f"{name}: {by}"
                 if column.profile.method
@@ -137,7 +138,7 @@ class ComparisonModel(RowModel[_Line]):
             for what, tip in zip(_HEADS, _TIPS, strict=True):
                 whose = _short(column.name) if what == _HEADS[0] else ""
                 heads.append(f"{whose}\n{what}" if self.others else what)
-                by = of_core(DETECTORS[self.method(column)])
+                by = of_core(DETECTORS.info(self.method(column)).label)
                 tips.append(tr("{name}: {what}, by {by}", name=column.name, what=tip, by=by))
         self.heads, self.head_tips, self.right = tuple(heads), tuple(tips), range(1, len(heads))
 

@@ -90,6 +90,11 @@ def as_entry(text: str) -> str:
     return legible(text, most=_MOST).replace("&", "&&")
 
 
+def capitalised(text: str) -> str:
+    """Words for the middle of a sentence, to begin one with."""
+    return text[:1].upper() + text[1:]
+
+
 def inked(text: str, colour: str) -> str:
     """Rich text in a colour, '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"

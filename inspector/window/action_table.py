@@ -12,6 +12,7 @@ from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.building import bring_to_front
 from inspector.window.actions import Menus
+from inspector.window.detector_rows import detector_rows
 from inspector.window.features import FEATURES, joined
 from inspector.window.keyboard_page import shortcuts_markdown, show_shortcuts
 from inspector.window.parts import Parts
@@ -103,10 +104,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    tr("Of a flip: whether foot or hand keeps its rotation"),
                    needs="clip", do=lambda p: p.review_actions.turn_end()),
         None,
-        ActionSpec("use_consistency", tr("Detect with our detector"), group="method", checked=True,
-                   do=lambda p: p.document.use_method("consistency")),
-        ActionSpec("use_paper", tr("Detect with the paper's detector"), group="method",
-                   do=lambda p: p.document.use_method("paper")),
+        *detector_rows(),
         None,
         ActionSpec("preferences", tr("Preferences…"), ("Ctrl+,",), tr("Reviewer, frames, keys"),
                    do=lambda p: p.program.preferences()),

@@ -22,6 +22,7 @@ from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.review_keys import is_text_written
 from inspector.window.export_dialog import ExportDialog
 from inspector.window.saving import Saving
+from twistcore.detection import DEFAULT_METHOD, DETECTORS
 from twistcore.formats.reading import CLIP_PATTERNS
 from twistcore.review import ReviewState
 from twistcore.tuning import Profile
@@ -105,7 +106,8 @@ class FileActions(Saving):
         """
         kept = self.settings.of_folder(folder)
         self._wait_for_first = False
-        profile = Profile(kept["tau"], kept["method"]) if kept["profile"] else None
+        there = (kept["method"] or DEFAULT_METHOD) in DETECTORS
+        profile = Profile(kept["tau"], kept["method"]) if kept["profile"] and there else None
         self.queue.open(folder, profile, kept["profile"])
         if self.clips_dock.isHidden():
             self.clips_dock.show()

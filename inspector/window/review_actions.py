@@ -25,7 +25,7 @@ from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
-from twistcore.detection import Interval, Kind
+from twistcore.detection import DETECTORS, Interval, Kind
 from twistcore.review import Annotate, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 
@@ -405,6 +405,8 @@ def _settled(past: Sequence[Reason]) -> str:
 
 def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
     """What the detector finds between half of τ and τ, where the review has nothing."""
+    if DETECTORS.usable(state.method) != state.method:
+        return []
     detector, out = clip.detector(state.method), []
     for chain in (c for c in clip.chains_and_limbs if c.name in state.tau):
         known = [(j.interval.start, j.interval.stop) for j in state.of_chain(chain.name)]

@@ -7,6 +7,7 @@ from inspector.language import of_core, tr
 from inspector.panels.position_line import FrameLine, PositionLine
 from inspector.widgets.labels import SteadyLabel
 from inspector.window.actions import name_step
+from inspector.window.detector_rows import check_detector
 from twistcore.files.encoding import legible
 from twistcore.review import Decision
 
@@ -30,7 +31,7 @@ class ReviewSigns:
             title = {"undo": tr("Undo"), "redo": tr("Redo")}[name]
             name_step(actions[name], title, of_core(text))
         if review is not None:
-            actions[f"use_{review.state.method}"].setChecked(True)
+            check_detector(actions, review.state.method)
         self._show_title()
         waits = review is not None and not review.saved and document.borrowed is None
         self._window.setWindowModified(waits)

@@ -8,7 +8,7 @@ import pytest
 
 from tests.gui.pictures import INJECTED
 from twistcore.detection import DETECTORS
-from twistcore.detection.paper import PaperDetector
+from twistcore.detection.detectors.paper import PaperDetector
 from twistcore.tuning import Profile
 
 

@@ -18,6 +18,7 @@ from twistcore.analysis.clip_analysis import (
     detect,
 )
 from twistcore.detection import Interval, Kind
+from twistcore.detection.registry import Detectors
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
@@ -66,7 +67,9 @@ class Told:
 @pytest.fixture
 def told(monkeypatch):
     detector = Told()
-    monkeypatch.setattr(module, "DETECTORS", {"consistency": detector, "told": Told()})
+    made = {"consistency": detector, "told": Told()}
+    monkeypatch.setattr(Detectors, "__getitem__", lambda _, name: made[name])
+    monkeypatch.setattr(Detectors, "__iter__", lambda _: iter(made))
     return detector
 
 

@@ -30,7 +30,7 @@ from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.filtering_cost import fidelity
 from twistcore.study.benchmark.hinge import hinge_offsets
 from twistcore.study.benchmark.markdown import benchmark_to_markdown, table
-from twistcore.study.benchmark.passes import METHODS, apply_method, clean_run, draw, run_item
+from twistcore.study.benchmark.passes import all_methods, apply_method, clean_run, draw, run_item
 from twistcore.study.benchmark.runner import run_benchmark
 from twistcore.study.benchmark.tables import benchmark_to_json, make_rows
 from twistcore.study.benchmark.tally import MICRO, Tally
@@ -151,7 +151,7 @@ def test_continuous_changes_signs_only():
 
 
 def test_a_causal_low_pass_lags_and_flattens_and_the_detectors_do_not(scene):
-    measured = {m: fidelity(scene, clean_run(scene, m).outcome.rotations) for m in METHODS}
+    measured = {m: fidelity(scene, clean_run(scene, m).outcome.rotations) for m in all_methods()}
     assert measured["butterworth-causal"].lag > 40_000
     assert abs(measured["butterworth"].lag) < 8_000
     for low_pass in ("butterworth-causal", "butterworth"):
@@ -161,7 +161,7 @@ def test_a_causal_low_pass_lags_and_flattens_and_the_detectors_do_not(scene):
 
 
 def test_every_method_on_a_clip():
-    settings = Settings(("P0", "H8", "H10", "rich+H1"), METHODS, (1,))
+    settings = Settings(("P0", "H8", "H10", "rich+H1"), all_methods(), (1,))
     result = run_clip(CLIPS["walk.bvh"], "walk.bvh", settings)
     assert not result.problems
     assert result_from_json(json.loads(json.dumps(result.to_json()))).to_json() == result.to_json()

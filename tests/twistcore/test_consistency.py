@@ -16,9 +16,9 @@ from tests.twistcore.strategies import axes, quaternions
 from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.analysis.correction import remove_twist
 from twistcore.detection import Interval
-from twistcore.detection.consistency.detector import ConsistencyDetector
 from twistcore.detection.counter_twist.offsets import Course, _as_p_shows
 from twistcore.detection.counter_twist.pairing import Pair
+from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.detection.natural_events import natural_events
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
@@ -177,7 +177,7 @@ def test_a_soft_onset_is_followed(ramp):
 def test_ramps_at_60_hz_do_not_hide_themselves(name):
     """Every 2nd frame: where the first pass takes a ramp for motion, σ hides it for good."""
     scene = make_scene(name, read_bvh(ASSETS / f"{name}.bvh").motion, parse_protocol("H2+H3-4"))
-    tallies = [t for seed in (1, 2, 3) for t in run_item(scene, DETECTOR.name, seed).values()]
+    tallies = [t for seed in (1, 2, 3) for t in run_item(scene, DETECTOR.info.name, seed).values()]
     assert sum(t.frames for t in tallies) > 1000
     assert sum(t.repaired for t in tallies) > 0.95 * sum(t.frames for t in tallies)
 

@@ -11,8 +11,9 @@ from tests.conftest import ASSETS
 from tests.tiers import examples
 from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.correction import refine
+from twistcore.detection.detectors.paper import PaperDetector
 from twistcore.detection.interval import circular_median
-from twistcore.detection.paper import PaperDetector, intervals_of_offset, running_offset
+from twistcore.detection.paper import intervals_of_offset, running_offset
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import wrap

@@ -65,7 +65,7 @@ def test_a_detector_that_is_not_ready_is_asked_for_flips_alone(ready):
         chains_and_limbs=(SimpleNamespace(name=LEG), SimpleNamespace(name="Beyond")),
     )
     assert found_again(analysis, review().state) == ((LEG, 0.2), LEG)
-    assert asked == [("own", frozenset(Kind) if ready else {Kind.LIMB_FLIP})]
+    assert asked == [("own", frozenset(Kind)) if ready else ("consistency", {Kind.LIMB_FLIP})]
 
 
 def test_at_another_tau_what_was_decided_stands_for_what_is_the_same_or_inside():

@@ -16,6 +16,7 @@ from tests.tiers import examples
 from tests.twistcore.counters import counter_of
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection import lone_jumps as lone_jumps_module
+from twistcore.detection.detectors.paper import PaperDetector
 from twistcore.detection.interval import circular_median
 from twistcore.detection.lone_jumps import limit, lone_jumps, own_axis
 from twistcore.detection.natural_events import (
@@ -25,7 +26,7 @@ from twistcore.detection.natural_events import (
     natural_events,
     with_events,
 )
-from twistcore.detection.paper import PaperDetector, error_of, intervals_of_offset, running_offset
+from twistcore.detection.paper import error_of, intervals_of_offset, running_offset
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
@@ -177,7 +178,7 @@ def test_the_papers_threshold_is_five_degrees_and_its_curve_is_m():
             )
         )
         assert found == wanted
-    assert {name: d.name for name, d in DETECTORS.items()} == {
+    assert {name: d.info.name for name, d in DETECTORS.items()} == {
         n: n for n in ("consistency", "paper")
     }
     assert DEFAULT_METHOD == "consistency"

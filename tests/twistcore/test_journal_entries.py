@@ -230,7 +230,7 @@ del WITH_LIMBS["RightClavicle"]
         (Remove(2), "none"),
         (Redetect({ARM: 0.1}, (twist(),)), "all"),
         (Redetect({ARM: 0.1}, (twist(),), "paper"), "all"),
-        (Redetect({ARM: 0.1}, (twist(),), "of later"), "none"),
+        (Redetect({ARM: 0.1}, (twist(),), "of later"), "all"),  # a detector that is not here
         (Redetect({"Tail": 0.1}, ()), "none"),
         (Redetect({ARM: 0.1}, (twist(), FOREIGN)), "none"),
         (Redetect({ARM: 0.1}, (twist(), BEHIND)), "other clip"),

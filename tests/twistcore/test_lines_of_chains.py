@@ -11,7 +11,6 @@ import pytest
 from tests.conftest import ASSETS
 from twistcore.detection.consistency.chain_analysis import SMALLEST_TAU, automatic_tau
 from twistcore.detection.consistency.detector import (
-    ConsistencyDetector,
     _alike,
     _by_itself,
     _limbs,
@@ -22,6 +21,7 @@ from twistcore.detection.consistency.detector import (
 )
 from twistcore.detection.counter_twist.edges import find_edges
 from twistcore.detection.cuts import segments_between
+from twistcore.detection.detectors.consistency import ConsistencyDetector
 from twistcore.detection.limbs import Limbs
 from twistcore.detection.soft_errors import SoftError
 from twistcore.detection.straight_limbs import StraightError, without_errors

@@ -17,7 +17,8 @@ from twistcore.analysis.decomposition import (
     other_order,
     unwrapped_twist,
 )
-from twistcore.detection.paper import DEFAULT_TAU, PaperDetector, running_offset
+from twistcore.detection.detectors.paper import PaperDetector
+from twistcore.detection.paper import DEFAULT_TAU, running_offset
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import (

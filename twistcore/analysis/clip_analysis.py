@@ -20,7 +20,7 @@ from twistcore.analysis.correction.protected_measures import (
 )
 from twistcore.analysis.correction.twist_removal import applied_unasked, refine, refiner
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Interval, Kind
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
 from twistcore.detection.capture_faults import fault_intervals, outside_chains
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.constant_offsets import constant_offsets
@@ -116,6 +116,7 @@ class ClipAnalysis:
         self.chains = tuple(c for c in chains if not isinstance(c, Limb))
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
+        self._detectors: dict[str, Detector] = {}  # which made them
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
         self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
@@ -217,17 +218,24 @@ class ClipAnalysis:
 
         tell: how far it is. TwistError for a method that there is not.
         """
-        tell = tell or nobody
-        _check_method(method)
+        tell, detector = tell or nobody, DETECTORS.named(method)
         if self._whole is not None:
             return self._whole.by(method, tell)
-        if kept := self.kept(method):  # also while another one is being made
-            return kept
-        with self._making:
-            if method not in self._by_method:
-                made = DETECTORS[method].analyse(self.motion, self._of_limbs, tell)
-                self._by_method[method] = made
+        if self._detectors.get(method) is detector:  # also while another one is being made
             return self._by_method[method]
+        with self._making:
+            if self._detectors.get(method) is not detector:
+                self._forget(method)
+                self._by_method[method] = detector.analyse(self.motion, self._of_limbs, tell)
+                self._detectors[method] = detector
+            return self._by_method[method]
+
+    def _forget(self, method: str) -> None:
+        """What an earlier detector of the name has found."""
+        for known in (self._by_method, self._detectors, self._jumps, self._sure):
+            known.pop(method, None)
+        for key in [key for key in self._hinges if key[0] == method]:
+            del self._hinges[key]
 
     def kept(self, method: str) -> Analysis | None:
         """What a detector knows if it was asked before; waits for nothing."""
@@ -450,12 +458,12 @@ class ClipAnalysis:
         Of a chain what :meth:`by`, :meth:`jumps` and :attr:`faults` tell, of a limb :attr:`flips`;
         nothing is made before it is asked. TwistError for a method that there is not.
         """
-        _check_method(method)
+        DETECTORS.named(method)
         return _ByName(self, method, frozenset(kinds))
 
     def detect(
         self,
-        method: str = DEFAULT_METHOD,
+        method: str | Detector = DEFAULT_METHOD,
         *,
         kinds: Collection[Kind | str] | str = ALL_KINDS,
         tau_radians: Tau | None = None,
@@ -467,10 +475,10 @@ class ClipAnalysis:
         τ: for all chains, or by the name of a chain or limb; else the automatic one. A limb's is
         another quantity, as is that of a twist bone: one τ for all is for other chains only; kinds
         that cannot be repaired have none.
-        tell: how far the detector of chains is. TwistError for a kind, a method or a name that
-        there is not.
+        method: a detector by name, or one to register; tell: how far it is. TwistError for a kind,
+        a method or a name that there is not.
         """
-        wanted = _kinds(kinds)
+        wanted, method = _kinds(kinds), _name_of(method)
         detector = self.detector(method, wanted)
         if tell is not None:
             self.by(method, tell)
@@ -850,7 +858,7 @@ def analyse(
 def detect(
     clip: Clip | Motion | HasMotion,
     chains: Sequence[Chain | str] | Chain | str | None = None,
-    method: str = DEFAULT_METHOD,
+    method: str | Detector = DEFAULT_METHOD,
     *,
     kinds: Collection[Kind | str] | str = ALL_KINDS,
     tau_degrees: Tau | None = None,
@@ -865,8 +873,9 @@ def detect(
         What to look at.
     chains : str, Chain or sequence of these, optional
         Only these chains and limbs, as :func:`analyse` takes them; all if not given.
-    method : {'consistency', 'paper'}
-        The detector of chains.
+    method : str or Detector
+        The detector of chains: 'consistency', 'paper', the name of another one, or a detector of
+        your own, which is registered.
     kinds : Kind, str or collection of these
         What to look for; everything if not given. ``"counter_twist"`` and ``"Counter-Twist"`` are
         the same.
@@ -959,6 +968,5 @@ def _check_people(motion: Motion, people: Sequence[str], where: str) -> None:
         raise TwistError(f"{where}: no person {unknown[0]!r}; {there}")
 
 
-def _check_method(method: str) -> None:
-    if method not in DETECTORS:
-        raise TwistError(f"no detector {method!r}; expected one of {', '.join(DETECTORS)}")
+def _name_of(method: str | Detector) -> str:
+    return method if isinstance(method, str) else DETECTORS.register(method).info.name

@@ -7,9 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Any
 
+from twistcore.detection.registry import DEFAULT_METHOD
 from twistcore.files.version import __version__
-
-DEFAULT_METHOD = "consistency"  # as of detect, without loading any detector
 
 
 @dataclass(frozen=True)
@@ -22,7 +21,7 @@ class Parameters:
     :func:`twistcore.skeleton.rig.rig_to_json`, or None; joint_names: a person's words, as
     :func:`twistcore.skeleton.joint_names.read_words` has them, or None; refine: whether a
     corrected clip is made, of intervals from min_confidence on and, with include_open, of open
-    ones.
+    ones; detector_version: of a detector that is not the program's own.
     """
 
     method: str = DEFAULT_METHOD
@@ -37,10 +36,13 @@ class Parameters:
     refine: bool = False
     min_confidence: float | None = None
     include_open: bool = False
+    detector_version: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """As a manifest keeps them."""
         told = {field.name: getattr(self, field.name) for field in fields(self)}
+        if not self.detector_version:  # as the program's own detectors have always been kept
+            del told["detector_version"]
         return {k: list(v) if isinstance(v, tuple) else v for k, v in told.items()}
 
     @property

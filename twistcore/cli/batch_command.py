@@ -19,6 +19,7 @@ from twistcore.batch.remote_folder import working_folder
 from twistcore.batch.run import CarryOut, Limits, run_batch
 from twistcore.cli.batch_progress import begin
 from twistcore.cli.output import count_of, counter, note, problem, refuse_overwrite, remark
+from twistcore.detection.registry import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.work.memory import SPARE
@@ -174,6 +175,11 @@ def _rules(arguments: argparse.Namespace) -> list[Any]:
 def _parameters(arguments: argparse.Namespace) -> Parameters:
     """What the words say; what files say is read here, as no other machine may see them."""
     profile, rig = None, None
+    if arguments.detector and arguments.scheduler:
+        raise TwistError(
+            "--detector: expected no --scheduler, whose machines lack the file; a package with an "
+            "entry point can be installed on them (docs/detectors.md)"
+        )
     if arguments.profile:
         from twistcore.tuning import read_profile
 
@@ -208,6 +214,7 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
         refine=arguments.refine,
         min_confidence=arguments.min_confidence,
         include_open=arguments.include_open,
+        detector_version=DETECTORS.version(arguments.method),
     )
 
 

@@ -22,7 +22,7 @@ from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.clip_run import Settings
 from twistcore.study.benchmark.hinge import HINGE
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
-from twistcore.study.benchmark.passes import METHODS
+from twistcore.study.benchmark.passes import all_methods
 from twistcore.study.benchmark.runner import find_clips, run_benchmark
 from twistcore.study.benchmark.tables import benchmark_to_json, make_rows, rows_to_csv
 from twistcore.synthesis import parse_protocol
@@ -32,7 +32,7 @@ def benchmark(arguments: argparse.Namespace) -> int:
     """Run it, print the tables, write the files; 1 where a clip failed, 2 where all did."""
     settings = Settings(
         protocols=_protocols(arguments.protocol or ["P0"]),
-        methods=_methods(arguments.methods or ["all"]),
+        methods=_methods(_named(arguments)),
         seeds=tuple(range(arguments.seed, arguments.seed + arguments.seeds)),
     )
     folder: Path = arguments.folder
@@ -76,15 +76,22 @@ def _protocols(names: Sequence[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(parse_protocol(name).name for name in plain))
 
 
+def _named(arguments: argparse.Namespace) -> list[str]:
+    """The words of --methods, all if not given, and the detector of --detector."""
+    named = list(arguments.methods or ["all"])
+    return [*named, arguments.method] if arguments.detector else named
+
+
 def _methods(names: Sequence[str]) -> tuple[str, ...]:
     """Method names in the table's order; 'all', 'detectors' and 'baselines' name several."""
-    groups = {"all": METHODS, "detectors": tuple(DETECTORS), "baselines": (HINGE, *BASELINES)}
+    known = all_methods()
+    groups = {"all": known, "detectors": DETECTORS.ready(), "baselines": (HINGE, *BASELINES)}
     chosen: set[str] = set()
     for name in _split(names):
-        if name not in groups and name not in METHODS:
-            raise TwistError(f"no method {name!r}; expected {', '.join((*METHODS, *groups))}")
+        if name not in groups and name not in known:
+            raise TwistError(f"no method {name!r}; expected {', '.join((*known, *groups))}")
         chosen.update(groups.get(name, (name,)))
-    return tuple(m for m in METHODS if m in chosen)
+    return tuple(m for m in known if m in chosen)
 
 
 def _split(names: Sequence[str]) -> list[str]:

@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     document = getattr(arguments, "json", None) is True
     voice = Voice(arguments.quiet, arguments.verbose, document)
     try:
-        with _ended_by_signals(), speaking(voice), step(arguments.command):
+        with _ended_by_signals(), speaking(voice), step(arguments.command), _detector(arguments):
             code = _run(arguments)
         sys.stdout.flush()  # a reader that has gone is noticed here, not at the interpreter's end
     except TwistError as error:
@@ -43,6 +43,24 @@ def main(argv: Sequence[str] | None = None) -> int:
         problem("stopped")
         return 128 + (error.number if isinstance(error, _EndedError) else signal.SIGINT)
     return code
+
+
+@contextlib.contextmanager
+def _detector(arguments: argparse.Namespace) -> Iterator[None]:
+    """Know the detector of --detector, also in the processes that the command starts."""
+    place = getattr(arguments, "detector", None)
+    if place is None:
+        yield
+        return
+    from twistcore.detection.registry import DETECTORS, FILE_VARIABLE
+
+    arguments.method = DETECTORS.load(place).info.name
+    path, _, name = place.rpartition(":")
+    os.environ[FILE_VARIABLE] = f"{Path(path).resolve()}:{name}"
+    try:
+        yield
+    finally:
+        del os.environ[FILE_VARIABLE]
 
 
 class _EndedError(KeyboardInterrupt):

@@ -8,9 +8,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from twistcore.batch.parameters import DEFAULT_METHOD
 from twistcore.cli.arguments.argument_types import (
-    METHODS,
     Parser,
     count,
     degrees,
@@ -32,8 +30,10 @@ from twistcore.cli.arguments.common_arguments import (
     add_clip,
     add_clips,
     add_detection,
+    add_detector_file,
     add_fps,
     add_json,
+    add_method,
     add_output,
     add_rig,
     add_voice,
@@ -195,7 +195,7 @@ def _studying(subparsers: Subparsers) -> None:
     tune = subparsers.add_parser("tune", help="τ per joint, from injected errors or verdicts")
     tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
     tune.add_argument("-o", "--output", type=target, required=True, metavar="PROFILE.toml")
-    tune.add_argument("--method", choices=METHODS, default=DEFAULT_METHOD)
+    add_method(tune)
     add_rig(tune)
     tune.add_argument("--seeds", type=limit, metavar="N", help="default 3; not with --verdicts")
     tune.add_argument(
@@ -206,7 +206,7 @@ def _studying(subparsers: Subparsers) -> None:
         action="store_true",
         help="chains, verdicts and frames left out of the sessions beside the clips",
     )
-    tune.add_argument("--both", action="store_true", help="print both detectors side by side")
+    tune.add_argument("--both", action="store_true", help="print all detectors side by side")
     tune.add_argument("--performer", metavar="NAME", help="with --verdicts: only this one's clips")
     tune.add_argument(
         "--alarm-price",
@@ -229,6 +229,7 @@ def _studying(subparsers: Subparsers) -> None:
     benchmark.add_argument(
         "--methods", action="extend", nargs="+", metavar="NAME", help="default all"
     )
+    add_detector_file(benchmark)
     benchmark.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
     benchmark.add_argument("--seed", type=seed, default=1, metavar="N", help="the first seed")
     benchmark.add_argument("--workers", type=workers, metavar="N", help="default all cores")

@@ -26,7 +26,6 @@ from twistcore.formats.clip_files import clips_in
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
 from twistcore.tuning import TauCurve, clip_curves, cost_of_all, tuned, write_profile
 from twistcore.tuning.common_tau import common_tau
-from twistcore.tuning.cost_words import DETECTORS as DETECTOR_NAMES
 from twistcore.tuning.cost_words import fsr_words
 from twistcore.tuning.folder_sessions import FolderSessions, sessions_in
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
@@ -62,7 +61,9 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     refuse_overwrite([arguments.output], [*paths, *sessions.files, *rigs])
     rig = read_rig(arguments.rig) if arguments.rig else AS_FOUND
     seeds = _SEEDS if arguments.seeds is None else arguments.seeds
-    others = [m for m in sorted(DETECTORS) if m != arguments.method] if arguments.both else []
+    others = (
+        [m for m in sorted(DETECTORS.ready()) if m != arguments.method] if arguments.both else []
+    )
     methods = arguments.method, *others
     words = chosen_words(arguments)
     work = partial(
@@ -204,7 +205,7 @@ def _of_both(
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
     width = max(map(len, [*map(shown, names), _ALL])) + 2
-    heads = (f"{DETECTOR_NAMES[m]:<42}" for m in methods)
+    heads = (f"{DETECTORS.info(m).label[:40]:<42}" for m in methods)
     yield _Line(f"{'':<{width}}{'':<11}{''.join(heads)}".rstrip(), True)
     columns = f"{'τ':>8}{'FSR % (95 %)':>18}{'alarms/min':>12}    "
     yield _Line(f"{'chain':<{width}}{'':<11}{columns * len(methods)}".rstrip(), True)

@@ -4,59 +4,29 @@ A detector analyses a motion once, without any threshold; its analysis then answ
 quickly enough to follow a dragged line.
 """
 
-from __future__ import annotations
+from importlib import import_module
+from typing import TYPE_CHECKING
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from twistcore.detection.protocol import Analysis, Detector, DetectorInfo
+from twistcore.detection.registry import DEFAULT_METHOD, DETECTORS, register
 
-from twistcore.detection.consistency.detector import ConsistencyDetector
-from twistcore.detection.interval import Interval, Kind
-from twistcore.detection.paper import PaperDetector
-from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array
-from twistcore.work.progress import Tell
-
-
-class Analysis(Protocol):
-    """What a detector knows of a motion before any τ."""
-
-    def automatic_tau(self, chain: str) -> float:
-        """τ in radians when nobody names one."""
-        ...
-
-    def strength(self, chain: str) -> Array:
-        """The curve that the τ line lies on, radians ≥ 0, shape (frames,)."""
-        ...
-
-    def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Intervals of a chain at τ radians, by start."""
-        ...
-
-
-class Detector(Protocol):
-    """A way of finding twist errors."""
-
-    name: str
-
-    def analyse(
-        self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
-    ) -> Analysis:
-        """Everything that does not depend on τ; tell: how far it is."""
-        ...
-
-
-DETECTORS: Mapping[str, Detector] = {
-    detector.name: detector for detector in (ConsistencyDetector(), PaperDetector())
-}
-DEFAULT_METHOD = "consistency"
-
+if TYPE_CHECKING:
+    from twistcore.detection.interval import Interval, Kind
 
 __all__ = [
     "DEFAULT_METHOD",
     "DETECTORS",
     "Analysis",
     "Detector",
+    "DetectorInfo",
     "Interval",
     "Kind",
+    "register",
 ]
+
+if not TYPE_CHECKING:
+    # Loaded when first used, as they need numpy: the names of detectors do without.
+    def __getattr__(name: str) -> object:
+        if name in ("Interval", "Kind"):
+            return getattr(import_module(f"{__name__}.interval"), name)
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,19 +1,16 @@
-"""The detector of [Choi26] §3.3, unchanged: the baseline of every table."""
+"""What the detector of [Choi26] §3.3 computes; the detector is `detectors/paper.py`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from twistcore.detection.interval import Interval
-from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, wrap
-from twistcore.skeleton.signals import TwistSignals, signals_of_chains
-from twistcore.work.progress import Tell
+from twistcore.skeleton.signals import TwistSignals
 
 DEFAULT_TAU = float(np.radians(5.0))  # the paper names none; 5° gives its success rates again
 
@@ -37,17 +34,9 @@ class PaperAnalysis:
         """Intervals of a chain at τ radians."""
         return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
 
-
-class PaperDetector:
-    """min(|Δθp|, |Δθc|) ≥ τ where the two turn against each other."""
-
-    name = "paper"
-
-    def analyse(
-        self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
-    ) -> PaperAnalysis:
-        """Everything that does not depend on τ; tell: how far it is."""
-        return PaperAnalysis(signals_of_chains(motion, chains, tell))
+    def removed(self, chain: str, tau: float) -> Array:
+        """What the paper's correction takes out at τ radians: its running sum, (frames,)."""
+        return running_offset(self.signals[chain], tau)
 
 
 def running_offset(signals: TwistSignals, tau: float) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import Corrected, refine
-from twistcore.detection import Interval, Kind
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.detection_json import intervals_to_json
@@ -53,7 +53,9 @@ def clip_page(
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
     corrected.take(report.applied)
-    drawing = ClipCurves(analysis, state.method, state.tau, state.intervals, report.verdict)
+    drawing = ClipCurves(
+        analysis, DETECTORS.usable(state.method), state.tau, state.intervals, report.verdict
+    )
     curves, left_out = drawing.panels(corrected)
     return rendered(
         "clip.html",
@@ -67,7 +69,10 @@ def clip_page(
         rows=_decisions(document, report),
         assumptions=list(map(str, report.clip.warnings)),
         left_out=[str(note) for note in report.notes if note.kind in (NOT_EXAMINED, UNEXAMINED)],
-        notes=[str(n) for n in report.notes if n.kind not in (NOT_EXAMINED, UNEXAMINED)],
+        notes=[
+            *(str(n) for n in report.notes if n.kind not in (NOT_EXAMINED, UNEXAMINED)),
+            *_not_installed(state.method),
+        ],
         not_corrected=report.not_corrected,
         parameters=dict(report.parameters),
         **moves_to_tell(document, report),
@@ -191,7 +196,7 @@ def _evidence(report: Report) -> dict[str, Any]:
         except TwistError as error:
             trouble = str(error)
     left = report.left
-    if left is None and changes:
+    if left is None and changes and DETECTORS.usable(report.state.method) == report.state.method:
         left = intervals_to_json(found_again(report.refined, report.chains, report.state))
     if left is not None:
         left = [
@@ -199,6 +204,15 @@ def _evidence(report: Report) -> dict[str, Any]:
             for e in left
         ]
     return {"changes": changes, "kept": kept, "trouble": trouble, "left": left}
+
+
+def _not_installed(method: str) -> Iterator[str]:
+    """A sentence on a review whose detector is not there."""
+    if DETECTORS.usable(method) != method:
+        yield (
+            f"The review's detector, {method!r}, is not installed here: the strength is that of "
+            f"{DEFAULT_METHOD!r}, and the corrected clip was not searched again."
+        )
 
 
 def _before(entry: Mapping[str, Any], report: Report) -> str:

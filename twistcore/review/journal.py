@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from twistcore.detection import DETECTORS, Interval
+from twistcore.detection import Interval
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import free_name, sync_folder, write_atomically
 from twistcore.files.document_values import (
@@ -249,8 +249,6 @@ def _replayed(review: Review, entry: Any, motion: Motion | None) -> Review:
                 _check((), (command.interval,), review.state, frames)
             case Redetect():
                 _check(tuple(command.tau), command.found, review.state, frames)
-                if command.method and command.method not in DETECTORS:
-                    raise FormatError(f"a detector {command.method!r}")
             case ChangeChains():
                 _check_chains(command.rig, command.tau, motion)
                 _check((), command.found, None, frames)

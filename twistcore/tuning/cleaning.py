@@ -10,11 +10,11 @@ from dataclasses import dataclass
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import applied_unasked, refine
-from twistcore.detection import Interval, Kind
+from twistcore.detection import DEFAULT_METHOD, Interval, Kind
 from twistcore.skeleton.motion import Motion
 
 SURE = 0.9  # confidence from which an interval counts as an error without a person's word
-AUDITOR = "consistency"  # whichever detector is tuned: the paper's has no confidence
+AUDITOR = DEFAULT_METHOD  # whichever detector is tuned: the paper's has no confidence
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,8 +6,6 @@ import math
 
 from twistcore.tuning.tau_curve import Cost
 
-DETECTORS = {"consistency": "our detector", "paper": "the paper's detector"}
-
 
 def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
     """'93.1 % (86–97)'; '–' where nothing was drawn."""

@@ -132,9 +132,7 @@ def _profile(document: Mapping[str, Any]) -> Profile:
             raise FormatError(f"{expected}, found none for {shown(name)}")
     tables = list(document.values())
     tau = {unescaped(name): _tau(t["tau_deg"], name) for name, t in document.items()}
-    methods = {
-        one_of(t["detector"], "detector", sorted(DETECTORS)) for t in tables if "detector" in t
-    }
+    methods = {one_of(t["detector"], "detector", DETECTORS) for t in tables if "detector" in t}
     if len(methods) > 1:
         known, found = " or ".join(sorted(DETECTORS)), ", ".join(sorted(methods))
         raise FormatError(f"expected one detector, {known}, found {found}")

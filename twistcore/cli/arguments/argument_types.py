@@ -15,7 +15,6 @@ from twistcore.formats.suffixes import CLIP_SUFFIXES, not_written
 if TYPE_CHECKING:
     from twistcore.detection import Kind
 
-METHODS = ("consistency", "paper")  # the detectors by name, without loading any
 KINDS = (  # of errors, as --kinds has them
     *("counter-twist", "limb-flip", "helper-roll"),
     *("lone-jump", "noise-burst", "frozen-frames"),

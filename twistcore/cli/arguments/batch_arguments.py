@@ -5,9 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from twistcore.batch.parameters import DEFAULT_METHOD
 from twistcore.cli.arguments.argument_types import (
-    METHODS,
     kinds,
     mebibytes,
     positive,
@@ -17,7 +15,7 @@ from twistcore.cli.arguments.argument_types import (
     tau_degrees,
     workers,
 )
-from twistcore.cli.arguments.common_arguments import deferred
+from twistcore.cli.arguments.common_arguments import add_method, deferred
 
 BATCH = "batch"
 
@@ -109,7 +107,7 @@ def shard(text: str) -> tuple[int, int]:
 
 def _detection(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("as of detect")
-    group.add_argument("--method", choices=METHODS, default=DEFAULT_METHOD)
+    add_method(group)
     group.add_argument("--tau", type=tau_degrees, metavar="auto|DEG")
     group.add_argument("--profile", type=Path, metavar="FILE")
     group.add_argument("--kinds", type=kinds, metavar="LIST")

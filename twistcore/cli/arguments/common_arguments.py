@@ -7,10 +7,8 @@ from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-from twistcore.batch.parameters import DEFAULT_METHOD
 from twistcore.cli.arguments.argument_types import (
     KINDS,
-    METHODS,
     clip_target,
     kinds,
     rate,
@@ -18,6 +16,7 @@ from twistcore.cli.arguments.argument_types import (
     tau,
     workers,
 )
+from twistcore.detection.registry import DEFAULT_METHOD, DETECTORS
 
 
 def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
@@ -113,9 +112,26 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_method(parser: argparse._ActionsContainer) -> None:
+    """Which detector: one by its name, or of a file."""
+    group = parser.add_mutually_exclusive_group()
+    # Set afterwards: the names of packages' detectors are sought where help lists them.
+    group.add_argument("--method", default=DEFAULT_METHOD).choices = DETECTORS
+    add_detector_file(group)
+
+
+def add_detector_file(parser: argparse._ActionsContainer) -> None:
+    """A detector that is in no package."""
+    parser.add_argument(
+        "--detector",
+        metavar="FILE.py:CLASS",
+        help="a detector of your own (docs/detectors.md)",
+    )
+
+
 def add_detection(parser: argparse.ArgumentParser) -> None:
     """What `detect` looks for, and how."""
-    parser.add_argument("--method", choices=METHODS, default=DEFAULT_METHOD)
+    add_method(parser)
     parser.add_argument(
         "--tau", type=tau, default=None, metavar="auto|DEG", help="of all chains; limbs keep auto"
     )

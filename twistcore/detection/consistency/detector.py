@@ -1,4 +1,4 @@
-"""The consistency detector: the default [MATH.md §4]."""
+"""What the consistency detector computes [MATH.md §4]; it is `detectors/consistency.py`."""
 
 from __future__ import annotations
 
@@ -44,21 +44,16 @@ from twistcore.work.progress import Tell, nobody, part
 LONG = 20_000  # frames
 
 
-class ConsistencyDetector:
-    """Counter-rotation beyond what natural motion explains, paired into intervals that close."""
-
-    name = "consistency"
-
-    def analyse(
-        self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
-    ) -> ConsistencyAnalysis | NotatedAnalysis:
-        """Everything that does not depend on τ; tell: how far it is."""
-        if (held := without_held(motion)) is not None:
-            own = [c.at(held.first) for c in chains]
-            return NotatedAnalysis(held, _analysed(held.motion, own, tell or nobody))
-        if (keys := linear_keys(motion)) is not None:
-            return _by_keys(motion, chains, keys, tell or nobody)
-        return _analysed(motion, chains, tell or nobody)
+def analyse_chains(
+    motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
+) -> ConsistencyAnalysis | NotatedAnalysis:
+    """Everything that does not depend on τ; tell: how far it is."""
+    if (held := without_held(motion)) is not None:
+        own = [c.at(held.first) for c in chains]
+        return NotatedAnalysis(held, _analysed(held.motion, own, tell or nobody))
+    if (keys := linear_keys(motion)) is not None:
+        return _by_keys(motion, chains, keys, tell or nobody)
+    return _analysed(motion, chains, tell or nobody)
 
 
 def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) -> NotatedAnalysis:

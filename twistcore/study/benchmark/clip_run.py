@@ -13,7 +13,13 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.study.benchmark.clip_scene import AUDITOR, Scene, make_scene
 from twistcore.study.benchmark.filtering_cost import Fidelity, fidelity
-from twistcore.study.benchmark.passes import METHODS, CleanRun, clean_run, clean_tallies, run_item
+from twistcore.study.benchmark.passes import (
+    CleanRun,
+    all_methods,
+    clean_run,
+    clean_tallies,
+    run_item,
+)
 from twistcore.study.benchmark.tally import MICRO, Key, Tallies, Tally, add_tallies
 from twistcore.synthesis import parse_protocol
 
@@ -23,7 +29,7 @@ class Settings:
     """What the numbers depend on, beside the clips."""
 
     protocols: tuple[str, ...] = ("P0",)
-    methods: tuple[str, ...] = METHODS
+    methods: tuple[str, ...] = field(default_factory=all_methods)
     seeds: tuple[int, ...] = (1,)
 
     @property

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.detection import Kind
+from twistcore.detection import DEFAULT_METHOD, Kind
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.natural_events import (
     NaturalEvent,
@@ -25,7 +25,7 @@ from twistcore.study.evaluation import joints_of
 from twistcore.synthesis import Protocol, apart, prepare
 
 SHORTEST = 16  # frames: room for two intervals and something around them
-AUDITOR = "consistency"
+AUDITOR = DEFAULT_METHOD
 STRAIGHTENS = ("", "Arm", "UpLeg")  # segments whose child is an elbow or a knee, or unknown
 
 

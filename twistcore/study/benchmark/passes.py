@@ -19,7 +19,6 @@ from twistcore.analysis.correction import (
     remove_twist,
 )
 from twistcore.detection import DETECTORS
-from twistcore.detection.paper import PaperAnalysis, PaperDetector, running_offset
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
@@ -40,7 +39,11 @@ from twistcore.synthesis import InjectedError, draw_errors, generator, inject
 
 Taus: TypeAlias = Mapping[str, float]
 AUTOMATIC: Taus = MappingProxyType({})  # of every chain
-METHODS = (*DETECTORS, HINGE, *BASELINES)
+
+
+def all_methods() -> tuple[str, ...]:
+    """All methods that there are, in the table's order."""
+    return (*DETECTORS.ready(), HINGE, *BASELINES)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,22 +75,20 @@ def apply_method(
     """The motion as the method leaves it; only joints of `chains` differ.
 
     chains: limbs too, where their flips are looked for; wrong: the truth, for the oracles; tau:
-    radians by chain, the automatic τ where none is given. The paper's running sum is taken out as
-    it is, and its method knows no limbs; of other detectors all intervals that are applied unasked.
+    radians by chain, the automatic τ where none is given. What is taken out is all intervals that
+    are applied unasked, or what the detector's analysis says itself, as the paper's running sum.
     """
     if method in BASELINES:
         return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
     bones = tuple(c for c in chains if not isinstance(c, Limb))
     if method == HINGE:
         return Outcome(remove_twist(motion, bones, hinge_offsets(motion, bones)).rotations, {})
-    clip = ClipAnalysis(motion, bones if method == PaperDetector.name else chains)
+    clip = ClipAnalysis(motion, chains if DETECTORS.info(method).limb_flips else bones)
     given = {c.name: tau[c.name] for c in clip.chains_and_limbs if c.name in tau}
     found_at = clip.detect(method, kinds=REPAIRED, tau_radians=given)
     intervals, analysis = applied_unasked(found_at), clip.by(method)
-    if isinstance(analysis, PaperAnalysis):
-        offsets = {
-            c.name: running_offset(analysis.signals[c.name], found_at.tau[c.name]) for c in bones
-        }
+    if removed := getattr(analysis, "removed", None):
+        offsets = {c.name: removed(c.name, found_at.tau[c.name]) for c in bones}
     else:
         offsets = offsets_by_chain(intervals, motion.frames)
     carried = carried_by_limb(intervals, motion.frames)

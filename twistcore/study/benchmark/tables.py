@@ -25,10 +25,6 @@ from twistcore.synthesis import parse_protocol
 SCHEMA = "twistcore.benchmark/1"
 OVERALL = "Overall"
 FAST_SHARE = 0.1
-_DETECTOR_NOTES = {
-    "paper": "[Choi26] §3.3, angles wrapped, τ 5°; its running sum is taken out as it is",
-    "consistency": "counter-rotation beyond natural motion, paired into intervals; τ auto",
-}
 
 
 @dataclass(frozen=True)
@@ -170,7 +166,8 @@ def why_of(method: str) -> str:
         return BASELINES[method].why
     if method == HINGE:
         return HINGE_WHY
-    return _DETECTOR_NOTES.get(method, "detector, τ auto")
+    info = DETECTORS.info(method)
+    return info.note or info.measures.rstrip(".") or "detector, τ auto"
 
 
 def protocol_text(name: str) -> str:

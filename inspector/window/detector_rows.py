@@ -1,0 +1,41 @@
+"""The rows of the table of actions that choose a detector, one for each that there is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtGui import QAction, QActionGroup
+
+from inspector.feature import ActionSpec
+from inspector.language import of_core
+from inspector.window.parts import Parts
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, DetectorInfo
+
+
+def detector_rows() -> tuple[ActionSpec[Parts], ...]:
+    """A row for every detector that can be used."""
+    return tuple(map(_row, DETECTORS.infos()))
+
+
+def _row(info: DetectorInfo) -> ActionSpec[Parts]:
+    return ActionSpec(
+        f"use_{info.name}",
+        of_core(info.menu_text),
+        (),
+        of_core(info.measures),
+        group="method",
+        checked=info.name == DEFAULT_METHOD,
+        do=lambda p: p.document.use_method(info.name),
+    )
+
+
+def check_detector(actions: Mapping[str, QAction], method: str) -> None:
+    """Check the row of the detector in use; none for one that has no row."""
+    if (action := actions.get(f"use_{method}")) is not None:
+        action.setChecked(True)
+        return
+    group = actions[f"use_{DEFAULT_METHOD}"].actionGroup()
+    if group is not None and (checked := group.checkedAction()) is not None:
+        group.setExclusionPolicy(QActionGroup.ExclusionPolicy.None_)
+        checked.setChecked(False)
+        group.setExclusionPolicy(QActionGroup.ExclusionPolicy.Exclusive)

@@ -1,0 +1,218 @@
+"""A detector of somebody else's in the window: with its package, and without it."""
+
+import json
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+
+from inspector.session.opening import analyse_session
+from tests.gui.pictures import INJECTED
+from tests.gui.windows import act, close_window, decisions, open_clip
+from twistcore import Review, detect, read_clip, read_session, write_session
+from twistcore.detection import DETECTORS, DetectorInfo
+from twistcore.review import Redetect
+
+EXAMPLE = Path(__file__).parents[2] / "docs" / "example_detector"
+
+# A process of its own: the menus are made when the window's modules are loaded.
+PROGRAM = """
+import json, sys, time
+sys.path.insert(0, sys.argv[1])
+from pathlib import Path
+from PySide6.QtWidgets import QApplication
+app = QApplication([])
+from inspector.session.settings import Settings
+from inspector.window.main_window import MainWindow
+window = MainWindow(Settings(turn_ms=0), None)
+window.show()
+document, timeline, told = window.document, window.timeline, {}
+
+def wait(until):
+    end = time.monotonic() + 120
+    while not until():
+        app.processEvents()
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+window.open_path(Path(sys.argv[2]))
+wait(lambda: document.data is not None)
+row = window.actions_by_id["use_steps"]
+told["row"] = [row.text(), row.statusTip(), row.isChecked()]
+window.actions_by_id["both_detectors"].trigger()
+row.trigger()
+wait(lambda: document.method == "steps")
+told["checked"] = [a.objectName() for a in row.actionGroup().actions() if a.isChecked()]
+told["before"] = timeline.other.method
+window.actions_by_id["use_paper"].trigger()
+wait(lambda: document.method == "paper")
+timeline.refresh()
+wait(lambda: bool(timeline.other.intervals))
+told["other"] = [timeline.other.method, timeline.other._name]
+row.trigger()
+wait(lambda: document.method == "steps")
+document.set_tau(0.4)
+window.actions_by_id["show_tuning"].trigger()
+window.actions_by_id["both_costs"].trigger()
+model = window.tuning.profiles.detectors
+wait(lambda: len(window.tuning.costs.by("steps")) == 10)
+told["heads"] = [model.heads[k] for k in range(1, len(model.heads), 3)]
+told["cost"] = [model.index(0, c).data() for c in (7, 8)]
+window.tuning.confidence.refresh()
+told["confidence"] = window.tuning.confidence.hint.text()
+window.tuning.curves.show_chain()
+window.tuning.curves.show_words(10.0)
+told["curves"] = window.tuning.curves.strength_words.text().replace("&nbsp;", " ")
+window.actions_by_id["accept"].trigger()
+window.files.save_session()
+document.review.mark_saved()
+window.close()
+print(json.dumps(told))
+"""
+
+
+@pytest.fixture
+def clip(tmp_path):
+    return Path(shutil.copy(INJECTED, tmp_path / "walk.bvh"))
+
+
+def test_a_package_is_in_menus_columns_and_plots(clip, tmp_path):
+    site = tmp_path / "site"
+    info = site / "twist_steps-0.1.dist-info"
+    info.mkdir(parents=True)
+    shutil.copy(EXAMPLE / "steps_detector.py", site)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: twist-steps\nVersion: 0.1\n")
+    points = "[twistcore.detectors]\nsteps = steps_detector:StepsDetector\n"
+    (info / "entry_points.txt").write_text(points)
+    found = subprocess.run(
+        [sys.executable, "-c", PROGRAM, site, clip], text=True, capture_output=True, check=False
+    )
+    assert found.returncode == 0, found.stderr
+    told = json.loads(found.stdout.splitlines()[-1])
+    measures = "Jumps of the parent's twist, and the jump back."
+    assert told["row"] == ["Detect with the detector of steps", measures, False]
+    assert told["checked"] == ["use_steps"]
+    assert told["before"] == "consistency"
+    assert told["other"] == ["steps", "The detector of steps"]
+    assert told["heads"] == ["Ours\nτ", "Paper's\nτ", "Steps\nτ"]
+    assert told["cost"][0].endswith("°")
+    assert told["confidence"] == (
+        "The detector of steps has no confidence: there is nothing to learn."
+    )
+    assert "the paper's m(t)" in told["curves"]
+    assert "automatic τ 10.00°" in told["curves"]
+    state = read_session(clip.with_name("walk.twist.json")).state
+    assert state.method == "steps"
+    assert sum(j.decision == "accepted" for j in state.intervals) == 1
+
+
+@pytest.fixture
+def session(clip):
+    """A review by a detector that is not here; its first interval is accepted."""
+    read = read_clip(clip)
+    review = Review(detect(read))
+    review.accept(0.99)
+    path = clip.with_name("walk.twist.json")
+    write_session(read, replace(review.state, method="gone"), path)
+    return path
+
+
+def test_a_review_by_a_detector_that_is_not_here_is_gone_on_with(qtbot, window, session):
+    document, messages = window.document, []
+    document.message.connect(lambda *told: messages.append(told[0]))
+    open_clip(qtbot, window, session)
+    told = [text for text in messages if "'gone', which is not installed here" in text]
+    assert len(told) == 1
+    before = document.review.state
+    assert (before.method, document.method) == ("gone", "consistency")
+    names = ("use_consistency", "use_paper")
+    assert [window.actions_by_id[name].isChecked() for name in names] == [False, False]
+    # Its τ stays, whatever is tried; decisions are made.
+    document.set_tau(0.5)
+    assert document.review.state is before
+    assert "'gone', which is not installed here" in messages[-1]
+    act(window, "why_not")
+    act(window, "next_faint")
+    act(window, "both_detectors")
+    for name in ("show_tuning", "both_costs"):
+        act(window, name)
+    act(window, "next_interval")
+    act(window, "reject")
+    qtbot.waitUntil(lambda: not window.tuning.costs.running)
+    assert document.review.state.tau == before.tau
+    window.files.save_session()
+    assert json.loads(session.read_text("utf-8"))["method"] == "gone"
+    # Another detector is a choice, which is taken back as any.
+    act(window, "use_consistency")
+    qtbot.waitUntil(lambda: document.review.state.method == "consistency")
+    assert window.actions_by_id["use_consistency"].isChecked()
+    document.undo()
+    assert document.review.state.method == "gone"
+    assert not window.actions_by_id["use_consistency"].isChecked()
+    document.redo()
+    document.set_tau(0.5)
+    assert document.review.state.tau[document.chain] == 0.5
+
+
+def test_its_steps_of_an_earlier_run_are_taken_up(qtbot, show_window, clip):
+    first = show_window()
+    open_clip(qtbot, first, clip)
+    first.document.do(Redetect({"LeftArm": 0.2}, (), method="gone"))
+    act(first, "next_interval")
+    act(first, "reject")
+    journal = clip.with_name("walk.twist.json.journal")
+    kept, wanted = journal.read_bytes(), decisions(first)
+    close_window(qtbot, first)
+    journal.write_bytes(kept)  # as a killed program leaves it
+    again = show_window()
+    open_clip(qtbot, again, clip)
+    assert "2 steps were kept" in again.bar.label.text()
+    restore = next(b for b in again.bar.buttons() if b.text() == "Restore")
+    qtbot.mouseClick(restore, Qt.MouseButton.LeftButton)
+    assert decisions(again) == wanted
+    assert again.document.review.state.method == "gone"
+
+
+class Fails:
+    """Works until τ is moved."""
+
+    info = DetectorInfo("fails", "the detector that fails", "Nothing.")
+
+    def analyse(self, motion, chains, tell=None):
+        self.frames = motion.frames
+        return self
+
+    def automatic_tau(self, chain):
+        return 0.1
+
+    def strength(self, chain):
+        return np.zeros(self.frames)
+
+    def intervals(self, chain, tau):
+        if tau != 0.1:
+            raise ValueError("of its own")
+        return ()
+
+
+def test_a_detector_that_fails_is_a_message(qtbot, open_document, clip, monkeypatch):
+    monkeypatch.setattr(DETECTORS, "_given", {})
+    DETECTORS.register(Fails())
+    document = open_document(INJECTED)
+    with qtbot.waitSignal(document.method_changed):
+        document.use_method("fails")
+    with qtbot.waitSignal(document.message) as told:
+        document.set_tau(0.3)
+    sentence = f"the detector 'fails' failed on {document.chain} (ValueError: of its own)"
+    assert told.args == [sentence, True]
+    assert document.review.state.tau[document.chain] == 0.1
+
+
+def test_a_clip_that_was_searched_by_a_detector_that_is_not_here_is_opened(clip, session):
+    found = analyse_session(session)
+    assert found.analysis.kept("consistency") is not None
+    assert [j.decision for j in found.review.state.intervals].count("accepted") > 0

@@ -1,0 +1,1 @@
+"""The program's detectors, a file each: its name is the detector's, its DETECTOR the detector."""

@@ -1,0 +1,37 @@
+"""The consistency detector: the default."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
+from twistcore.detection.consistency.detector import analyse_chains
+from twistcore.detection.consistency.notated import NotatedAnalysis
+from twistcore.detection.protocol import DetectorInfo
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.work.progress import Tell
+
+
+class ConsistencyDetector:
+    """Counter-rotation beyond what natural motion explains, paired into intervals that close."""
+
+    info = DetectorInfo(
+        name="consistency",
+        label="our detector",
+        short="Ours",
+        measures="Counter-rotation beyond what natural motion explains, in pairs of edges.",
+        strength="strength",
+        tau="noise floor",
+        note="counter-rotation beyond natural motion, paired into intervals; τ auto",
+        action="Detect with our detector",
+    )
+
+    def analyse(
+        self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
+    ) -> ConsistencyAnalysis | NotatedAnalysis:
+        """Everything that does not depend on τ; tell: how far it is."""
+        return analyse_chains(motion, chains, tell)
+
+
+DETECTOR = ConsistencyDetector()

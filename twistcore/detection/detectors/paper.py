@@ -1,0 +1,37 @@
+"""The detector of [Choi26] §3.3, unchanged: the baseline of every table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from twistcore.detection.paper import PaperAnalysis
+from twistcore.detection.protocol import DetectorInfo
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.signals import signals_of_chains
+from twistcore.work.progress import Tell
+
+
+class PaperDetector:
+    """min(|Δθp|, |Δθc|) ≥ τ where the two turn against each other."""
+
+    info = DetectorInfo(
+        name="paper",
+        label="the paper's detector",
+        short="Paper's",
+        measures="The smaller of |Δθp| and |Δθc| where parent and child turn against each other.",
+        strength="m",
+        has_confidence=False,
+        limb_flips=False,
+        note="[Choi26] §3.3, angles wrapped, τ 5°; its running sum is taken out as it is",
+        action="Detect with the paper's detector",
+    )
+
+    def analyse(
+        self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
+    ) -> PaperAnalysis:
+        """Everything that does not depend on τ; tell: how far it is."""
+        return PaperAnalysis(signals_of_chains(motion, chains, tell))
+
+
+DETECTOR = PaperDetector()

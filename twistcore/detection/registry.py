@@ -1,0 +1,257 @@
+"""The detectors that there are: files of `detectors/`, packages that announce one, and registered.
+
+Names come from a list of files and of entry points, so the command line shows them without loading
+any detector, and without numpy. Everything that a table, a menu or a plot needs to know about a
+detector is its :class:`DetectorInfo`.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache, lru_cache
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+from twistcore.detection.guarded import GuardedDetector, one_sentence
+from twistcore.detection.protocol import Detector, DetectorInfo
+from twistcore.errors import TwistError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+DEFAULT_METHOD = "consistency"
+GROUP = "twistcore.detectors"  # the entry points of packages that bring a detector
+# The file that a command was given with --detector: the processes that it starts load it, too.
+FILE_VARIABLE = "TWISTCORE_DETECTOR_FILE"
+_FOLDER = "twistcore.detection.detectors"  # a file each
+_NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
+
+
+class Detectors(Mapping[str, Detector]):
+    """All detectors by name: the default one, the program's others, then everybody else's.
+
+    A detector is loaded when it is first asked for. An item raises TwistError where the detector
+    is there but cannot be loaded.
+    """
+
+    def __init__(self) -> None:
+        self._given: dict[str, GuardedDetector] = {}  # registered by a program, or of a file
+        self._loaded: dict[tuple[str, str], Detector] = {}  # by name and where it was loaded from
+
+    def __getitem__(self, name: str) -> Detector:
+        if name in self._given:
+            return self._given[name]
+        if name in built_in():
+            return self._load_once(name, _FOLDER, lambda: _own(name))
+        if (point := _entry_points().get(name)) is not None:
+            return self._load_once(name, point.value, lambda: _of_package(point))
+        if name in self._of_file():
+            return self._given[name]
+        raise KeyError(name)
+
+    def __contains__(self, name: object) -> bool:
+        if name in self._given or name in built_in():
+            return True
+        return isinstance(name, str) and (name in _entry_points() or name in self._of_file())
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(dict.fromkeys((*built_in(), *self._of_file(), *sorted(_entry_points()))))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def named(self, name: str) -> Detector:
+        """Return the detector of a name; TwistError names all where there is none."""
+        try:
+            return self[name]
+        except KeyError:
+            known = ", ".join(self)
+            raise TwistError(f"no detector {name!r}; expected one of {known}") from None
+
+    def register(self, detector: Detector, place: str = "") -> Detector:
+        """Add a detector, in place of an earlier one of its name; TwistError if it is none.
+
+        Return it as it is used from then on: an error in it becomes a TwistError that names it.
+        place: the file and class that it was loaded from.
+        """
+        if isinstance(detector, GuardedDetector):
+            return detector
+        made = _checked(detector, getattr(detector, "__name__", type(detector).__name__))
+        name = made.info.name
+        if name in built_in():
+            if type(made) is type(own := self[name]):
+                return own
+            raise TwistError(f"{name!r} is the name of a detector of twistcore's own")
+        kept = self._given.get(name)
+        if kept is None or kept.detector is not made:
+            kept = self._given[name] = GuardedDetector(made, place)
+        return kept
+
+    def load(self, place: str) -> Detector:
+        """Register the detector of a Python file, 'FILE.py:Class'; TwistError where that fails."""
+        path, _, name = place.rpartition(":")
+        return self.register(_of_file(place, path, name), f"{Path(path).resolve()}:{name}")
+
+    def info(self, name: str) -> DetectorInfo:
+        """Return what is shown of a detector, also of one that is not there or cannot be loaded."""
+        try:
+            return self[name].info
+        except (KeyError, TwistError):
+            return DetectorInfo(name, f"the detector {name!r}", "", name)
+
+    def infos(self) -> tuple[DetectorInfo, ...]:
+        """Return what is shown of every detector that can be used."""
+        return tuple(self[name].info for name in self.ready())
+
+    def ready(self) -> tuple[str, ...]:
+        """Return the names of all detectors without those that cannot be loaded."""
+        return tuple(name for name in self if self.usable(name) == name)
+
+    def usable(self, name: str) -> str:
+        """Return the name, or that of the default where there is no such detector to be had."""
+        try:
+            return self[name].info.name
+        except (KeyError, TwistError):
+            return DEFAULT_METHOD
+
+    def version(self, name: str) -> str:
+        """Return a mark that changes with somebody else's detector; '' for the program's own."""
+        if name in built_in():
+            return ""
+        if name in self._of_file():
+            path = self._given[name].place.rpartition(":")[0]
+            return _mark_of_file(Path(path)) if path else ""
+        point = _entry_points().get(name)
+        return "" if point is None or point.dist is None else f"{point.value} {point.dist.version}"
+
+    def _load_once(self, name: str, place: str, load: Callable[[], Detector]) -> Detector:
+        if (name, place) not in self._loaded:
+            self._loaded[name, place] = load()
+        return self._loaded[name, place]
+
+    def _of_file(self) -> dict[str, GuardedDetector]:
+        """Return what is registered, with the detector of the file that a command was given."""
+        place = os.environ.get(FILE_VARIABLE, "")
+        if place and all(d.place != place for d in self._given.values()):
+            self.load(place)
+        return self._given
+
+
+DETECTORS = Detectors()
+
+
+def register(detector: Detector) -> Detector:
+    """Make a detector known by its name, for this program.
+
+    Parameters
+    ----------
+    detector : Detector
+        An object with an `info` and an `analyse`. A detector registered under the same name before
+        is replaced; the program's own ones cannot be.
+
+    Returns
+    -------
+    Detector
+        The detector as it is used from then on.
+
+    Raises
+    ------
+    TwistError
+        If it is no detector, or has the name of one of the program's own.
+    """
+    return DETECTORS.register(detector)
+
+
+@cache
+def built_in() -> tuple[str, ...]:
+    """Return the names of the program's own detectors, the default first: those of the files."""
+    from pkgutil import iter_modules
+
+    folder = [
+        str(Path(place) / "detectors") for place in sys.modules["twistcore.detection"].__path__
+    ]
+    names = sorted(module.name for module in iter_modules(folder))
+    return tuple(sorted(names, key=lambda name: name != DEFAULT_METHOD))
+
+
+def _own(name: str) -> Detector:
+    from importlib import import_module
+
+    detector: Detector = import_module(f"{_FOLDER}.{name}").DETECTOR
+    return detector
+
+
+def _entry_points() -> Mapping[str, EntryPoint]:
+    return _entry_points_on(tuple(sys.path))
+
+
+@lru_cache(4)
+def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
+    """Return what packages announce, by name, without loading any of them."""
+    from importlib.metadata import entry_points  # 20 ms that few commands need to wait
+
+    return {p.name: p for p in entry_points(group=GROUP) if p.name not in built_in()}
+
+
+def _of_package(point: EntryPoint) -> Detector:
+    package = point.dist.name if point.dist is not None else point.module
+    where = f"the detector {point.name!r} of the package {package}"
+    with one_sentence(f"{where} cannot be loaded"):
+        found = point.load()
+    made = _checked(found, where)
+    if made.info.name != point.name:
+        raise TwistError(f"{where} calls itself {made.info.name!r}: expected the same name twice")
+    return GuardedDetector(made)
+
+
+def _of_file(place: str, path: str, name: str) -> Detector:
+    if not (path.endswith(".py") and name.isidentifier()):
+        raise TwistError(f"{place}: expected FILE.py:Class")
+    if not Path(path).is_file():
+        raise TwistError(f"{path}: expected a Python file with a detector, but there is none")
+    with one_sentence(f"{path}: the detector cannot be loaded"):
+        found = getattr(_module(Path(path).resolve()), name, None)
+    if found is None:
+        raise TwistError(f"{path}: expected a class {name}, but there is none")
+    return _checked(found, f"{path}: {name}")
+
+
+def _module(path: Path) -> ModuleType:
+    """Return a Python file as a module, carried out."""
+    from importlib.util import module_from_spec, spec_from_file_location
+
+    spec = spec_from_file_location(f"detector_file_{_mark_of_file(path)[:16]}", path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module
+
+
+def _mark_of_file(path: Path) -> str:
+    from hashlib import sha256  # slow to load; few commands need it
+
+    return sha256(path.read_bytes()).hexdigest()
+
+
+def _checked(found: Any, where: str) -> Detector:
+    """Return a detector, made where a class is given; TwistError says what it lacks."""
+    if isinstance(found, type):
+        with one_sentence(f"{where} cannot be made"):
+            found = found()
+    info = getattr(found, "info", None)
+    if not isinstance(info, DetectorInfo):
+        raise TwistError(f"{where} is no detector: expected `info`, a DetectorInfo")
+    if not callable(getattr(found, "analyse", None)):
+        raise TwistError(f"{where} is no detector: expected a method analyse(motion, chains, tell)")
+    if not _NAME.fullmatch(info.name):
+        raise TwistError(
+            f"{where}: expected a name of small letters, digits, '-' and '_', found {info.name!r}"
+        )
+    detector: Detector = found
+    return detector
