@@ -38,7 +38,16 @@ _ROOMS_OF_CORE = (
     *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
 )
 _WORDS = ("Kind", "Decision", "SEEN")  # of these a single word, too, is shown
-_INFOS = {"DetectorInfo": ("label", "short", "measures", "strength", "tau", "action")}  # and these
+# What these announce, and the context of it where that is not the core's.
+_INFOS = {
+    "DetectorInfo": dict.fromkeys(
+        ("label", "short", "measures", "strength", "tau", "action"), CORE
+    ),
+    "KindInfo": {
+        **dict.fromkeys(("name", "here", "named", "legend", "tip"), CORE),
+        **{"short": "kind of error", "label": ""},
+    },
+}
 # What is written into files, matched, compared, or said to programmers only.
 _IN_FILES = re.compile(r"#|\(\?|<|[a-z_]+ = |End Site$|from |twistcore batch$|\{0\}\t|6 X")
 _FOR_PROGRAMS = ("__repr__", "compile", "KeyError", "TypeError", "AttributeError")
@@ -82,8 +91,11 @@ def texts_in_code() -> Iterator[_Key]:
     for room in _ROOMS_OF_CORE:
         place = _ROOT / "twistcore" / room
         for module in sorted(place.rglob("*.py")) if place.is_dir() else [place.with_suffix(".py")]:
-            for form in _forms(ast.parse(module.read_text("utf-8"))):
+            tree = ast.parse(module.read_text("utf-8"))
+            for form in _forms(tree):
                 yield CORE, form, ""
+            for meaning, text in _announced(tree):
+                yield meaning, text, ""
 
 
 def _forms(tree: ast.AST) -> Iterator[str]:
@@ -95,15 +107,31 @@ def _forms(tree: ast.AST) -> Iterator[str]:
             continue
         if _name(node) in _WORDS:
             yield from (str(ast.literal_eval(n.value)) for n in ast.walk(node) if _is_word(n))
-        elif isinstance(node, ast.Call) and (name := _name(node)) in _INFOS:
-            told = (_constant(k.value) for k in node.keywords if k.arg in _INFOS[name])
-            yield from (text for text in told if len(text) > 1)
+        elif isinstance(node, ast.Call) and _name(node) in _INFOS:
+            continue
         elif isinstance(node, ast.JoinedStr):
             yield from _if_said(_form(node))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield from _if_said(_escaped(node.value))
         else:
             yield from _forms(node)
+
+
+def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
+    """What detectors and kinds announce, with its context."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and (told := _INFOS.get(_name(node))):
+            for word in node.keywords:
+                text = _constant(word.value)
+                if word.arg in told and len(text) > 1:
+                    yield told[word.arg], _numbered(text)
+
+
+def _numbered(template: str) -> str:
+    """A template with numbers for the names of what is put in, as forms have them."""
+    for number, name in enumerate(re.findall(r"\{\w+\}", template)):
+        template = template.replace(name, f"{{{number}}}", 1)
+    return template
 
 
 def _name(node: ast.AST) -> str:

@@ -13,7 +13,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QComboBox, QHeaderView, QLabel, QStackedWidget, QWidget
 
 from inspector.language import of_core, tr, tr_as
-from inspector.panels.interval_filter import KINDS
+from inspector.panels.interval_filter import short_word
 from inspector.panels.limb_words import end_in_words
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
@@ -291,7 +291,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         tips, reliability, least = _LIMB_TIPS, float(np.median(flips.swivel.height)), BENT
     label, joints = of_core(chain.list_label), own_joints(chain, skeleton)
     if isinstance(chain, Helper):
-        label, joints = of_core(chain.label), KINDS[Kind.HELPER_ROLL][0]
+        label, joints = of_core(chain.label), short_word(Kind.HELPER_ROLL)
     return _Shown(
         chain=chain.name,
         label=tr("{chain} (fixed)", chain=label) if stuck else label,

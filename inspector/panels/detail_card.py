@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.end_choice import EndChoice
-from inspector.panels.interval_filter import KINDS
+from inspector.panels.interval_filter import short_word
 from inspector.panels.limb_words import middle_of
 from inspector.panels.protected_words import table_of, worse_line
 from inspector.panels.reject_reasons import REASONS, kept_reason, told_reason
@@ -186,7 +186,7 @@ class DetailCard(QWidget):
             return
         interval = judged.interval
         chain = self._document.find_chain(interval.chain)
-        what = "" if kind == Kind.COUNTER_TWIST else f" · {KINDS[interval.kind][0]}"
+        what = "" if kind == Kind.COUNTER_TWIST else f" · {short_word(interval.kind)}"
         label = of_core(chain.label)
         varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", follows")
         if interval.soft_ended:
@@ -314,6 +314,8 @@ def explanation(
         return tr("Made by hand.")
     interval = judged.interval
     evidence = interval.evidence or {}
+    if not interval.kind.known:
+        return tr("A later version of the program found it; this one only shows it.")
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame)
     if interval.kind == Kind.NOISE_BURST:

@@ -17,30 +17,15 @@ from inspector.widgets.tables import SORT_ROLE, Index, RowModel
 from twistcore.detection import Kind
 from twistcore.review import Judged
 
-KINDS = {  # in the table, and as filters
-    Kind.COUNTER_TWIST: (tr_as("kind of error", "twist"), tr("Counter-twists")),
-    Kind.LIMB_FLIP: (tr_as("kind of error", "flip"), tr("Limb flips")),
-    Kind.HELPER_ROLL: (tr_as("kind of error", "helper"), tr("Helper rolls")),
-    Kind.LONE_JUMP: (tr_as("kind of error", "jump"), tr("Lone jumps")),
-    Kind.NOISE_BURST: (tr_as("kind of error", "noise"), tr("Noise bursts")),
-    Kind.FROZEN: (tr_as("kind of error", "frozen"), tr("Frozen frames")),
-}
 ALL, OF_CHAIN = "All", "This chain"
-_OF_KIND = {
-    "Counter-twists": Kind.COUNTER_TWIST,
-    "Limb flips": Kind.LIMB_FLIP,
-    "Helper rolls": Kind.HELPER_ROLL,
-    "Lone jumps": Kind.LONE_JUMP,
-    "Noise bursts": Kind.NOISE_BURST,
-    "Frozen frames": Kind.FROZEN,
-}
+_OF_KIND = {kind.info.label: kind for kind in Kind}
 FILTERS = {  # what is asked for, and its words in the list of filters
     ALL: tr_as("intervals", "All"),
     "Undecided": tr_as("intervals", "Undecided"),
     "Accepted": tr_as("intervals", "Accepted"),
     "Rejected": tr_as("intervals", "Rejected"),
     OF_CHAIN: tr("This chain"),
-    **{name: KINDS[kind][1] for name, kind in _OF_KIND.items()},
+    **{label: tr(label) for label in _OF_KIND},
 }
 _ANY = tr_as("filter", "Any conf.")
 _CONFIDENCES = (_ANY, "≥ 0.95", "≥ 0.50", "< 0.95", "< 0.50")
@@ -51,6 +36,11 @@ _COMPARED: dict[str, Callable[[float, float], bool]] = {
     "<": operator.lt,
 }
 _BOUND = re.compile(r"([<>]=?|[≤≥])\s*(\d*[.,]?\d+)")
+
+
+def short_word(kind: Kind) -> str:
+    """A kind in the table; the word of the file where this version does not know it."""
+    return tr_as("kind of error", kind.info.short)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from inspector.language import of_core, tr, tr_as
 from inspector.panels.interval_columns import COLUMNS, PLACE, IntervalColumns
-from inspector.panels.interval_filter import KINDS, OF_CHAIN, FilteredRows, FilterLine, Wanted
+from inspector.panels.interval_filter import OF_CHAIN, FilteredRows, FilterLine, Wanted, short_word
 from inspector.panels.reject_reasons import told_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
@@ -83,7 +83,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
             "delta": (angle_of(interval.kind, interval.shown), abs(delta)),
             "confidence": ("–" if interval.confidence is None else f"{sure:.2f}", sure),
             "end": (end, end),
-            "kind": (KINDS[interval.kind][0], interval.kind.value),
+            "kind": (short_word(interval.kind), interval.kind.value),
             "joints": (joints, joints),
             "note": (note, note),
         }
@@ -110,13 +110,11 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     interval = judged.interval
     kind, joint = of_core(interval.kind), interval.joint
     parts = [tr("{chain}, {kind}, {n} frames", chain=chain, kind=kind, n=interval.frames)]
-    if interval.kind == Kind.NOISE_BURST:
-        size = plain(np.degrees(interval.residual))
-        parts.append(tr("{joint}: noise of {size}°; nothing is taken out", joint=joint, size=size))
-    elif interval.kind == Kind.FROZEN:
-        parts.append(tr("the limb does not move at all; nothing is taken out"))
-    elif interval.kind == Kind.LONE_JUMP:
-        parts.append(tr("{joint} jumps about its own axis; nothing is taken out", joint=joint))
+    if told := interval.kind.info.tip:
+        size = f"{plain(np.degrees(interval.residual))}°"
+        parts.append(of_core(told.format(joint=joint, size=size)))
+    elif not interval.kind.known:
+        parts.append(tr("a later version found it; nothing is taken out"))
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)
         parts.append(tr("left over behind the last edge: {angle}°", angle=left))
@@ -247,6 +245,7 @@ class IntervalsPanel(QWidget):
         advance = self.fontMetrics().horizontalAdvance
         labels, joints = zip(*self._names.values(), strict=True)
         last = str(document.frames + document.first_frame)
+        kinds = {*Kind, *(j.interval.kind for j in document.intervals)}
         widest = max(MARKS.values(), key=advance)
         marks = "".join(m for m in (_SHARED, _UNSUPPORTED) if m in self._marks)
         self.columns.take(
@@ -260,7 +259,7 @@ class IntervalsPanel(QWidget):
                 "delta": "−180.0°",
                 "confidence": "0.00",
                 "end": max(_KEPT, _TURNED, key=advance),
-                "kind": max((word for word, _ in KINDS.values()), key=advance),
+                "kind": max(map(short_word, kinds), key=advance),
                 "joints": max(joints, key=advance),
             },
             self._said,
@@ -288,7 +287,7 @@ class IntervalsPanel(QWidget):
         """What a search looks through, the words of files among them."""
         name = judged.interval.chain
         label, joints = self._name(name)
-        kind = KINDS[judged.interval.kind][0]
+        kind = short_word(judged.interval.kind)
         verdict, reason = judged.verdict, judged.reason
         parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
         words = of_core(judged.decision), _end(judged), reason, told_reason(reason), judged.note

@@ -245,6 +245,8 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     state = replace(session.state, tau=tau, chain_order=own.chain_order)
     if DETECTORS.usable(method) != method:
         found = replace(found, notes=(*found.notes, not_installed(method)))
+    if told := of_later_kinds(state):
+        found = replace(found, notes=(*found.notes, told))
     complete = with_every_kind(state, found.analysis)
     if complete is not state:
         added = len(complete.intervals) - len(state.intervals)
@@ -263,6 +265,19 @@ def not_installed(method: str) -> str:
         "This review's intervals were found by the detector '{name}', which is not installed here: "
         "they can be judged and exported, while their τ stays until another detector is chosen.",
         name=method,
+    )
+
+
+def of_later_kinds(state: ReviewState) -> str:
+    """A sentence on intervals of kinds that this version does not know; '' where there are none."""
+    kinds = [j.interval.kind for j in state.intervals if not j.interval.kind.known]
+    if not kinds:
+        return ""
+    return tr(
+        "{n} of the intervals are of kinds that only a later version of the program knows "
+        "({kinds}): they are shown and kept as they are.",
+        n=len(kinds),
+        kinds=", ".join(sorted(set(kinds))),
     )
 
 

@@ -22,7 +22,7 @@ from inspector.viewport.solid_and_ghost import Pose, Style
 from inspector.widgets.labels import inked
 from inspector.widgets.signed_numbers import plain, signed
 from inspector.widgets.theme import Theme
-from twistcore.detection import Interval, Kind
+from twistcore.detection import Interval
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
@@ -197,12 +197,10 @@ def fault_at(document: Document) -> Interval | None:
 
 def _fault_words(interval: Interval) -> str:
     """What the legend says of a lone jump, a noise burst or frozen frames."""
-    if interval.kind == Kind.FROZEN:
-        return tr("does not move")
     degrees = float(np.degrees(interval.residual))
-    if interval.kind == Kind.NOISE_BURST:
-        return tr("noise of {size}°", size=plain(degrees))
-    return tr("jumps by {angle}", angle=f"{signed(degrees)}°")
+    told = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
+    kind = interval.kind
+    return of_core(kind.info.legend.format(**told) if kind.info.legend else kind)
 
 
 def selected_limb(document: Document) -> Limb | None:

@@ -25,10 +25,10 @@ def plain(value: float, digits: int = 1) -> str:
 
 def angle_of(kind: Kind, radians: float) -> str:
     """The angle of an interval in a list: '+12.0°', '±8.0°' of noise, '–' of frozen frames."""
-    if kind == Kind.FROZEN:
+    if not (sign := kind.info.sign):
         return "–"
     degrees = math.degrees(radians)
-    return f"±{plain(degrees)}°" if kind == Kind.NOISE_BURST else f"{signed(degrees)}°"
+    return f"±{plain(degrees)}°" if sign == "±" else f"{signed(degrees)}°"
 
 
 class SignedBox(QDoubleSpinBox):

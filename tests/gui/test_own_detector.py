@@ -48,12 +48,12 @@ window.actions_by_id["both_detectors"].trigger()
 row.trigger()
 wait(lambda: document.method == "steps")
 told["checked"] = [a.objectName() for a in row.actionGroup().actions() if a.isChecked()]
-told["before"] = timeline.other.method
+told["before"] = timeline.panes["other"].method
 window.actions_by_id["use_paper"].trigger()
 wait(lambda: document.method == "paper")
 timeline.refresh()
-wait(lambda: bool(timeline.other.intervals))
-told["other"] = [timeline.other.method, timeline.other._name]
+wait(lambda: bool(timeline.panes["other"].intervals))
+told["other"] = [timeline.panes["other"].method, timeline.panes["other"]._name]
 row.trigger()
 wait(lambda: document.method == "steps")
 document.set_tau(0.4)
@@ -68,7 +68,8 @@ told["confidence"] = window.tuning.confidence.hint.text()
 window.tuning.curves.show_chain()
 window.tuning.curves.show_words(10.0)
 told["curves"] = window.tuning.curves.strength_words.text().replace("&nbsp;", " ")
-window.actions_by_id["accept"].trigger()
+for name in ("next_interval", "accept"):
+    window.actions_by_id[name].trigger()
 window.files.save_session()
 document.review.mark_saved()
 window.close()

@@ -245,7 +245,8 @@ def test_kinds_are_taken_in_both_spellings(clip, found, word):
 
 
 def test_words_that_are_no_kinds_are_refused(clip):
-    for word in ("twist", "", None, 3):
+    assert not tc.Kind("twist").known
+    for word in ("", " ", None, 3):
         with pytest.raises(ValueError, match="is not a valid Kind"):
             tc.Kind(word)
     with pytest.raises(tc.TwistError, match="no kind 'flip'; expected one of counter-twist"):

@@ -347,8 +347,8 @@ def test_angles_in_a_file_have_bounds(key):
         ({"confidence": True}, "a number for confidence"),
         ({"open": 1}, "true or false for open"),
         (
-            {"kind": "flip"},
-            "or 'lone jump' or 'noise burst' or 'frozen frames' for kind, found 'flip'",
+            {"kind": " "},
+            "expected a text for kind, found ' '",
         ),
         ({"carried": 0}, "true or false for carried"),
         ({"joint": None}, "a text for joint"),

@@ -950,10 +950,9 @@ def _kinds(kinds: Collection[Kind | str] | str) -> frozenset[Kind]:
     """Kinds from their words; TwistError for a word that is none."""
     wanted = []
     for word in (kinds,) if isinstance(kinds, str) else kinds:
-        try:
-            wanted.append(Kind(word))
-        except ValueError:
-            raise TwistError(f"no kind {word!r}; expected one of {', '.join(Kind)}") from None
+        if not (word and (kind := Kind(word)).known):
+            raise TwistError(f"no kind {word!r}; expected one of {', '.join(Kind)}")
+        wanted.append(kind)
     return frozenset(wanted)
 
 

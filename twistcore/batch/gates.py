@@ -55,7 +55,6 @@ _OF_CLIPS = ("failed", "unchecked")  # counted over the run
 _MISSING = "missing-frames"
 _WHAT = ("severity", *_OF_INTERVALS, _MISSING, "unexamined", *_OF_CLIPS)
 _KINDS = {kind.value.replace(" ", "-"): kind for kind in Kind}
-_SIZES = {Kind.LONE_JUMP: "turn_deg", Kind.NOISE_BURST: "sigma_deg"}  # of those without an offset
 _OP = "|".join(map(re.escape, _OPERATORS))
 _RULE = re.compile(
     rf"(?P<total>total\.)?(?P<what>\w[\w-]*)\s*(?:\[(?P<filters>[^\[\]]*)\])?"
@@ -222,7 +221,7 @@ def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
     """Of every interval that counts, degrees: of kinds without an offset their turn or noise."""
     for interval in result["intervals"]:
         if rule.counts(interval):
-            own = interval.get(_SIZES.get(interval["kind"], "delta_deg"), 0.0)
+            own = interval.get(Kind(interval["kind"]).info.size, 0.0)
             yield abs(float(own or 0.0))
 
 

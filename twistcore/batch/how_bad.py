@@ -7,14 +7,13 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from twistcore.analysis.clip_analysis import Detection
-from twistcore.detection import Interval, Kind
+from twistcore.detection import Interval
 from twistcore.skeleton.body import Unexamined
 from twistcore.skeleton.chain import Chain
 
-# How much of an error shows: a collar's or forearm's turn less than an upper arm's, and a knee that
-# stands on the wrong side more.
+# How much of an error shows: a collar's or forearm's turn less than an upper arm's.
 _SHOWS = {"Arm": 1.0, "UpLeg": 1.0}
-_ELSEWHERE, _OF_LIMB = 0.7, 1.5
+_ELSEWHERE = 0.7
 _SEEN = 0.1  # seconds: an edge, or a lone jump, catches the eye for so long
 
 
@@ -43,8 +42,8 @@ def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: 
 
 
 def _shows(interval: Interval, chain: Chain) -> float:
-    if interval.kind == Kind.LIMB_FLIP:
-        return _OF_LIMB
+    if (weight := interval.kind.info.weight) is not None:
+        return weight
     return _SHOWS.get(chain.segment, _ELSEWHERE)
 
 

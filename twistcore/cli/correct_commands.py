@@ -40,6 +40,7 @@ from twistcore.export.replay import (
     Replay,
     accepted_motion,
     correctable,
+    left_to_later_versions,
     replayed,
     uncorrected,
 )
@@ -122,6 +123,7 @@ def apply(arguments: argparse.Namespace) -> int:
     if not blind:
         remark(f"{arguments.output}: {count}{seen}{without_limbs(analysis.unexamined)}")
     problems, beside = uncorrected(clip, chains, chosen)
+    problems += left_to_later_versions(clip, session.state)
     problems += blind
     notes += beside
     if arguments.json:

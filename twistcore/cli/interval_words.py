@@ -59,7 +59,7 @@ def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> st
     count = Counter(i.kind for i in intervals)
     if not count or {*count, *(i.kind for i in among)} == {Kind.COUNTER_TWIST}:
         return ""
-    return f" ({', '.join(_counted(count[k], k) for k in Kind if count[k])})"
+    return f" ({', '.join(_counted(count[k], k) for k in _in_order(count))})"
 
 
 def told_of(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
@@ -75,10 +75,15 @@ def told_of(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -
 def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
     """', 6 lone jumps, 1 noise burst' where there are any; mark: a word after each."""
     count = Counter(i.kind for i in intervals if not i.repairable)
-    return "".join(f", {_counted(count[k], k)}{mark}" for k in Kind if count[k])
+    return "".join(f", {_counted(count[k], k)}{mark}" for k in _in_order(count))
+
+
+def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
+    """From the usual to the rare."""
+    return sorted(kinds, key=lambda kind: (kind.info.place, kind))
 
 
 def _counted(count: int, kind: Kind) -> str:
     """'2 limb flips', '1 frozen span': frames are not counted, spans of them are."""
-    word = "frozen span" if kind == Kind.FROZEN else kind.value
+    word = kind.info.counted or kind.value
     return f"{count} {word}{'' if count == 1 else 's'}"

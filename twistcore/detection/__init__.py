@@ -7,11 +7,12 @@ quickly enough to follow a dragged line.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from twistcore.detection.kind import Kind, KindInfo
 from twistcore.detection.protocol import Analysis, Detector, DetectorInfo
 from twistcore.detection.registry import DEFAULT_METHOD, DETECTORS, register
 
 if TYPE_CHECKING:
-    from twistcore.detection.interval import Interval, Kind
+    from twistcore.detection.interval import Interval
 
 __all__ = [
     "DEFAULT_METHOD",
@@ -21,12 +22,13 @@ __all__ = [
     "DetectorInfo",
     "Interval",
     "Kind",
+    "KindInfo",
     "register",
 ]
 
 if not TYPE_CHECKING:
-    # Loaded when first used, as they need numpy: the names of detectors do without.
+    # Loaded when first used, as it needs numpy: the names of detectors do without.
     def __getattr__(name: str) -> object:
-        if name in ("Interval", "Kind"):
-            return getattr(import_module(f"{__name__}.interval"), name)
+        if name == "Interval":
+            return import_module(f"{__name__}.interval").Interval
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,63 +1,20 @@
-"""An interval in which a joint's rotation is wrong, and the kinds of error."""
+"""An interval in which a joint's rotation is wrong."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
 
+from twistcore.detection.kind import Kind
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, wrap
 
-
-class Kind(StrEnum):
-    """What is wrong in an interval: the word that files, tables and `--kinds` have.
-
-    Parameters
-    ----------
-    value : str
-        The word, in capitals or not, with ``-``, ``_`` or a space inside.
-
-    Examples
-    --------
-    >>> import twistcore as tc
-    >>> tc.Kind("Counter_Twist")
-    <Kind.COUNTER_TWIST: 'counter-twist'>
-    >>> [kind.value for kind in tc.Kind if not kind.repairable]
-    ['lone jump', 'noise burst', 'frozen frames']
-    """
-
-    COUNTER_TWIST = "counter-twist"  # P turns about its bone, C turns back [Choi26]
-    LIMB_FLIP = "limb flip"  # P turns about the line to the limb's end E, which keeps its place
-    HELPER_ROLL = "helper roll"  # a twist bone next to the chain turns about the bone alone
-    LONE_JUMP = "lone jump"  # a joint turns about its own axis too fast, and nothing explains it
-    NOISE_BURST = "noise burst"  # joints jitter for a while as no body moves
-    FROZEN = "frozen frames"  # a limb does not move at all for a while
-
-    @classmethod
-    def _missing_(cls, value: object) -> Kind | None:
-        """Return the kind of a word in capitals or not, with '-', '_' or ' ' inside."""
-        word = _word(value)
-        return next((kind for kind in cls if _word(kind.value) == word), None)
-
-    @property
-    def repairable(self) -> bool:
-        """Whether there is anything to take out; kinds without it are shown only."""
-        return self in (Kind.COUNTER_TWIST, Kind.LIMB_FLIP, Kind.HELPER_ROLL)
-
-    @property
-    def of_capture(self) -> bool:
-        """Whether the fault is the capture's, not a twist: gates count it only where asked to."""
-        return self in (Kind.NOISE_BURST, Kind.FROZEN)
-
-
-def _word(value: object) -> str:
-    return " ".join(str(value).casefold().replace("-", " ").replace("_", " ").split())
+__all__ = ["Interval", "Kind", "circular_median"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,7 +117,7 @@ class Interval:
     @property
     def size(self) -> float:
         """What a table shows, radians: the offset's median, a lone jump's turn, σ of noise."""
-        return self.delta if self.repairable else self.residual
+        return self.delta if self.repairable or not self.kind.known else self.residual
 
     @property
     def largest(self) -> float:
@@ -187,9 +144,8 @@ class Interval:
 
     def angle_text(self, digits: int) -> str:
         """`shown` in degrees with its sign, '±8.0°' for noise, '–' for frozen frames."""
-        if self.kind == Kind.FROZEN:
+        if not (sign := self.kind.info.sign):
             return "–"
-        sign = "±" if self.kind == Kind.NOISE_BURST else "+"
         degrees = f"{math.degrees(self.shown):+.{digits}f}°"
         return degrees.replace("+", sign)
 
@@ -207,7 +163,7 @@ class Interval:
     @property
     def automatic(self) -> bool:
         """True for a kind of error that may be corrected without a person's decision."""
-        return self.repairable and self.kind != Kind.HELPER_ROLL
+        return self.repairable and self.kind.info.automatic
 
     def with_offset(self, start: int, offset: Array) -> Interval:
         """The same interval over other frames and offsets."""

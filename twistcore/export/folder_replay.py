@@ -12,7 +12,7 @@ from pathlib import Path, PurePath
 
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.exports_beside import exports_among
-from twistcore.export.replay import replayed, uncorrected
+from twistcore.export.replay import left_to_later_versions, replayed, uncorrected
 from twistcore.files.atomic import write_atomically, write_companions
 from twistcore.files.document_values import bytes_of, parsed_json
 from twistcore.files.encoding import json_text
@@ -166,6 +166,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: Pair) -> Replayed:
         write_atomically(path, patch.data)
     chosen, state = replay.session.state.chosen(), replay.session.state
     left, beside = uncorrected(replay.clip, replay.chains, chosen)
+    left += left_to_later_versions(replay.clip, state)
     repairable = sum(judged.interval.repairable for judged in state.intervals)
     return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, beside)
 

@@ -13,7 +13,7 @@ from twistcore.export.tracking import check_tracking, tracked_motion
 from twistcore.files.document_values import shown
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
-from twistcore.review import ReviewState, Session, read_session
+from twistcore.review import Decision, ReviewState, Session, read_session
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
@@ -66,6 +66,17 @@ def uncorrected(
                     f"by up to {share:.1e} of the height"
                 )
     return left, tuple(beside)
+
+
+def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
+    """A sentence where intervals were accepted of kinds that this version does not know."""
+    accepted = (j.interval.kind for j in state.intervals if j.decision == Decision.ACCEPTED)
+    unknown = [kind for kind in accepted if not kind.known]
+    if not unknown:
+        return ()
+    kinds, count = ", ".join(sorted(set(unknown))), len(unknown)
+    some = "1 accepted interval is" if count == 1 else f"{count} accepted intervals are"
+    return (f"{clip.path}: {some} of kinds that this version cannot correct: {kinds}",)
 
 
 def chains_left(

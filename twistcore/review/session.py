@@ -31,6 +31,7 @@ from twistcore.files.document_values import (
     saying,
     text,
     texts,
+    unexpected,
     whole,
 )
 from twistcore.files.encoding import json_bytes
@@ -349,10 +350,19 @@ def interval_from_json(entry: Any) -> Interval:
         confidence=None if confidence is None else number(confidence, "confidence"),
         open=flag(entry["open"], "open"),
         residual=math.radians(number(entry["residual_deg"], "residual_deg", -DEGREES, DEGREES)),
-        kind=Kind(one_of(entry.get("kind", Kind.COUNTER_TWIST), "kind", [k.value for k in Kind])),
+        kind=_kind(entry.get("kind", Kind.COUNTER_TWIST.value)),
         carried=flag(entry.get("carried", False), "carried"),
         joint=text(entry.get("joint", ""), "joint"),
     )
+
+
+def _kind(entry: Any) -> Kind:
+    """A kind of error, of a later version's session also one that is not known here."""
+    if not text(entry, "kind").strip():
+        raise unexpected("a text", "kind", entry)
+    if (kind := Kind(entry)) != entry:  # another spelling is damage
+        raise unexpected(repr(kind.value), "kind", entry)
+    return kind
 
 
 def _offset(entry: Any, frames: int) -> Array:

@@ -132,14 +132,8 @@ def _in_interval(place: Place, interval: Interval) -> Reason:
         frames = place.span(interval.start, interval.stop).partition(" ")[2]
         called = place.called(place.frame).capitalize()
         size = signed(interval.shown)
-        what = {
-            Kind.COUNTER_TWIST: f"counter-twist {frames} ({size})",
-            Kind.LIMB_FLIP: f"limb flip {frames} ({size})",
-            Kind.HELPER_ROLL: f"helper roll {frames} of {interval.joint} ({size})",
-            Kind.LONE_JUMP: f"lone jump {frames} of {interval.joint} ({size})",
-            Kind.NOISE_BURST: f"noise burst {frames} of {interval.joint}",
-            Kind.FROZEN: f"frozen frames {frames} of {interval.joint}",
-        }[interval.kind]
+        told = {"frames": frames, "size": size, "joint": interval.joint}
+        what = interval.kind.info.here.format(**told)
         side = f"{here} is above τ" if past else f"{here} is below τ"
         text = f"{called} lies in an interval: {what}. {side}."
     else:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from twistcore.detection import Interval, Kind
+from twistcore.detection import Interval
 from twistcore.detection.lone_jumps import limit
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.notation import Kept
@@ -128,14 +128,10 @@ class Place:
 
     def named(self, interval: Interval) -> str:
         """An interval, or what has no offset by its kind and joint."""
-        span = self.span(interval.start, interval.stop)
-        if interval.kind == Kind.NOISE_BURST:
-            return f"the noise burst of {interval.joint} in {span}"
-        if interval.kind == Kind.FROZEN:
-            return f"the frozen span of {interval.joint} in {span}"
-        if interval.kind == Kind.LONE_JUMP:
-            return f"the lone jump of {interval.joint} in {span} ({signed(interval.residual)})"
-        return f"the interval of {span} ({signed(interval.shown)})"
+        span, size = self.span(interval.start, interval.stop), signed(interval.shown)
+        if named := interval.kind.info.named:
+            return named.format(span=span, size=size, joint=interval.joint)
+        return f"the interval of {span} ({size})"
 
     def error(self, interval: Interval, other: Chain) -> str:
         """What is wrong with another chain or limb."""

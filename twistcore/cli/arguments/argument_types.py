@@ -6,19 +6,14 @@ import argparse
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 from twistcore.cli.output import shown
+from twistcore.detection.kind import Kind
 from twistcore.files.atomic import STANDARD_OUTPUT
 from twistcore.formats.suffixes import CLIP_SUFFIXES, not_written
 
-if TYPE_CHECKING:
-    from twistcore.detection import Kind
-
-KINDS = (  # of errors, as --kinds has them
-    *("counter-twist", "limb-flip", "helper-roll"),
-    *("lone-jump", "noise-burst", "frozen-frames"),
-)
+KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # of errors, as --kinds has them
 STANDARD_INPUT = Path("/dev/stdin")  # by this name also on systems that have no such file
 
 _LEAST_MIB = 256  # with less numpy cannot be loaded, or a short clip not be analysed
@@ -101,7 +96,6 @@ def degrees(text: str) -> float:
 def kinds(text: str) -> frozenset[Kind]:
     """Kinds of errors, comma separated, with '-' or ' ' inside, or 'all'."""
     from twistcore.analysis.clip_analysis import ALL_KINDS  # numpy, which not every command needs
-    from twistcore.detection import Kind
 
     known = {kind.value.replace(" ", "-"): frozenset({kind}) for kind in Kind} | {"all": ALL_KINDS}
     found: frozenset[Kind] = frozenset()

@@ -1,0 +1,177 @@
+"""The kinds of error, as each announces itself in its file of `kinds/`. No numpy is loaded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Any, ClassVar
+
+_FOLDER = "twistcore.detection.kinds"
+
+
+@dataclass(frozen=True)
+class KindInfo:
+    """What people are shown of a kind of error, and what may be done about it.
+
+    Parameters
+    ----------
+    name : str
+        The word that files, tables and ``--kinds`` have.
+    label : str
+        Several of them, as a filter is called: "Lone jumps".
+    short : str
+        One of them in a narrow column: "jump".
+    place : int
+        Where it comes in lists, from the usual to the rare.
+    repair : str
+        What is turned back; "" for a kind that is only shown.
+    automatic : bool
+        True if it may be corrected without a person's decision.
+    of_capture : bool
+        True for a fault of the capture, not a twist: gates count it only where asked to.
+    sign : str
+        How its angle is written: "+" with its sign, "±" without one, "" for a kind without angle.
+    size : str
+        The field of `detect --json` that tells how large it is.
+    weight : float or None
+        How much of it shows in the severity; None: as much as its segment.
+    counted : str
+        What is counted, one of them; the name if not given.
+    here, named, legend, tip : str
+        Words about one: where the playhead is in it, as a neighbour, in the 3D view and in the
+        list. In them {frames}, {span}, {size}, {joint} and {angle} are replaced.
+    """
+
+    name: str
+    label: str
+    short: str
+    place: int
+    repair: str = ""
+    automatic: bool = False
+    of_capture: bool = False
+    sign: str = "+"
+    size: str = "delta_deg"
+    weight: float | None = None
+    counted: str = ""
+    here: str = ""
+    named: str = ""
+    legend: str = ""
+    tip: str = ""
+
+
+class _Kinds(type):
+    """Kinds as a class: `Kind.LONE_JUMP` is one, and `for kind in Kind` goes through all."""
+
+    def __iter__(cls) -> Iterator[Kind]:
+        return iter(_known().values())
+
+    def __len__(cls) -> int:
+        return len(_known())
+
+    def __getattr__(cls, name: str) -> Any:
+        if name.isupper() and name in _known():
+            setattr(cls, name, kind := _known()[name])  # asked for all the time
+            return kind
+        raise AttributeError(f"type object 'Kind' has no attribute {name!r}")
+
+
+class Kind(str, metaclass=_Kinds):
+    """What is wrong in an interval: the word that files, tables and `--kinds` have.
+
+    Parameters
+    ----------
+    value : str
+        The word, in capitals or not, with ``-``, ``_`` or a space inside. A word of no kind, as
+        in a session of a later version, makes a kind that is shown and never repaired.
+
+    Examples
+    --------
+    >>> import twistcore as tc
+    >>> tc.Kind("Counter_Twist")
+    <Kind.COUNTER_TWIST: 'counter-twist'>
+    >>> [kind.value for kind in tc.Kind if not kind.repairable]
+    ['lone jump', 'noise burst', 'frozen frames']
+    >>> tc.Kind("carried roll").known
+    False
+    """
+
+    COUNTER_TWIST: ClassVar[Kind]
+    LIMB_FLIP: ClassVar[Kind]
+    HELPER_ROLL: ClassVar[Kind]
+    LONE_JUMP: ClassVar[Kind]
+    NOISE_BURST: ClassVar[Kind]
+    FROZEN: ClassVar[Kind]
+
+    name: str  # 'COUNTER_TWIST'; '' of a kind that this version does not know
+    info: KindInfo
+
+    def __new__(cls, value: object) -> Kind:
+        """Return the kind of a word, the same one each time."""
+        if (kind := _by_word().get(_word(value))) is not None:
+            return kind
+        if not (isinstance(value, str) and value.strip()):
+            raise ValueError(f"{value!r} is not a valid Kind")
+        return _unknown(value)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return Kind, (self.value,)
+
+    def __repr__(self) -> str:
+        return f"<Kind{'.' * self.known}{self.name}: {self.value!r}>"
+
+    @property
+    def value(self) -> str:
+        """The word."""
+        return str.__str__(self)
+
+    @property
+    def known(self) -> bool:
+        """Whether this version knows the kind."""
+        return bool(self.name)
+
+    @property
+    def repairable(self) -> bool:
+        """Whether there is anything to take out; kinds without it are shown only."""
+        return bool(self.info.repair)
+
+    @property
+    def of_capture(self) -> bool:
+        """Whether the fault is the capture's, not a twist: gates count it only where asked to."""
+        return self.info.of_capture
+
+
+def _made(name: str, info: KindInfo) -> Kind:
+    kind = str.__new__(Kind, info.name)
+    kind.name, kind.info = name, info
+    return kind
+
+
+@cache
+def _known() -> Mapping[str, Kind]:
+    """Return all kinds by the names of their files in capitals, in the order of their places."""
+    from importlib import import_module
+    from pkgutil import iter_modules
+
+    folder = import_module(_FOLDER)
+    infos = {
+        module.name.upper(): import_module(f"{_FOLDER}.{module.name}").KIND
+        for module in iter_modules(folder.__path__)
+    }
+    by_place = sorted(infos.items(), key=lambda item: item[1].place)
+    return {name: _made(name, info) for name, info in by_place}
+
+
+@cache
+def _by_word() -> Mapping[str, Kind]:
+    return {_word(kind.value): kind for kind in _known().values()}
+
+
+@cache
+def _unknown(value: str) -> Kind:
+    word = value.replace("{", "{{").replace("}", "}}")
+    return _made("", KindInfo(value, value, value, 1000, here=word + " {frames}"))
+
+
+def _word(value: object) -> str:
+    return " ".join(str(value).casefold().replace("-", " ").replace("_", " ").split())

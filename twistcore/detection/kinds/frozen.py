@@ -1,0 +1,17 @@
+"""A limb does not move at all for a while: found by `frozen_frames.py`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="frozen frames",
+    label="Frozen frames",
+    short="frozen",
+    place=60,
+    of_capture=True,
+    sign="",
+    counted="frozen span",
+    here="frozen frames {frames} of {joint}",
+    named="the frozen span of {joint} in {span}",
+    legend="does not move",
+    tip="the limb does not move at all; nothing is taken out",
+)

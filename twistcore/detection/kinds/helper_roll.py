@@ -1,0 +1,12 @@
+"""A twist bone next to the chain turns about the bone alone: found by `helper_rolls.py`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="helper roll",
+    label="Helper rolls",
+    short="helper",
+    place=30,
+    repair="roll",  # never unasked: nothing measures how sure one is
+    here="helper roll {frames} of {joint} ({size})",
+)

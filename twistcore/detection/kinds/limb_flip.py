@@ -1,0 +1,14 @@
+"""P turns about the line to the limb's end E, which keeps its place: found by `limb_flips/`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="limb flip",
+    label="Limb flips",
+    short="flip",
+    place=20,
+    repair="swivel",
+    automatic=True,
+    weight=1.5,  # a knee that is on the wrong side shows more
+    here="limb flip {frames} ({size})",
+)

@@ -1,0 +1,15 @@
+"""A joint turns about its own axis too fast, and nothing explains it: found by `lone_jumps.py`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="lone jump",
+    label="Lone jumps",
+    short="jump",
+    place=40,
+    size="turn_deg",
+    here="lone jump {frames} of {joint} ({size})",
+    named="the lone jump of {joint} in {span} ({size})",
+    legend="jumps by {angle}",
+    tip="{joint} jumps about its own axis; nothing is taken out",
+)

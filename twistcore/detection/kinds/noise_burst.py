@@ -1,0 +1,17 @@
+"""Joints jitter for a while as no body moves: found by `noise_bursts.py`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="noise burst",
+    label="Noise bursts",
+    short="noise",
+    place=50,
+    of_capture=True,
+    sign="±",
+    size="sigma_deg",
+    here="noise burst {frames} of {joint}",
+    named="the noise burst of {joint} in {span}",
+    legend="noise of {size}",
+    tip="{joint}: noise of {size}; nothing is taken out",
+)
