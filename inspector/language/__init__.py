@@ -1,6 +1,7 @@
 """The language of the window: English, as the code has it, or a catalogue of `assets/languages`."""
 
 from inspector.language.catalogue import (
+    announced,
     chosen_language,
     codes,
     in_language,
@@ -15,6 +16,7 @@ from inspector.language.core_sentences import of_core
 from inspector.language.script_texts import texts_of_script
 
 __all__ = [
+    "announced",
     "chosen_language",
     "codes",
     "in_language",

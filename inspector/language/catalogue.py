@@ -104,6 +104,11 @@ def tr_as(meaning: str, text: str, /, **values: object) -> str:
     return found.format(**_seen(values)) if values else found
 
 
+def announced(text: str, meaning: str = "") -> str:
+    """A text that a kind of error announces in its own file, in the chosen language."""
+    return _texts.get((meaning, text), text)
+
+
 def plural(one: str, many: str, number: float, /, **values: object) -> str:
     """`one` or `many` as `number` wants it; `{n}` in them is the number unless `n` is given."""
     values.setdefault("n", number)

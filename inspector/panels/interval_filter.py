@@ -11,7 +11,7 @@ from PySide6.QtCore import QEvent, QSortFilterProxyModel, Qt, Signal
 from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QComboBox, QLineEdit, QWidget
 
-from inspector.language import tr, tr_as
+from inspector.language import announced, tr, tr_as
 from inspector.widgets.building import hbox
 from inspector.widgets.tables import SORT_ROLE, Index, RowModel
 from twistcore.detection import Kind
@@ -25,7 +25,7 @@ FILTERS = {  # what is asked for, and its words in the list of filters
     "Accepted": tr_as("intervals", "Accepted"),
     "Rejected": tr_as("intervals", "Rejected"),
     OF_CHAIN: tr("This chain"),
-    **{label: tr(label) for label in _OF_KIND},
+    **{label: announced(label) for label in _OF_KIND},
 }
 _ANY = tr_as("filter", "Any conf.")
 _CONFIDENCES = (_ANY, "≥ 0.95", "≥ 0.50", "< 0.95", "< 0.50")
@@ -40,7 +40,7 @@ _BOUND = re.compile(r"([<>]=?|[≤≥])\s*(\d*[.,]?\d+)")
 
 def short_word(kind: Kind) -> str:
     """A kind in the table; the word of the file where this version does not know it."""
-    return tr_as("kind of error", kind.info.short)
+    return announced(kind.info.short, "kind of error")
 
 
 @dataclass(frozen=True)
