@@ -10,7 +10,16 @@ from __future__ import annotations
 import numpy as np
 
 from inspector.teaching.equation_table import NEAR_SWING
-from inspector.teaching.gizmo_shapes import BOLD, CLEAR, THIN, Mark, Part, Sketch, beside, turned
+from inspector.teaching.gizmo_shapes import (
+    BOLD,
+    CLEAR,
+    THIN,
+    GizmoPart,
+    Mark,
+    Sketch,
+    beside,
+    turned,
+)
 from inspector.viewport.mesh_actor import Index, segments
 from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.decomposition import Decomposition
@@ -62,8 +71,8 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
         ("theta_p", BOLD, hands, 1.0),
     ):
         cells = segments(np.arange(lines[..., 0].size).reshape(MEMBERS, -1))
-        out.parts.append(Part(symbol, look, parent + lines.reshape(-1, 3), cells, share))
-    out.parts.append(Part("theta_p", CLEAR, parent + sectors.reshape(-1, 3), _FACES, 0.5))
+        out.parts.append(GizmoPart(symbol, look, parent + lines.reshape(-1, 3), cells, share))
+    out.parts.append(GizmoPart("theta_p", CLEAR, parent + sectors.reshape(-1, 3), _FACES, 0.5))
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:

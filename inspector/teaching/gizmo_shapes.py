@@ -32,7 +32,7 @@ SOLID, CLEAR = "solid", "clear"
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class GizmoPart:
     """Points with what connects them.
 
     symbol: whose part it is; look: BOLD or THIN lines, SOLID or CLEAR faces; points: (n, 3);
@@ -65,18 +65,18 @@ class Sketch:
     """The parts and marks of one frame; unit: the length of the bone."""
 
     unit: float
-    parts: list[Part] = field(default_factory=list)
+    parts: list[GizmoPart] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
 
     def line(self, symbol: str, points: Array, look: str = BOLD, share: float = 1.0) -> None:
         """A line through points (n, 3)."""
-        self.parts.append(Part(symbol, look, points, segments(np.arange(len(points))), share))
+        self.parts.append(GizmoPart(symbol, look, points, segments(np.arange(len(points))), share))
 
     def dashes(self, symbol: str, start: Array, stop: Array, share: float = 1.0) -> None:
         """A dashed line."""
         at = np.linspace(0.0, 1.0, 2 * _DASHES)[:, None]
         cells = np.arange(2 * _DASHES).reshape(-1, 2)
-        self.parts.append(Part(symbol, THIN, start + at * (stop - start), cells, share))
+        self.parts.append(GizmoPart(symbol, THIN, start + at * (stop - start), cells, share))
 
     def arrow(self, symbol: str, start: Array, way: Array) -> None:
         """A shaft and a head; a way too short for its head shrinks it."""
@@ -89,7 +89,7 @@ class Sketch:
         ring = turned(beside(along), along, turn)
         radius = head * _HEAD[1] / _HEAD[0]
         points = np.vstack([tip, tip - head * along, tip - head * along + radius * ring])
-        self.parts.append(Part(symbol, SOLID, points, _CONE))
+        self.parts.append(GizmoPart(symbol, SOLID, points, _CONE))
 
     def sector(
         self, symbol: str, centre: Array, rim: Array, share: float, inner: float = 0.0
@@ -98,12 +98,12 @@ class Sketch:
         low = centre + inner * (rim - centre)
         steps = segments(np.arange(len(rim)))
         cells = np.hstack([steps, len(rim) + steps[:, ::-1]])
-        self.parts.append(Part(symbol, CLEAR, np.vstack([low, rim]), cells, share))
+        self.parts.append(GizmoPart(symbol, CLEAR, np.vstack([low, rim]), cells, share))
 
     def ball(self, symbol: str, centre: Array, radius: float, *, hollow: bool = False) -> None:
         """A small sphere, or the wires of one."""
         look, cells = (THIN, _WIRES) if hollow else (SOLID, TRIANGLES)
-        self.parts.append(Part(symbol, look, centre + radius * SPHERE, cells))
+        self.parts.append(GizmoPart(symbol, look, centre + radius * SPHERE, cells))
 
     def mark(self, symbol: str, at: Array, away: Array, *, shown: bool = True) -> None:
         """A label, unless what it names cannot be seen."""

@@ -34,7 +34,7 @@ LOOKS = [
     values.texts,
     lambda value, what: values.one_of(value, what, ("a", "b")),
     lambda value, what: values.has(value, "a", what=what),
-    lambda value, what: values.each(value, what, lambda one: values.whole(one, "one")),
+    lambda value, what: values.read_each(value, what, lambda one: values.whole(one, "one")),
     lambda value, what: values.frames({what: value, "start": value, "stop": 5}),
 ]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from twistcore.files.document_values import each, frames, unexpected
+from twistcore.files.document_values import frames, read_each, unexpected
 from twistcore.review.commands import Command
 from twistcore.review.model import ReviewState, Span
 
@@ -57,7 +57,7 @@ def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, .
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
     """Spans as files list them; FormatError where they are damaged."""
-    return joined(each(entries, "left_out", _span))
+    return joined(read_each(entries, "left_out", _span))
 
 
 def _span(entry: Any) -> Span:

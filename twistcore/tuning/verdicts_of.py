@@ -277,7 +277,7 @@ def of_what_is_there(clip: Clip, session: Session) -> None:
             raise TwistError(f"{clip.name}: its session names a chain {name!r}, which is not there")
 
 
-def count(clips: Iterable[JudgedClip]) -> tuple[int, int]:
+def count_verdicts(clips: Iterable[JudgedClip]) -> tuple[int, int]:
     """Errors and natural intervals that were decided."""
     said = [v.error for clip in clips for v in clip.verdicts]
     return sum(said), len(said) - sum(said)

@@ -24,6 +24,6 @@ def direction(v: Array) -> Array:
     return normalise(v) if float(np.linalg.norm(v)) > _NO_TURN else np.zeros(3)
 
 
-def beside(axis: Array) -> Array:
+def perpendicular(axis: Array) -> Array:
     """A unit vector square to another."""
     return normalise(np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
