@@ -12,7 +12,8 @@ import numpy as np
 from inspector.viewport.bodies import SPHERE, TRIANGLES
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.analysis.decomposition import Decomposition
-from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
+from twistcore.analysis.decomposition.directions import cross, perpendicular
+from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
 _ARC = 32  # steps of an arc
 _DASHES = 9
@@ -86,7 +87,7 @@ class Sketch:
         tip = start + way
         self.line(symbol, np.stack([start, tip - head * along]))
         turn = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)[:, None]
-        ring = turned(beside(along), along, turn)
+        ring = turned(perpendicular(along), along, turn)
         radius = head * _HEAD[1] / _HEAD[0]
         points = np.vstack([tip, tip - head * along, tip - head * along + radius * ring])
         self.parts.append(GizmoPart(symbol, SOLID, points, _CONE))
@@ -168,7 +169,7 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
     """The dial: zero where the swing alone would leave the mark, the hand where it is."""
     centre, radius = parent + DIAL_AT * out.unit * along, DIAL_SIZE * out.unit
-    hand = rotate(q_parent, beside(d.a))
+    hand = rotate(q_parent, perpendicular(d.a))
     zero = turned(hand, along, -d.theta_p)
     before = turned(zero, along, d.theta_p_before)
     ring = centre + radius * fan(zero, along, 2.0 * np.pi)
@@ -221,16 +222,5 @@ def fan(start: Array, axis: Array, angle: float) -> Array:
 
 def turned(v: Array, axis: Array, angle: Array | float) -> Array:
     """A vector (3,) turned about an axis square to it."""
-    turned: Array = np.cos(angle) * v + np.sin(angle) * _cross(axis, v)
+    turned: Array = np.cos(angle) * v + np.sin(angle) * cross(axis, v)
     return turned
-
-
-def beside(axis: Array) -> Array:
-    """Any direction across a unit vector, always the same one."""
-    return normalise(_cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
-
-
-def _cross(u: Array, v: Array) -> Array:
-    """u × v of two vectors (3,), at a tenth of what np.cross costs."""
-    (a, b, c), (x, y, z) = u.tolist(), v.tolist()
-    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

@@ -22,9 +22,10 @@ from twistcore.skeleton.rotation import (
     geodesic_angle,
     normalise,
     quaternion_from_axis_angle,
+    slerp,
 )
 from twistcore.study.benchmark import runner
-from twistcore.study.benchmark.baselines import BASELINES, slerp
+from twistcore.study.benchmark.baselines import BASELINES
 from twistcore.study.benchmark.clip_run import BenchmarkSettings, result_from_json, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.filtering_cost import fidelity
