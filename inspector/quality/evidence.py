@@ -11,7 +11,7 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
-from twistcore.analysis.quality.figure import Quality, quality_before_and_after
+from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_after
 from twistcore.analysis.quality.joint import SLIDE_SPEED, JointQuality, joint_quality
 from twistcore.detection.cuts import leading_frames
 from twistcore.quamo.track_clip import placed_joint
@@ -88,7 +88,7 @@ class FigureEvidence:
 
     clip: object
     joints: JointQuality
-    figure: Quality | None
+    figure: FigureQuality | None
     placed: int | None
 
     def column(self, measure: int) -> Array:
