@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -12,7 +13,6 @@ from twistcore.analysis.clip_analysis import REPAIRED, Detection
 from twistcore.analysis.why_not.counter_twist import no_counter_twist
 from twistcore.analysis.why_not.given_up import BESIDE
 from twistcore.analysis.why_not.limb_flip import no_limb_flip
-from twistcore.analysis.why_not.paper_event import no_event
 from twistcore.analysis.why_not.reason import AskedFrame, EdgesIn, Reason, Why, signed_degrees
 from twistcore.detection import Interval, Kind
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
@@ -21,6 +21,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.signals import TwistSignals
 
 _ENOUGH = 0.5  # of a strength: by so much a soft error must change to account for it
 
@@ -54,7 +55,21 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
         return _in_notation(place, analysis, near, clip.chains)
     if isinstance(analysis, ConsistencyAnalysis):
         return no_counter_twist(place, analysis, near, clip.chains)
-    return no_event(place, clip.signals[name])
+    return _no_event(place, clip.signals[name])
+
+
+def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
+    """Why m(t) of the paper's detector is no event: any event opens an interval."""
+    p, c = float(signals.dtheta_p[place.frame]), float(signals.dtheta_c[place.frame])
+    parent, child = place.joints
+    numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
+    turns = f"{parent} twists {signed_degrees(p)}, the azimuth of {child} {signed_degrees(c)}"
+    if place.strength >= place.tau:  # a review with other intervals than the detector's
+        return place.reason(Why.NO_PARTNER, f"no interval of it is left: {turns}", **numbers)
+    if p * c < 0.0:
+        return place.reason(Why.BELOW, turns, **numbers)
+    alike = "not against each other"
+    return place.reason(Why.BELOW, f"{turns}, {alike}", **numbers)
 
 
 def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
