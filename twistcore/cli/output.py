@@ -1,6 +1,6 @@
 """What commands say and where, and outputs that replace nothing.
 
-Loads neither numpy nor scipy. Everything that is printed goes through :func:`shown`.
+Loads neither numpy nor scipy. Everything that is printed goes through :func:`terminal_text`.
 """
 
 from __future__ import annotations
