@@ -35,8 +35,8 @@ from twistcore.skeleton.rotation import (
     normalise,
     quaternion_from_axis_angle,
 )
-from twistcore.study.benchmark.clip_scene import Scene, make_scene
-from twistcore.study.benchmark.passes import apply_method, draw
+from twistcore.study.benchmark.clip_scene import CleanScene, make_scene
+from twistcore.study.benchmark.passes import apply_method, draw_pass_errors
 from twistcore.synthesis import SUCCESS, InjectedError, inject, parse_protocol
 
 METHOD = "consistency"
@@ -80,12 +80,12 @@ def told_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iter
         yield
 
 
-def success(scene: Scene, seeds: Sequence[int], told: bool) -> float:
+def success(scene: CleanScene, seeds: Sequence[int], told: bool) -> float:
     """FSR % over all chains of a scene, each in turn."""
     frames = repaired = 0
     for seed in seeds:
         for index, targets in scene.passes():
-            errors = draw(scene, index, targets, seed)
+            errors = draw_pass_errors(scene, index, targets, seed)
             group = next(group for group in scene.groups if targets[0] in group)
             limb = [c for c in group if c in scene.chains]
             dirty = inject(scene.motion, limb, errors)
@@ -102,7 +102,7 @@ def success(scene: Scene, seeds: Sequence[int], told: bool) -> float:
     return 100.0 * repaired / max(frames, 1)
 
 
-def sigma(scene: Scene) -> float:
+def sigma(scene: CleanScene) -> float:
     """Median σ of d over frames and chains, degrees."""
     analysis = ConsistencyDetector().analyse(scene.motion, scene.chains)
     of_chains = [c.limb.sigma[c.row] for c in analysis.chains.values()]

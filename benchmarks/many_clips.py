@@ -22,7 +22,7 @@ from PySide6.QtWidgets import QApplication
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from inspector.session.document import Document
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import DARK, Colours
@@ -51,7 +51,7 @@ def alive() -> int:
 
 def look(document: Document, view: Viewport, clip: Path) -> None:
     """Open a clip and use everything that makes meshes."""
-    document.show_clip(analyse(clip))
+    document.show_clip(analyse_file(clip))
     for style in Style:
         view.look(style=style)
         for split in (True, False):

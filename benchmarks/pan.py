@@ -20,7 +20,7 @@ from PySide6.QtWidgets import QApplication
 
 from benchmarks.tau_drag import CHAIN, SAMPLE, tiled
 from inspector.app import make_application
-from inspector.session.opening import analysed
+from inspector.session.opening import analyse_clip
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
@@ -39,7 +39,7 @@ def main() -> None:
     window.show()
     document = window.document
     with TemporaryDirectory() as folder:
-        document.show_clip(analysed(tiled(read_bvh(SAMPLE), FRAMES, Path(folder))))
+        document.show_clip(analyse_clip(tiled(read_bvh(SAMPLE), FRAMES, Path(folder))))
         document.select_chain(CHAIN)
         _measure(window)
         document.review.mark_saved()

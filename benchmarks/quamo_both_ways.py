@@ -31,7 +31,7 @@ from twistcore.study.quamo.methods import SPLINE, baseline_methods
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.pose_errors import METRICS, errors
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
-from twistcore.study.quamo.tables import CONDITIONS, Method, score
+from twistcore.study.quamo.tables import CONDITIONS, Method, score_methods
 from twistcore.synthesis import generator
 
 SEEDS = (11, 12, 13)
@@ -84,7 +84,7 @@ def lag_ms(clips: Sequence[Sequence24], run: Method) -> float:
 
 def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[str]:
     """A line a level and row: ratios of SHOWN, and the lag."""
-    scores = score(clips, rows, SEEDS, APART)
+    scores = score_methods(clips, rows, SEEDS, APART)
     late = {name: lag_ms(clips, run) for name, run in rows.items()}
     lines = []
     for condition in APART:
@@ -99,7 +99,7 @@ def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
     """A line a clip: ratios of OF_FILES at each level."""
     lines = []
     for clip in clips:
-        scores = score([clip], {"": run}, SEEDS, APART)
+        scores = score_methods([clip], {"": run}, SEEDS, APART)
         ratios = [scores.ratio("", c)[METRICS.index(m)] for c in APART for m in OF_FILES]
         lines.append(f"| {clip.name} | " + " | ".join(f"{r:.2f}" for r in ratios) + " |")
     return lines

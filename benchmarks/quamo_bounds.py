@@ -33,10 +33,10 @@ from twistcore.study.quamo.pose_errors import METRICS, errors
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 from twistcore.study.quamo.tables import (
     CONDITIONS,
-    Condition,
     Method,
+    NoiseCondition,
     noisy_clip,
-    score,
+    score_methods,
 )
 
 GAINS = ((400.0, 16.0), (550.0, 16.0), (600.0, 15.0), (900.0, 20.0), (1200.0, 24.0))
@@ -135,21 +135,21 @@ Rows = Callable[[Sequence[Sequence24], Noise], dict[str, Method]]
 
 
 def measured(
-    clips: Sequence[Sequence24], make: Rows, conditions: Sequence[Condition], seeds: int
+    clips: Sequence[Sequence24], make: Rows, conditions: Sequence[NoiseCondition], seeds: int
 ) -> dict[str, list[Array]]:
     """Ratios by row, one array a condition."""
     held = [c for c in clips if c.subject in HELD_OUT]
     rows: dict[str, list[Array]] = defaultdict(list)
     for condition in conditions:
         methods = make(clips, condition.noise)
-        scores = score(held, methods, range(seeds), [condition])
+        scores = score_methods(held, methods, range(seeds), [condition])
         for name in methods:
             rows[name].append(scores.ratio(name, condition))
     return rows
 
 
 def table(
-    title: str, rows: Mapping[str, list[Array]], conditions: Sequence[Condition], shown: str
+    title: str, rows: Mapping[str, list[Array]], conditions: Sequence[NoiseCondition], shown: str
 ) -> str:
     """Markdown: a row a method, the shown metrics of each condition."""
     metrics = shown.split()

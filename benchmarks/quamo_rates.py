@@ -21,7 +21,7 @@ from twistcore.quamo import Gains, HandGains, track, track_both_ways
 from twistcore.quamo.resample import resampled, sample_times
 from twistcore.quamo.spline import CUTOFF, PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
 from twistcore.quamo.topology import CMU_UNIT, find_topology, places_24
-from twistcore.quamo.tracker import Track
+from twistcore.quamo.tracker import TrackResult
 from twistcore.skeleton.rotation import Array
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.pose_errors import METRICS, errors
@@ -32,7 +32,7 @@ Run = Callable[[Array, Array, float], tuple[Array, Array]]
 SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel", "FS")
 
 
-def by_hand(way: Callable[..., Track], gains: Gains | None = None) -> Run:
+def by_hand(way: Callable[..., TrackResult], gains: Gains | None = None) -> Run:
     """Hand gains, those that follow the rate if none are given."""
 
     def run(q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:

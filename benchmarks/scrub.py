@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from benchmarks._frames import Figures, run
 from inspector.session.document import Document
 from inspector.session.open_clip import Show
-from inspector.session.opening import Analysed, analyse
+from inspector.session.opening import Analysed, analyse_file
 from inspector.viewport import opengl
 from inspector.viewport.solid_and_ghost import Style
 from inspector.viewport.viewport import Viewport
@@ -97,7 +97,7 @@ def time_of(action: Callable[..., None], *arguments: int) -> float:
 
 def measure(clip: Path, frames: int) -> Figures:
     """Median and 95th percentile of both windows, milliseconds."""
-    data = analyse(clip)
+    data = analyse_file(clip)
     document = Document()
     document.show_clip(data)
     viewport, tubes = Viewport(document, Colours(DARK)), Tubes(data)

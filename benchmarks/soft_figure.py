@@ -24,7 +24,7 @@ from twistcore.detection.soft_errors.departures import spans
 from twistcore.detection.soft_errors.natural_scale import natural_scales, unlikely_increments
 from twistcore.formats.bvh import read_bvh
 from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, prepare
-from twistcore.synthesis.protocol import twist_increments
+from twistcore.synthesis.protocol import chain_increments
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
 SPAN = 32  # frames of the departures that are drawn
@@ -46,7 +46,7 @@ def draw(clip: Path, name: str, seed: int, output: Path) -> None:
     for i in applied_unasked(analyse(erring).detect(kinds="counter-twist")):
         if i.chain == name:
             found[i.start : i.stop] += i.offset
-    x, y = (v[None] for v in twist_increments(erring, chain))
+    x, y = (v[None] for v in chain_increments(erring, chain))
     bad = unlikely_increments(x, y, erring.fps)
     natural = natural_scales(x, y, erring.fps, spans(erring.fps, erring.frames), bad)
     n = min(natural, key=lambda n: abs(n.span.length - SPAN))

@@ -23,7 +23,7 @@ from twistcore.analysis.correction import applied_unasked, refine, remove_twist
 from twistcore.detection.straight_limbs.straight_spells import BENT, bend_of
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.formats.bvh import read_bvh
-from twistcore.synthesis.offset_shape import spells
+from twistcore.synthesis.offset_shape import aligned_spells
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
 DELTA, ONSET = np.radians(35.0), 0.1  # radians; seconds
@@ -44,7 +44,7 @@ def draw(clip: Path, name: str, output: Path) -> None:
     chain = next(c for c in analyse(motion).chains if c.name == name)
     offset = np.zeros(motion.frames)
     ramp = round(ONSET * motion.fps)
-    for start, stop in spells(motion, chain):
+    for start, stop in aligned_spells(motion, chain):
         if start > 0 and stop < motion.frames and stop - start > ramp:
             level = [start - 1, start + ramp // 2, stop - 1 - ramp // 2, stop]
             own = np.interp(np.arange(start, stop), level, [0, 1, 1, 0])

@@ -28,7 +28,7 @@ from PySide6.QtCore import QEvent, QEventLoop, QObject
 from PySide6.QtWidgets import QApplication, QWidget
 
 from inspector.app import keep_for_good, make_application
-from inspector.session.opening import analysed
+from inspector.session.opening import analyse_clip
 from inspector.session.settings import Settings
 from inspector.window.main_window import MainWindow
 from tests.gui.waiting import wait
@@ -100,9 +100,9 @@ def measure(
     window.show()
     keep_for_good()
     clip = tiled(read_bvh(SAMPLE), frames, folder)
-    untouched = analysed(clip).analysis.by()
+    untouched = analyse_clip(clip).analysis.by()
     document, timeline = window.document, window.timeline
-    document.show_clip(analysed(clip))
+    document.show_clip(analyse_clip(clip))
     document.select_chain(CHAIN)
     document.go_to(clip.values.shape[0] // 2)
     wait(300)

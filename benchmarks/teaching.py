@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from benchmarks._frames import Figures, run
 from inspector.app import make_application
 from inspector.session.document import Document
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.teaching_panel import TeachingPanel
 from inspector.timeline.timeline import Timeline
@@ -44,7 +44,7 @@ def repaint(widget: QWidget) -> None:
 def measure(clip: Path, frames: int) -> Figures:
     """Medians in milliseconds."""
     document = Document()
-    document.show_clip(analyse(clip))
+    document.show_clip(analyse_file(clip))
     colours = Colours(DARK)
     viewport, timeline = Viewport(document, colours), Timeline(document, colours)
     taught = TaughtFrame(document)

@@ -259,7 +259,7 @@ SCRIPTED.sort(key="docs/report.md".__eq__)  # takes longest: thorough
 @parametrize("name", SCRIPTED, quick=-1)
 def test_python_runs(name, place, monkeypatch):
     monkeypatch.setattr(
-        picture_job, "draw", lambda figures, *_: [Drawn({}, "not now")] * len(figures)
+        picture_job, "draw_figures", lambda figures, *_: [Drawn({}, "not now")] * len(figures)
     )
     names = MADE_BEFORE[name](place) if name in MADE_BEFORE else {}
     for script in blocks(ROOT / name, "python"):

@@ -26,7 +26,7 @@ from inspector.language import plural, tr, tr_as
 from inspector.session.document import Document
 from inspector.widgets.building import hbox, soft, vbox
 from inspector.widgets.labels import as_tip
-from inspector.widgets.tables import Index, Row, RowDelegate, RowModel, RowTable
+from inspector.widgets.tables import Index, RowDelegate, RowModel, RowTable, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.review import Decision
 
@@ -74,7 +74,7 @@ class _ClipModel(RowModel[QueuedClip]):
     def key(self, thing: QueuedClip) -> Path:
         return thing.path
 
-    def describe(self, thing: QueuedClip) -> Row:
+    def describe(self, thing: QueuedClip) -> TableRow:
         colour = None
         if thing.state == ClipState.FAILED:
             colour = self.theme.rejected
@@ -83,7 +83,7 @@ class _ClipModel(RowModel[QueuedClip]):
         elif thing.state != ClipState.READY or thing.unchecked:
             colour = self.theme.soft
         name = f"↺ {thing.title}" if thing.waits else thing.title
-        return Row(
+        return TableRow(
             texts=(name, "", _review(thing), "✓" if thing.exported else ""),
             colours=dict.fromkeys(range(len(_HEADS)), colour) if colour else {},
             tips=(_tip(thing),),

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from inspector.language import tr
-from inspector.session.opening import Analysed, analysed
+from inspector.session.opening import Analysed, analyse_clip
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, FormatError
 from twistcore.files.document_values import shown_words
@@ -50,7 +50,7 @@ def hidden(
 
 def to_review(path: Path, listed: Sequence[Interval]) -> Analysed:
     """A clip with a review of these intervals, in which the detector says nothing."""
-    data = analysed(read_bvh(path))
+    data = analyse_clip(read_bvh(path))
     found = replace(data.analysis.detect(), intervals=tuple(listed))
     return replace(data, review=Review.of(found), blind=True)
 
@@ -61,7 +61,7 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
     Raises FormatError for a name of which a clip or a key is there already: nothing is replaced
     but the exercise itself, about which the person was asked.
     """
-    copy, key = beside(exercise)
+    copy, key = exercise_files(exercise)
     clip = read_bvh(source)
     dirty, errors, listed = hidden(clip, seed, kind)
     if not errors:
@@ -74,7 +74,7 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
     return copy, key
 
 
-def beside(exercise: Path) -> tuple[Path, Path]:
+def exercise_files(exercise: Path) -> tuple[Path, Path]:
     """The clip and the key of an exercise that is to be written; neither may be there."""
     name = exercise.stem if exercise.suffix.lower() == ".json" else exercise.name
     if name.lower().endswith(".key"):

@@ -29,7 +29,7 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
 from twistcore.study.class_exercise import ClassExercise, HandedIn, write_handed_in
-from twistcore.study.exercise import Score, score
+from twistcore.study.exercise import ExerciseScore, score_exercise
 from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 
@@ -70,7 +70,7 @@ class Exercise(QObject):
         self._class: ClassExercise | None = None  # the exercise of a class that is being done
         self._since = 0.0
         self._kept: list[tuple[Interval, Decision]] = []  # as handed in, or as the class began
-        self.result: Score | None = None
+        self.result: ExerciseScore | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
         for kind, text in KINDS.items():
             self.kind.addItem(text, kind)
@@ -158,7 +158,7 @@ class Exercise(QObject):
     def show_score(self) -> None:
         """What the verdicts come to, with links to what was missed or judged wrongly."""
         guide = self._program.guide
-        self.result = result = score(self._errors, self._program.document.intervals)
+        self.result = result = score_exercise(self._errors, self._program.document.intervals)
         guide.show_text(score_text(result, self._program.document.first_frame))
         total, wrong = len(self._errors), result.false_verdicts
         found = {"found": len(result.hits), "total": total}
@@ -287,7 +287,7 @@ class Exercise(QObject):
             self._program.viewport.focus_chain()
 
 
-def score_text(result: Score, first_frame: int) -> str:
+def score_text(result: ExerciseScore, first_frame: int) -> str:
     """The score as Markdown; frames count from `first_frame`, as in the table."""
     lines = [
         tr(

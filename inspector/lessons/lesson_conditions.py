@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from inspector.language import tr
-from inspector.lessons.lesson_place import LOOKS, Place
+from inspector.lessons.lesson_place import LOOKS, LessonPlace
 from inspector.teaching.symbols import SYMBOLS
 from twistcore.detection import Kind
 
@@ -74,7 +74,7 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
     return tuple(conditions)
 
 
-def hold_at_once(conditions: Sequence[Condition], place: Place) -> bool:
+def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
     """Whether a page's own settings fulfil them all, as far as these tell: that is no task."""
     altered = place.what_if
     swing = None if altered.nudge or altered.toward else altered.swing

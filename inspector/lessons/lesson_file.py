@@ -11,9 +11,9 @@ from inspector.bundled import ASSETS
 from inspector.language import of_core, tr
 from inspector.lessons.lesson_conditions import Condition, hold_at_once, read_conditions
 from inspector.lessons.lesson_place import FIELDS
-from inspector.lessons.lesson_place import Place as Place
+from inspector.lessons.lesson_place import LessonPlace as LessonPlace
 from twistcore.errors import FormatError, TwistError
-from twistcore.files.document_values import bytes_of, shown
+from twistcore.files.document_values import bytes_of, shown_value
 from twistcore.files.ordinary import is_file
 
 FENCE = "```lesson"
@@ -33,7 +33,7 @@ class LessonPage:
     title: str
     body: str
     task: str
-    place: Place
+    place: LessonPlace
     done: tuple[Condition, ...] = ()
     at: int = field(default=0, compare=False)
     lines: Mapping[str, int] = field(default_factory=dict, compare=False)
@@ -71,7 +71,7 @@ def read_lesson(path: Path) -> LessonFile:
             raise _error(path, k + 1, expected, lines[k])
     pages: list[LessonPage] = []
     for start, stop in zip(starts, [*starts[1:], len(lines)], strict=True):
-        before = pages[-1].place if pages else Place(clip)
+        before = pages[-1].place if pages else LessonPlace(clip)
         pages.append(_page(path, lines, start, stop, before))
     return LessonFile(title, path, tuple(pages))
 
@@ -103,7 +103,7 @@ def _headings(lines: list[str], first: int) -> list[int]:
     return out
 
 
-def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) -> LessonPage:
+def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPlace) -> LessonPage:
     """The page from one heading to the next."""
     opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
     if len(opened) > 1:
@@ -118,7 +118,7 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: Place) ->
         settings = _pairs(path, lines, at + 1, closed, KEYS)
         text = lines[start + 1 : at] + lines[closed + 1 : stop]
     # Where a page stands goes on to the next, what is looked at there does not.
-    place = Place(before.clip, before.frame, before.chain, before.camera)
+    place = LessonPlace(before.clip, before.frame, before.chain, before.camera)
     done: tuple[Condition, ...] = ()
     for key, (line, value) in settings.items():
         try:
@@ -181,7 +181,7 @@ def _error(path: Path, line: int, expected: str, found: str = "") -> FormatError
     told = {"file": path, "line": line, "expected": expected}
     if not found.strip():
         return FormatError(tr("{file}, line {line}: expected {expected}", **told))
-    own = shown(found.strip())
+    own = shown_value(found.strip())
     return FormatError(
         tr("{file}, line {line}: expected {expected}, found {found}", **told, found=own)
     )

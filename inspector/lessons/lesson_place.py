@@ -34,7 +34,7 @@ class Camera:
 
 
 @dataclass(frozen=True)
-class Place:
+class LessonPlace:
     """What a page shows.
 
     frame: from 0; chain: '' for none; camera: None where the program chooses it for the limb;
@@ -174,7 +174,7 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {  # of a Place, by the 
 # -- written -------------------------------------------------------------------------------------
 
 
-def settings(place: Place) -> str:
+def settings(place: LessonPlace) -> str:
     """The block of settings that is read as this place, but for its clip's folder."""
     lines = [f"clip: {place.clip.name}", f"frame: {place.frame}"]
     if place.chain:
@@ -197,7 +197,7 @@ def settings(place: Place) -> str:
     return "\n".join(("```lesson", *lines, "```"))
 
 
-def _alterations(place: Place) -> list[str]:
+def _alterations(place: LessonPlace) -> list[str]:
     what_if = place.what_if
     out = [f"twist {_short(np.degrees(what_if.twist), 1)}"] if what_if.twist else []
     out += ["counter"] * what_if.counter

@@ -17,7 +17,7 @@ from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.lessons.lesson_text import formulas
 from inspector.lessons.page_in_clip import chain_of
 from inspector.lessons.scene_of_page import Looked, set_scene
-from inspector.session.opening import Analysed, analysed
+from inspector.session.opening import Analysed, analyse_clip
 from inspector.widgets.background import OneTask
 from twistcore.formats.bvh import read_bvh
 
@@ -32,7 +32,7 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
         if place.clip not in clips:
             own = folder / str(len(clips))  # two may have one name
             own.mkdir(exist_ok=True)
-            clips[place.clip] = analysed(read_bvh(Path(shutil.copy(place.clip, own))))
+            clips[place.clip] = analyse_clip(read_bvh(Path(shutil.copy(place.clip, own))))
         chain_of(lesson, page, clips[place.clip])
     return clips
 

@@ -13,8 +13,8 @@ import numpy as np
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.lessons.page_in_clip import chain_of
 from inspector.session.opening import Analysed
-from inspector.teaching.taught_frame import joint_names
-from inspector.viewport.bodies import Bone, build_soup, find_bones
+from inspector.teaching.taught_frame import joint_labels
+from inspector.viewport.bodies import BoneSegment, build_soup, find_bones
 from inspector.viewport.ground import ground_lines, lowest
 from inspector.viewport.limb_circle import limb_bones
 from inspector.viewport.striped_skin import STATIONS, build_skin
@@ -50,7 +50,7 @@ class PageData:
     ) -> None:
         self._lesson = lesson
         self._clips = {page.place.clip: open_clip(page.place.clip) for page in lesson.pages}
-        self._bones: dict[Path, tuple[Bone, ...]] = {}
+        self._bones: dict[Path, tuple[BoneSegment, ...]] = {}
         self._figures: list[dict[str, Any]] = []
         self._figure_of: dict[Path, int] = {}
         self._windows = [self._window(page, seconds) for page in lesson.pages]
@@ -201,7 +201,7 @@ class PageData:
             "limb": _ends(chain),
             "label": chain.label if chain else "",
             "taught": taught,
-            "joints": joint_names(data.motion.skeleton, chain) if chain and curves else {},
+            "joints": joint_labels(data.motion.skeleton, chain) if chain and curves else {},
             "strong": _strong(self._bones[place.clip], chain, data),
             "ahead": ahead.tolist(),
             "frame": place.frame,
@@ -244,7 +244,7 @@ def _ends(chain: Chain | None) -> dict[str, int] | None:
     return {"parent": chain.parent, "child": chain.child, "end": end}
 
 
-def _strong(bones: Sequence[Bone], chain: Chain | None, data: Analysed) -> list[int]:
+def _strong(bones: Sequence[BoneSegment], chain: Chain | None, data: Analysed) -> list[int]:
     """The numbers of the bones of a chain or limb."""
     if chain is None:
         return []

@@ -52,7 +52,7 @@ class Formulas:
         return self._known[tex]
 
 
-def rendered(text: str, formulas: Formulas) -> Markup:
+def markdown_html(text: str, formulas: Formulas) -> Markup:
     """Markdown as HTML; TeX between $…$ is set. What is HTML in it stands there as text."""
     markdown = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
     markdown.validateLink = _goes_to_the_web  # type: ignore[method-assign, assignment]

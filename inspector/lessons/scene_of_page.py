@@ -8,7 +8,7 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.lessons.guided_program import GuidedProgram
-from inspector.lessons.lesson_place import TABS, Camera, Place
+from inspector.lessons.lesson_place import TABS, Camera, LessonPlace
 from inspector.session.open_clip import Show
 from inspector.session.opening import Analysed
 from inspector.viewport.camera import OrbitCamera
@@ -31,7 +31,7 @@ class Looked:
         self._program.actions["skin"].setChecked(self._skin)
 
 
-def set_scene(program: GuidedProgram, data: Analysed, place: Place) -> None:
+def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> None:
     """Show a place; data: its clip."""
     document, taught = program.document, program.taught
     if document.data is not data:
@@ -58,14 +58,14 @@ def set_scene(program: GuidedProgram, data: Analysed, place: Place) -> None:
             program.viewport.steer(lambda best: _from_side(best, camera, facing))
 
 
-def present_place(program: GuidedProgram) -> Place | None:
+def present_place(program: GuidedProgram) -> LessonPlace | None:
     """Where the program stands; None without a clip."""
     document, taught, viewport = program.document, program.taught, program.viewport
     data = document.data
     if data is None:
         return None
     teaches = taught.active
-    return Place(
+    return LessonPlace(
         clip=data.clip.path,
         frame=document.frame,
         chain=document.chain,
@@ -79,7 +79,7 @@ def present_place(program: GuidedProgram) -> Place | None:
     )
 
 
-def _interval_at(program: GuidedProgram, place: Place) -> int | None:
+def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
     """The interval of the chain at the frame, for a page of the review."""
     if place.tab == TABS[0]:
         return None

@@ -21,8 +21,8 @@ from inspector.bundled import ASSETS
 from inspector.language import chosen_language, texts_of_script, tr, tr_as
 from inspector.lessons.lesson_file import LessonFile
 from inspector.lessons.page_data import PageData
-from inspector.lessons.page_texts import Formulas, rendered
-from inspector.session.opening import Analysed, analysed
+from inspector.lessons.page_texts import Formulas, markdown_html
+from inspector.session.opening import Analysed, analyse_clip
 from inspector.teaching.equation_table import SECTIONS
 from inspector.teaching.gizmo_drawing import lit_parts
 from inspector.teaching.symbols import MARKS, SYMBOLS, colour
@@ -90,14 +90,18 @@ def _without_library(why: str) -> TwistError:
 
 
 def _opened(clip: Path) -> Analysed:
-    return analysed(read_bvh(clip))
+    return analyse_clip(read_bvh(clip))
 
 
 def _assembled(lesson: LessonFile, opened: Callable[[Path], Analysed], seconds: float) -> str:
     rights = [row.right for section in SECTIONS for row in section.rows]
     formulas = Formulas([*(mark.tex for mark in MARKS.values()), *rights])
     pages = [
-        {"title": p.title, "body": rendered(p.body, formulas), "task": rendered(p.task, formulas)}
+        {
+            "title": p.title,
+            "body": markdown_html(p.body, formulas),
+            "task": markdown_html(p.task, formulas),
+        }
         for p in lesson.pages
     ]
     done_elsewhere = [any(c.name == "accepted" for c in page.done) for page in lesson.pages]

@@ -17,10 +17,17 @@ from inspector.panels.interval_filter import short_word
 from inspector.panels.limb_words import end_in_words
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.document import Document
-from inspector.session.examined import in_a_line, left_out, not_examined
+from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
 from inspector.widgets.building import action_button, hbox, hint, vbox
 from inspector.widgets.labels import as_tip
-from inspector.widgets.tables import BesideDelegate, Index, Row, RowDelegate, RowModel, RowTable
+from inspector.widgets.tables import (
+    BesideDelegate,
+    Index,
+    RowDelegate,
+    RowModel,
+    RowTable,
+    TableRow,
+)
 from inspector.widgets.theme import Colours
 from twistcore.analysis.correction import children_off_axis
 from twistcore.detection import Kind
@@ -96,14 +103,14 @@ class _ChainModel(RowModel[_Shown]):
     def key(self, thing: _Shown) -> str:
         return thing.chain
 
-    def describe(self, thing: _Shown) -> Row:
+    def describe(self, thing: _Shown) -> TableRow:
         done = thing.decided == thing.found
         inks = {} if thing.found else dict.fromkeys(range(len(_HEADS)), self.theme.soft)
         if thing.found:
             inks[1] = self.theme.accepted if done else self.theme.undecided
         if thing.doubtful:
             inks[_AZIMUTH] = self.theme.warning
-        return Row(
+        return TableRow(
             texts=(
                 thing.label,
                 f"{thing.decided}/{thing.found}" if thing.found else "–",
@@ -225,7 +232,7 @@ class ChainsPanel(QWidget):
         self._refresh()
         self._stack.setCurrentIndex(1 if self._model.rowCount() else 0)
         if self._document.data and not self._model.rowCount():
-            self._hint.setText(not_examined(self._document.data))
+            self._hint.setText(reason_unexamined(self._document.data))
         self._list_people()
         self._show_unexamined()
         self._select_row()
@@ -243,7 +250,7 @@ class ChainsPanel(QWidget):
 
     def _show_unexamined(self) -> None:
         """Name what was not examined; the first limb, and how many more there are."""
-        told = left_out(self._document.data)
+        told = unexamined_sentences(self._document.data)
         self.unexamined.setText(in_a_line(told))
         self.unexamined.setToolTip(as_tip("\n".join(told)) if len(told) > 1 else "")
         self._notice.setVisible(bool(told))

@@ -27,14 +27,18 @@ from inspector.panels.protected_words import table_of, worse_line
 from inspector.panels.reject_reasons import REASONS, kept_reason, told_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
-from inspector.session.examined import not_examined
+from inspector.session.examined import reason_unexamined
 from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption, Headline, as_tip, bold
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
 from twistcore.analysis.clip_analysis import RESTLESS_DOUBT
-from twistcore.analysis.correction.protected_measures import Hinges, Measure, protected_measures
+from twistcore.analysis.correction.protected_measures import (
+    Hinges,
+    ProtectedMeasure,
+    protected_measures,
+)
 from twistcore.analysis.why_not import Why
 from twistcore.detection import Interval, Kind
 from twistcore.review import Annotate, Decision, Judged
@@ -232,7 +236,7 @@ class DetailCard(QWidget):
         if judged := self._document.interval:
             self.quality_asked.emit(self._document.told(judged).interval)
 
-    def _measures(self, judged: Judged) -> tuple[Measure, ...]:
+    def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
         """What a correction changes in the limb, with the others that are shown as corrected."""
         document = self._document
         assert document.data is not None
@@ -259,7 +263,7 @@ class DetailCard(QWidget):
         self.title.setText(asked if outside else none)
         nothing = _NEXT if document.data is not None else _OPEN
         if not document.intervals:
-            nothing = not_examined(document.data) or nothing
+            nothing = reason_unexamined(document.data) or nothing
         text = told(document, reason) if reason else nothing
         self.why.set_plain(text)
 
@@ -307,7 +311,7 @@ class DetailCard(QWidget):
 
 
 def explanation(
-    judged: Judged, chain: Chain, first_frame: int, measures: Sequence[Measure] = ()
+    judged: Judged, chain: Chain, first_frame: int, measures: Sequence[ProtectedMeasure] = ()
 ) -> str:
     """Why the interval of a chain is there, in a line or two; measures: said by themselves."""
     if judged.by_hand:
@@ -432,13 +436,15 @@ def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
     return f"{said}. {_NOTHING_OUT}"
 
 
-def _doubts(evidence: Mapping[str, Any], measures: Sequence[Measure] = ()) -> str:
+def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = ()) -> str:
     """What speaks against a correction, as one text; measures: said by themselves."""
     said_before = {m.doubt for m in measures if m.worse}
     return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in said_before)
 
 
-def _flip(judged: Judged, limb: Limb, first_frame: int, measures: Sequence[Measure] = ()) -> str:
+def _flip(
+    judged: Judged, limb: Limb, first_frame: int, measures: Sequence[ProtectedMeasure] = ()
+) -> str:
     """The jumps about the limb's line, and where it is between them."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
     sentences = []

@@ -15,16 +15,16 @@ from inspector.panels.interval_filter import OF_CHAIN, FilteredRows, FilterLine,
 from inspector.panels.reject_reasons import told_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
-from inspector.session.examined import left_out, not_examined
+from inspector.session.examined import reason_unexamined, unexamined_sentences
 from inspector.session.settings import Settings
 from inspector.widgets.building import RIGHT, hbox, hint, soft, vbox
 from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.signed_numbers import angle_of, plain, signed
-from inspector.widgets.tables import Row, RowDelegate, RowModel, RowTable
+from inspector.widgets.tables import RowDelegate, RowModel, RowTable, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
-from twistcore.review.model import APPLIED, overlapping
+from twistcore.review.model import APPLIED, overlapping_ids
 from twistcore.skeleton.helper import Helper
 
 _ROOM, _ROOM_LOW = 8, 3  # pixels of a row beside its line
@@ -55,7 +55,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
     def key(self, thing: tuple[Judged, bool]) -> int:
         return thing[0].id
 
-    def describe(self, thing: tuple[Judged, bool]) -> Row:
+    def describe(self, thing: tuple[Judged, bool]) -> TableRow:
         judged, shared = thing
         document = self._document
         interval, own = document.told(judged).interval, judged.interval.confidence
@@ -87,7 +87,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
             "joints": (joints, joints),
             "note": (note, note),
         }
-        return Row(
+        return TableRow(
             texts=tuple(cells[column.id][0] for column in COLUMNS),
             sort=tuple(cells[column.id][1] for column in COLUMNS),
             colours={
@@ -313,7 +313,7 @@ class IntervalsPanel(QWidget):
 
     def _refresh(self) -> None:
         intervals = self._document.intervals
-        shared = overlapping(intervals)
+        shared = overlapping_ids(intervals)
         self._refreshing = True  # rows that vanish must not select others
         self._model.show([(j, j.id in shared) for j in intervals])
         self.table.doItemsLayout()  # now: put off, it would repaint the panel twice
@@ -322,11 +322,11 @@ class IntervalsPanel(QWidget):
         self.count.setText(self._counted())
         if not self._document.data:
             told = tr("Open a clip: its suspicious intervals are listed here.")
-        elif not intervals and (blind := not_examined(self._document.data)):
+        elif not intervals and (blind := reason_unexamined(self._document.data)):
             told = blind
         elif not intervals:
             told = tr("Nothing found at this τ.\nLower the τ line to look closer.")
-            told = "\n".join((told, *left_out(self._document.data)))
+            told = "\n".join((told, *unexamined_sentences(self._document.data)))
         else:
             told = tr("No interval passes this filter.")
         self._hint.setText(told)

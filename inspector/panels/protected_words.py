@@ -6,7 +6,14 @@ from collections.abc import Mapping, Sequence
 
 from inspector.language import of_core, tr
 from inspector.widgets.signed_numbers import plain
-from twistcore.analysis.correction.protected_measures import ENDS, HINGE, PATH, ROLL, TURNS, Measure
+from twistcore.analysis.correction.protected_measures import (
+    ENDS,
+    HINGE,
+    PATH,
+    ROLL,
+    TURNS,
+    ProtectedMeasure,
+)
 
 _NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
     HINGE: (tr("off its hinge"), "°"),
@@ -17,18 +24,18 @@ _NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
 }
 
 
-def worse_line(measures: Sequence[Measure]) -> str:
+def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
     """A sentence about what gets worse by a correction; '' where nothing does."""
     worse = [of_core(m.doubt) for m in measures if m.worse]
     return tr("Corrected, it gets worse: {what}.", what="; ".join(worse)) if worse else ""
 
 
-def table_of(measures: Sequence[Measure]) -> str:
+def table_of(measures: Sequence[ProtectedMeasure]) -> str:
     """All measures before and after, a line each."""
     return "\n".join(map(_line, measures))
 
 
-def _line(measure: Measure) -> str:
+def _line(measure: ProtectedMeasure) -> str:
     name, unit = _NAMES[measure.name]
     digits = 0 if measure.name == TURNS else 1
     line = tr(

@@ -11,7 +11,7 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
-from twistcore.analysis.quality.figure import Quality, quality_before_and_after
+from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_after
 from twistcore.analysis.quality.joint import SLIDE_SPEED, JointQuality, joint_quality
 from twistcore.detection.cuts import leading_frames
 from twistcore.quamo.track_clip import placed_joint
@@ -80,7 +80,7 @@ MEASURES = (
 
 
 @dataclass(frozen=True, eq=False)
-class Known:
+class FigureEvidence:
     """The joints' evidence, and the whole figure's where the 24 joints are there.
 
     placed: the joint whose place is the figure's; None where no joint has one.
@@ -88,7 +88,7 @@ class Known:
 
     clip: object
     joints: JointQuality
-    figure: Quality | None
+    figure: FigureQuality | None
     placed: int | None
 
     def column(self, measure: int) -> Array:
@@ -103,7 +103,7 @@ class Known:
         return values
 
 
-class Evidence(QObject):
+class QualityEvidence(QObject):
     """Evidence of the document's clip. Nothing is computed while nobody looks."""
 
     changed = Signal()
@@ -113,7 +113,7 @@ class Evidence(QObject):
         self._document = document
         self._task = OneTask(self)
         self._watching = False
-        self.known: Known | None = None
+        self.known: FigureEvidence | None = None
         document.opened.connect(self._another)
 
     @property
@@ -141,7 +141,7 @@ class Evidence(QObject):
         if self._watching and data is not None and not self.running and self.known is None:
             self._task.run(lambda _: _work(data), self._take, self._fail)
 
-    def _take(self, known: Known) -> None:
+    def _take(self, known: FigureEvidence) -> None:
         self.known = known
         self.changed.emit()
 
@@ -150,10 +150,10 @@ class Evidence(QObject):
         self._document.message.emit(tr("Quality cannot be told: {why}", why=why), True)
 
 
-def _work(data: Analysed) -> Known:
+def _work(data: Analysed) -> FigureEvidence:
     up = int(np.argmax(guess_up(data.positions, find_chains(data.motion), data.motion.skeleton)))
     joints = joint_quality(data.clip, data.positions, up)
     # A T-pose in the first frames is no capture: the leap out of it is no jitter.
     capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)
     both = quality_before_and_after(capture, capture)
-    return Known(data.clip, joints, both[0] if both else None, placed_joint(data.motion))
+    return FigureEvidence(data.clip, joints, both[0] if both else None, placed_joint(data.motion))

@@ -9,9 +9,9 @@ import numpy as np
 from PySide6.QtCore import Qt
 
 from inspector.language import tr
-from inspector.quality.evidence import MEASURES, Evidence
+from inspector.quality.evidence import MEASURES, QualityEvidence
 from inspector.session.document import Document
-from inspector.widgets.tables import Row, RowModel
+from inspector.widgets.tables import RowModel, TableRow
 from inspector.widgets.theme import Colours
 
 
@@ -35,7 +35,7 @@ class JointsModel(RowModel[_Joint]):
     head_tips = ("", *(m.tip for m in MEASURES))
     right = range(1, 1 + len(MEASURES))
 
-    def __init__(self, document: Document, evidence: Evidence, colours: Colours) -> None:
+    def __init__(self, document: Document, evidence: QualityEvidence, colours: Colours) -> None:
         super().__init__(colours)
         self._document, self._evidence = document, evidence
         self._tracked: frozenset[str] = frozenset()
@@ -46,7 +46,7 @@ class JointsModel(RowModel[_Joint]):
         """The joint's number."""
         return thing.number
 
-    def describe(self, thing: _Joint) -> Row:
+    def describe(self, thing: _Joint) -> TableRow:
         """Name and numbers."""
         numbers = tuple(
             "–" if value is None else f"{value:.{measure.decimals}f}"
@@ -58,7 +58,7 @@ class JointsModel(RowModel[_Joint]):
         if thing.number == len(self.names):
             where = tr("where the figure is, chosen with the joints; no measure is of it")
             name = f"{name}: {where}"
-        return Row(
+        return TableRow(
             texts=(f"{thing.name} ┄" if thing.tracked else thing.name, *numbers),
             colours={0: self.theme.tracked} if thing.tracked else {},
             tips=(name, *("" for _ in MEASURES)),

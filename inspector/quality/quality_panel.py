@@ -10,7 +10,7 @@ from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QHeaderView, QSplitter, QStackedLayout, QTabWidget, QWidget
 
 from inspector.language import plural, tr
-from inspector.quality.evidence import MEASURES, Evidence
+from inspector.quality.evidence import MEASURES, QualityEvidence
 from inspector.quality.joint_table import JointsModel
 from inspector.quality.track_page import TrackPage
 from inspector.quality.tracked_clip import Tracked
@@ -37,7 +37,7 @@ class QualityPanel(QWidget):
     ) -> None:
         super().__init__()
         self._document, self._actions, self._colours = document, actions, colours
-        self.evidence = Evidence(document, self)
+        self.evidence = QualityEvidence(document, self)
         self.tracked = Tracked(document, self)
         self.measure = 0
         self._wished: tuple[str, ...] = ()  # joints to choose once their rows are there

@@ -30,7 +30,7 @@ from inspector.widgets.theme import Colours, Theme
 from inspector.widgets.traces import Trace, TracePlot
 from twistcore.export.tracking import DEMONSTRATION, WARNING, Traces, knows_learned, weights_mark
 from twistcore.quamo import Gains
-from twistcore.quamo.response import lags, overshoots, response_words
+from twistcore.quamo.response import overshoots, response_words, steady_lags
 from twistcore.review import Tracking
 
 _GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka", 1000.0, ""))
@@ -314,7 +314,7 @@ class TrackPage(QWidget):
 def _causal_words(dt: float) -> str:
     """What a causal pass does to a joint; it takes a pass to tell, so once for each rate."""
     usual = Gains.by_hand(dt)
-    return response_words(tr("a joint"), lags(usual, dt)[0], overshoots(usual, dt)[0])
+    return response_words(tr("a joint"), steady_lags(usual, dt)[0], overshoots(usual, dt)[0])
 
 
 def _listed(names: Sequence[str], place: str) -> str:

@@ -12,7 +12,7 @@ from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.widgets.background import OneTask
 from twistcore.analysis.correction import refine
-from twistcore.analysis.quality.figure import Quality, quality_before_and_after
+from twistcore.analysis.quality.figure import FigureQuality, quality_before_and_after
 from twistcore.detection import Interval
 from twistcore.detection.cuts import leading_frames
 from twistcore.export.tracking import Traces, traced_motion
@@ -35,7 +35,7 @@ class Result:
     rotations: Array
     positions: Array
     traces: Traces
-    quality: tuple[Quality, Quality] | None
+    quality: tuple[FigureQuality, FigureQuality] | None
 
 
 @dataclass(frozen=True)

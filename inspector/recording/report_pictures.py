@@ -24,7 +24,7 @@ from inspector.viewport.limb_side import limb_side
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import Pose, Shapes, Solid, Style
 from inspector.widgets.theme import LIGHT
-from twistcore.report.picture_job import Figure, Pair, picture_path, read_job
+from twistcore.report.picture_job import BeforeAfter, Figure, picture_path, read_job
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.limb import Limb
@@ -120,7 +120,7 @@ def _above_ground(camera: OrbitCamera, ground: Ground, height: float) -> OrbitCa
     return replace(camera, elevation=max(camera.elevation, lowest_angle)).orbited(0.0, 0.0)
 
 
-def _named(figure: Figure, pair: Pair) -> Chain:
+def _named(figure: Figure, pair: BeforeAfter) -> Chain:
     return next(chain for chain in figure.chains if chain.name == pair.chain)
 
 

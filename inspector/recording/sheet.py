@@ -37,7 +37,7 @@ _Box = QRect | QRectF
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class SheetShape:
     """An outline in the sheet's units, filled with `ink`, drawn with `pen`; None: not."""
 
     path: QPainterPath
@@ -66,7 +66,7 @@ class Words:
 
 
 @dataclass(frozen=True, eq=False)
-class Picture:
+class SheetPicture:
     """Pixels in a box of the sheet."""
 
     image: QImage
@@ -74,7 +74,7 @@ class Picture:
     clip: QPainterPath | None
 
 
-Item = Shape | Words | Picture
+Item = SheetShape | Words | SheetPicture
 
 
 class Sheet(QPaintDevice):
@@ -128,7 +128,7 @@ class Sheet(QPaintDevice):
             painter.save()
             if item.clip is not None:
                 painter.setClipPath(item.clip)
-            if isinstance(item, Shape):
+            if isinstance(item, SheetShape):
                 painter.setRenderHint(hint.Antialiasing, item.smooth or not exact)
                 painter.setPen(item.pen if item.pen is not None else Qt.PenStyle.NoPen)
                 painter.setBrush(item.ink if item.ink is not None else Qt.BrushStyle.NoBrush)
@@ -251,7 +251,7 @@ class _Keeper(QPaintEngine):
     ) -> None:
         """Pixels of an image in a box."""
         inside, there = image.copy(QRectF(part).toAlignedRect()), self._places.mapRect(QRectF(box))
-        self.items.append(Picture(inside, there, self._clip_of(there)))
+        self.items.append(SheetPicture(inside, there, self._clip_of(there)))
 
     # -- keeping ------------------------------------------------------------------------------
 
@@ -265,10 +265,10 @@ class _Keeper(QPaintEngine):
             if brush.style() != Qt.BrushStyle.SolidPattern:
                 self._draw_lines(*_stripes(path, ink), path.intersected(clip) if clip else path)
             elif clip is None:
-                self.items.append(Shape(path, ink, pen, None, self._smooth))
+                self.items.append(SheetShape(path, ink, pen, None, self._smooth))
                 return
             else:
-                self.items.append(Shape(path.intersected(clip), ink, None, None, self._smooth))
+                self.items.append(SheetShape(path.intersected(clip), ink, None, None, self._smooth))
         if pen is not None:
             self._draw_lines(path, pen, clip)
 
@@ -278,7 +278,7 @@ class _Keeper(QPaintEngine):
         if box is not None and is_straight(path):
             path, clip = cut_lines(path, box), None
         if not path.isEmpty():
-            self.items.append(Shape(path, None, pen, clip, self._smooth))
+            self.items.append(SheetShape(path, None, pen, clip, self._smooth))
 
     def _forget_below(self, rect: QRectF) -> None:
         """What was last painted and is hidden by a rectangle; its edges would show beside it.
@@ -291,7 +291,7 @@ class _Keeper(QPaintEngine):
         box = self._places.mapRect(rect)
         if self._clip_of(box) is not None:
             return
-        while self.items and isinstance(last := self.items[-1], Shape):
+        while self.items and isinstance(last := self.items[-1], SheetShape):
             if last.pen is not None or not box.contains(last.path.boundingRect()):
                 return
             self.items.pop()

@@ -14,7 +14,7 @@ from PySide6.QtCore import QBuffer, QIODevice, Qt
 from PySide6.QtGui import QColor, QImage, QPainterPath, QPen
 
 from inspector.language import tr
-from inspector.recording.sheet import Item, Shape, Sheet, Words
+from inspector.recording.sheet import Item, Sheet, SheetShape, Words
 from twistcore.files.encoding import encoded
 
 _CAPS = {
@@ -53,7 +53,7 @@ def _element(item: Item, clips: dict[str, str]) -> str:
     if item.clip is not None:
         name = clips.setdefault(_path(item.clip), f"clip{len(clips)}")
         cut = f' clip-path="url(#{name})"'
-    if isinstance(item, Shape):
+    if isinstance(item, SheetShape):
         rule = ' fill-rule="evenodd"' if item.path.fillRule() == Qt.FillRule.OddEvenFill else ""
         ink = _paint("fill", item.ink) + rule if item.ink is not None else ' fill="none"'
         return f'<path d="{_path(item.path)}"{ink}{_stroke(item.pen)}{cut}/>'

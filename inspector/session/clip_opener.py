@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.language import tr
-from inspector.session.opening import ClipMissingError, analyse, analyse_session
+from inspector.session.opening import ClipMissingError, analyse_file, analyse_session
 from inspector.widgets.background import OneTask
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.tuning import Profile
@@ -44,7 +44,7 @@ class ClipOpener(QObject):
     def open(self, path: Path, profile: Profile | None = None) -> None:
         """Open a clip; profile: τ for one that has no session yet."""
         what = tr("Opening {name}", name=path.name)
-        self._start(what, lambda tell: analyse(path, profile, tell), self.analysed.emit)
+        self._start(what, lambda tell: analyse_file(path, profile, tell), self.analysed.emit)
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
         """Open a session and its clip, which may have moved to `clip`."""

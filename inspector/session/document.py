@@ -35,7 +35,7 @@ from twistcore.review import (
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized, same_offsets
-from twistcore.review.reasons import found_again
+from twistcore.review.reasons import redetected_intervals
 from twistcore.skeleton.rig import Rig
 from twistcore.tuning import Profile
 
@@ -364,7 +364,7 @@ class Document(OpenClip):
 
     def _use_review(self, review: Review) -> None:
         if (analysis := self.rigs.known(review.state.rig)) is not None:
-            review.take_reasons(found_again(analysis, review.state))
+            review.take_reasons(redetected_intervals(analysis, review.state))
         self._review = review
         self._review_changed()
 

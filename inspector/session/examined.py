@@ -6,17 +6,17 @@ from inspector.language import of_core, plural, tr
 from inspector.session.opening import Analysed
 
 
-def not_examined(data: Analysed | None) -> str:
+def reason_unexamined(data: Analysed | None) -> str:
     """Why nothing could be examined in a clip, as a sentence; '' where something could."""
     why = data.analysis.not_examined if data is not None else ""
     return tr("The clip could not be examined: {why}.", why=of_core(why)) if why else ""
 
 
-def left_out(data: Analysed | None) -> tuple[str, ...]:
+def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
     """A sentence for each limb that no chain examines, or one about the whole clip."""
     if data is None:
         return ()
-    whole = not_examined(data)
+    whole = reason_unexamined(data)
     return (whole,) if whole else tuple(of_core(str(limb)) for limb in data.analysis.unexamined)
 
 

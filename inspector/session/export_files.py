@@ -62,7 +62,7 @@ class Export:
     analysis: ClipAnalysis | None = None
 
 
-def prepare(document: Document, choice: ExportChoice) -> Export:
+def prepare_export(document: Document, choice: ExportChoice) -> Export:
     """Accept what is to be accepted and keep the review as it is now.
 
     Raises TwistError where the source, or a file that is none of ours, would be overwritten.
@@ -80,7 +80,7 @@ def prepare(document: Document, choice: ExportChoice) -> Export:
         data.clip,
         data.chains_and_limbs,
         document.review.state,
-        uncorrected(document),
+        uncorrected_warning(document),
         document.recovery.check_clip(),
         dict(document.exported),
         own,
@@ -274,7 +274,7 @@ def _moved(change: Difference) -> str:
     )
 
 
-def uncorrected(document: Document) -> str:
+def uncorrected_warning(document: Document) -> str:
     """A sentence about accepted intervals that cannot be corrected, or ''."""
     assert document.data is not None
     motion = document.data.motion

@@ -6,7 +6,7 @@ from PySide6.QtCore import QEventLoop, QObject, Signal
 
 from inspector.language import of_core, tr
 from inspector.session.document import Document
-from inspector.session.export_files import Export, ExportChoice, prepare, write
+from inspector.session.export_files import Export, ExportChoice, prepare_export, write
 from inspector.widgets.background import Task
 from twistcore.errors import TwistError
 
@@ -36,7 +36,7 @@ class Exporter(QObject):
             self._document.message.emit(told, True)
             return
         try:
-            export = prepare(self._document, choice)
+            export = prepare_export(self._document, choice)
         except TwistError as error:
             self._document.message.emit(str(error), True)
             return

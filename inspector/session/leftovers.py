@@ -27,7 +27,7 @@ from twistcore.files.lock import is_held
 from twistcore.files.ordinary import is_there
 from twistcore.formats.clip import Clip
 from twistcore.review import Judged, Recovered, Review, ReviewState, recover
-from twistcore.review.left_out import joined, missing_from
+from twistcore.review.left_out import joined_spans, missing_from
 from twistcore.review.session import session_document
 from twistcore.skeleton.limb import Limb
 
@@ -169,7 +169,7 @@ def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewStat
     """Whether frames were left out of tuning, or taken in again, that are not so here."""
     was, wanted, here = (s.left_out for s in (began, left, state))
     again = missing_from(was, wanted)  # taken into tuning again
-    not_again = joined(again) != missing_from(again, here)
+    not_again = joined_spans(again) != missing_from(again, here)
     return bool(missing_from(missing_from(wanted, was), here)) or not_again
 
 

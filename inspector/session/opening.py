@@ -25,7 +25,7 @@ from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.model import as_written
 from twistcore.review.proposal import flip_over, interval_over, proposed_flip, proposed_interval
-from twistcore.review.reasons import found_again
+from twistcore.review.reasons import redetected_intervals
 from twistcore.review.session import read_session_file
 from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
 from twistcore.skeleton.motion import Motion
@@ -135,7 +135,7 @@ class ClipMissingError(TwistError):
 _READ, _DETECTED = 0.1, 0.9
 
 
-def analyse(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
+def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
     """Read and analyse a clip, with the session kept of it; raises TwistError.
 
     profile: τ for a clip without a session, which has its own, as it has its own chains: else those
@@ -168,7 +168,7 @@ def _read(
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
     rig, told = _rig_of(session, clip.motion)
-    found = analysed(clip, profile, part(tell, _READ, 1.0), rig)
+    found = analyse_clip(clip, profile, part(tell, _READ, 1.0), rig)
     return replace(found, stamp=stamp, notes=(*((told,) if told else ()), *found.notes))
 
 
@@ -189,7 +189,7 @@ def _belongs(session: Session, clip: Clip) -> bool:
     return True
 
 
-def analysed(
+def analyse_clip(
     clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
 ) -> Analysed:
     """Analyse a clip that is in memory already; tell: how far it is."""
@@ -252,7 +252,7 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
         added = len(complete.intervals) - len(state.intervals)
         found = replace(found, added=added)
     review = Review(complete)
-    review.take_reasons(found_again(found.analysis, complete))
+    review.take_reasons(redetected_intervals(found.analysis, complete))
     if path.name.endswith(REPLAY_SUFFIX):
         review.mark_unsaved()  # in the clip's own session
         return replace(found, review=review)

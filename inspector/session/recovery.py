@@ -17,7 +17,7 @@ from inspector.widgets.background import OneTask
 from twistcore.files.marks import file_mark, takes_long
 from twistcore.files.ordinary import is_there
 from twistcore.review import CarryOver, Command, Judged, LeaveOut, Review, ReviewState
-from twistcore.review.left_out import joined
+from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
@@ -173,7 +173,7 @@ class Recovery(QObject):
         left, here = leftover.recovered.review.state, self._keeper.review.state
         fitting = _fitting(left.intervals, self._open().motion.frames)
         steps: list[Command] = [CarryOver(fitting, leftover.same_clip)]
-        both = joined([*here.left_out, *left.left_out])
+        both = joined_spans([*here.left_out, *left.left_out])
         if leftover.same_clip and both != here.left_out:
             steps.append(LeaveOut(both))
         if not (all(self._do(step) for step in steps) and self._keeper.journal.on_disk):

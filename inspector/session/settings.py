@@ -103,39 +103,41 @@ class Settings:
 
 # What the fields of a file must be; the window lets nobody choose what is out of these bounds.
 CHECKS: dict[str, Check] = {
-    "theme": checks.one_of("system", "light", "dark"),
-    "recent": checks.first_of(checks.path, RECENT),
-    "reviewer": checks.text(1000),
+    "theme": checks.any_of("system", "light", "dark"),
+    "recent": checks.first_of(checks.file_path, RECENT),
+    "reviewer": checks.text_up_to(1000),
     "geometry": checks.sealed_bytes(100_000),
     "layout": checks.sealed_bytes(1_000_000),
-    "first_frame": checks.whole(0, 1),
-    "step": checks.whole(*STEPS),
-    "keys": checks.last_by(checks.text(100), checks.list_of(checks.text(100), 8), 1000),
+    "first_frame": checks.whole_between(0, 1),
+    "step": checks.whole_between(*STEPS),
+    "keys": checks.last_by(checks.text_up_to(100), checks.list_of(checks.text_up_to(100), 8), 1000),
     "zoom_to_interval": checks.truth,
-    "order": checks.one_of("chain", "time"),
+    "order": checks.any_of("chain", "time"),
     "reviewer_asked": checks.truth,
-    "turn_ms": checks.whole(0, 10_000),
+    "turn_ms": checks.whole_between(0, 10_000),
     "videos": checks.last_by(
-        checks.path, checks.both(checks.path, checks.number(-FARTHEST_S, FARTHEST_S)), VIDEOS
+        checks.file_path,
+        checks.both(checks.file_path, checks.number_between(-FARTHEST_S, FARTHEST_S)),
+        VIDEOS,
     ),
     "folders": checks.last_by(
-        checks.path,
+        checks.file_path,
         checks.record(
-            clip=checks.path_or_none,
-            profile=checks.text(1000),
-            method=checks.text(100),
-            tau=checks.last_by(checks.text(1000), checks.number(0.0, math.pi), 1000),
+            clip=checks.file_path_or_none,
+            profile=checks.text_up_to(1000),
+            method=checks.text_up_to(100),
+            tau=checks.last_by(checks.text_up_to(1000), checks.number_between(0.0, math.pi), 1000),
         ),
         FOLDERS,
     ),
     "autosave": checks.truth,
     "next_after_export": checks.truth,
-    "columns": checks.first_of(checks.text(20), 20),
-    "interval_sort": checks.text(21),
-    "alarm_points": checks.number(0.0, 100.0),
-    "smallest_error": checks.number(0.1, 180.0),
-    "error_draws": checks.whole(1, MOST_DRAWS),
-    "language": checks.text(20),
+    "columns": checks.first_of(checks.text_up_to(20), 20),
+    "interval_sort": checks.text_up_to(21),
+    "alarm_points": checks.number_between(0.0, 100.0),
+    "smallest_error": checks.number_between(0.1, 180.0),
+    "error_draws": checks.whole_between(1, MOST_DRAWS),
+    "language": checks.text_up_to(20),
 }
 
 
@@ -197,7 +199,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
                 damaged.append(name)
         except ValueError:
             damaged.append(name)
-    others = checks.last_by(checks.text(100), checks.shallow, 100)(document)
+    others = checks.last_by(checks.text_up_to(100), checks.shallow, 100)(document)
     if len(others) < len(document):
         damaged.append("unknown to this version")
     return Settings(**values, of_others=others), tuple(damaged)

@@ -33,12 +33,12 @@ def _of(
     return check
 
 
-def one_of(*allowed: str) -> Check:
+def any_of(*allowed: str) -> Check:
     """One of these words."""
     return _of(str, good=lambda value: value in allowed)
 
 
-def whole(low: int, high: int) -> Check:
+def whole_between(low: int, high: int) -> Check:
     """A whole number from `low` to `high`; true and false are none."""
     return _of(int, good=lambda value: low <= value <= high)
 
@@ -50,12 +50,12 @@ def truth(value: Any) -> bool:
     return value
 
 
-def number(low: float, high: float) -> Check:
+def number_between(low: float, high: float) -> Check:
     """A number from `low` to `high`, as a float."""
     return _of(int, float, good=lambda value: low <= value <= high, keep=float)
 
 
-def text(longest: int) -> Check:
+def text_up_to(longest: int) -> Check:
     """Text that any file can hold: no half of a surrogate pair."""
     # UnicodeEncodeError is a ValueError.
     return _of(str, good=lambda value: len(value) <= longest, keep=_encodable)
@@ -66,16 +66,16 @@ def _encodable(value: str, errors: str = "strict") -> str:
     return value
 
 
-def path(value: Any) -> str:
+def file_path(value: Any) -> str:
     """A file's path; bytes that are not UTF-8 are escaped in it, as Python has them."""
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_PATH or "\0" in value:
         raise ValueError
     return _encodable(value, "surrogateescape")
 
 
-def path_or_none(value: Any) -> str:
+def file_path_or_none(value: Any) -> str:
     """A file's path, or '' for none."""
-    return "" if value == "" else path(value)
+    return "" if value == "" else file_path(value)
 
 
 def sealed_bytes(longest: int) -> Check:

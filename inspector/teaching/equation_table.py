@@ -10,7 +10,7 @@ import numpy as np
 
 from inspector.language import tr, tr_as
 from inspector.teaching.symbols import MARKS
-from inspector.teaching.taught_frame import Numbers, degrees, numbers, reliable
+from inspector.teaching.taught_frame import FrameNumbers, degree_text, numbers, reliable
 from inspector.widgets.signed_numbers import plain
 from twistcore.analysis.decomposition import UNDEFINED, Decomposition, FrameCorrection
 
@@ -36,16 +36,16 @@ class Equation:
     right: str
     number: str
     corrected: str = ""
-    shown: Callable[[Numbers], str] | None = None
+    shown: Callable[[FrameNumbers], str] | None = None
 
-    def value(self, of: Numbers) -> str:
+    def value(self, of: FrameNumbers) -> str:
         """As a label shows it."""
         if of.staged and self.symbol not in _STAGED:
             return _NOT_YET
         if self.shown is not None:
             return self.shown(of)
         value = getattr(of.frame, self.symbol)
-        return numbers(value) if isinstance(value, np.ndarray) else degrees(value)
+        return numbers(value) if isinstance(value, np.ndarray) else degree_text(value)
 
 
 @dataclass(frozen=True)
@@ -61,37 +61,37 @@ class Section:
         return re.sub(r" = \{.\}", "", self.title)
 
 
-def _of_one_swing(tell: Callable[[Decomposition], str]) -> Callable[[Numbers], str]:
+def _of_one_swing(tell: Callable[[Decomposition], str]) -> Callable[[FrameNumbers], str]:
     """A value that a swing of 180° leaves undefined."""
     return lambda of: tell(of.frame) if of.frame.swing_is_one else _UNDEFINED
 
 
 def _theta(d: Decomposition) -> str:
-    return degrees(d.theta_p) + _unsure(d.swing_reliability, NEAR_SWING)
+    return degree_text(d.theta_p) + _unsure(d.swing_reliability, NEAR_SWING)
 
 
-def _dtheta_p(of: Numbers) -> str:
+def _dtheta_p(of: FrameNumbers) -> str:
     d = of.frame
     if not d.dtheta_p_is_defined:
         return _UNDEFINED
-    return degrees(d.dtheta_p) + _unsure(d.swing_reliability, NEAR_SWING)
+    return degree_text(d.dtheta_p) + _unsure(d.swing_reliability, NEAR_SWING)
 
 
-def _across(of: Numbers) -> str:
+def _across(of: FrameNumbers) -> str:
     d = of.frame
     return numbers(d.across) + (
         tr(", no\u00a0direction") if d.azimuth_reliability <= UNDEFINED else ""
     )
 
 
-def _dtheta_c(of: Numbers) -> str:
+def _dtheta_c(of: FrameNumbers) -> str:
     d = of.frame
     if not d.dtheta_c_is_defined:
         return _UNDEFINED
-    return degrees(d.dtheta_c) + _unsure(d.azimuth_reliability, NEAR_STRAIGHT)
+    return degree_text(d.dtheta_c) + _unsure(d.azimuth_reliability, NEAR_STRAIGHT)
 
 
-def _opposed(of: Numbers) -> str:
+def _opposed(of: FrameNumbers) -> str:
     """Yes or no to 'below zero?', with the number."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
@@ -104,7 +104,7 @@ def _opposed(of: Numbers) -> str:
     return f"{answer}: {sign}{size} (°)²"
 
 
-def _strength(of: Numbers) -> str:
+def _strength(of: FrameNumbers) -> str:
     """m beside τ."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
@@ -112,23 +112,25 @@ def _strength(of: Numbers) -> str:
     return f"{_unsigned(m)} {'≥' if m >= tau else '<'} τ {plain(np.degrees(tau))}°"
 
 
-def _err(of: Numbers) -> str:
+def _err(of: FrameNumbers) -> str:
     c = of.correction
-    return degrees(c.err) if c.before.strength_is_defined else _UNDEFINED
+    return degree_text(c.err) if c.before.strength_is_defined else _UNDEFINED
 
 
-def _offset(of: Numbers) -> str:
+def _offset(of: FrameNumbers) -> str:
     c = of.correction
-    return f"{degrees(c.offset_before)} {'−' if c.err < 0.0 else '+'} {_unsigned(abs(c.err))}"
+    return f"{degree_text(c.offset_before)} {'−' if c.err < 0.0 else '+'} {_unsigned(abs(c.err))}"
 
 
-def _taken(of: Numbers) -> str:
+def _taken(of: FrameNumbers) -> str:
     c = of.correction
-    told = {"share": plain(100.0 * c.applied, 0), "whole": degrees(c.whole)}
+    told = {"share": plain(100.0 * c.applied, 0), "whole": degree_text(c.whole)}
     if of.own:
-        text = tr("{share} % of the interval’s {whole}: {taken}", **told, taken=degrees(c.taken))
+        text = tr(
+            "{share} % of the interval’s {whole}: {taken}", **told, taken=degree_text(c.taken)
+        )
     else:
-        text = tr("{share} % of {whole}: {taken}", **told, taken=degrees(c.taken))
+        text = tr("{share} % of {whole}: {taken}", **told, taken=degree_text(c.taken))
     return text
 
 
@@ -137,7 +139,7 @@ def _apart(c: FrameCorrection) -> str:
 
 
 def _unsigned(angle: float) -> str:
-    return degrees(angle).removeprefix("+")
+    return degree_text(angle).removeprefix("+")
 
 
 def _unsure(reliability: float, near: float) -> str:

@@ -15,7 +15,7 @@ from inspector.teaching.gizmo_family import add_family
 from inspector.teaching.gizmo_handles import handles
 from inspector.teaching.gizmo_hold import Hold
 from inspector.teaching.gizmo_labels import Labels
-from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, Part, Sketch, sketch
+from inspector.teaching.gizmo_shapes import BOLD, CLEAR, SOLID, THIN, GizmoPart, Sketch, sketch
 from inspector.teaching.symbols import MARKS, colour
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.viewport.bone_colours import rgb
@@ -62,7 +62,7 @@ class GizmoGuest:
         self.labels = Labels(viewport, typesetter)
         self.hold = Hold(viewport, taught)
         self._pieces: dict[str, Piece] = {}
-        self._parts: list[Part] = []  # their symbols and sizes are the same in every frame
+        self._parts: list[GizmoPart] = []  # their symbols and sizes are the same in every frame
         self._layer: vtkOpenGLRenderer | None = None
         self._below: vtkRenderer | None = None
         self._triads = Piece(gizmo_joints.POINTS, lines=gizmo_joints.LINES).unlit(width=2.0)

@@ -10,10 +10,19 @@ from __future__ import annotations
 import numpy as np
 
 from inspector.teaching.equation_table import NEAR_SWING
-from inspector.teaching.gizmo_shapes import BOLD, CLEAR, THIN, Mark, Part, Sketch, beside, turned
+from inspector.teaching.gizmo_shapes import (
+    BOLD,
+    CLEAR,
+    THIN,
+    GizmoPart,
+    Mark,
+    Sketch,
+    turned,
+)
 from inspector.viewport.mesh_actor import Index, segments
 from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.decomposition import Decomposition
+from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, wrap
 
 MEMBERS = 8
@@ -27,7 +36,7 @@ def family(d: Decomposition) -> tuple[Array, Array]:
 
     The first is the frame's own.
     """
-    n = d.n if d.n.any() else beside(d.a)
+    n = d.n if d.n.any() else perpendicular(d.a)
     normals: Array = turned(n, d.a, _TURNS[:, None])
     return normals, np.asarray(wrap(d.theta_p + 2.0 * _TURNS))
 
@@ -42,7 +51,7 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
     if d.swing_reliability < NEAR_SWING:
         above = multiply(q_parent, conjugate(d.q))
         normals, angles = family(d)
-        zero = 2.0 * (normals @ beside(d.a))[:, None] * normals - beside(d.a)
+        zero = 2.0 * (normals @ perpendicular(d.a))[:, None] * normals - perpendicular(d.a)
         ways, zero, axis = rotate(above, normals), rotate(above, zero), rotate(above, -d.a)
         centres = _OUT * out.unit * ways
         radius = _SIZE * out.unit
@@ -62,8 +71,8 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
         ("theta_p", BOLD, hands, 1.0),
     ):
         cells = segments(np.arange(lines[..., 0].size).reshape(MEMBERS, -1))
-        out.parts.append(Part(symbol, look, parent + lines.reshape(-1, 3), cells, share))
-    out.parts.append(Part("theta_p", CLEAR, parent + sectors.reshape(-1, 3), _FACES, 0.5))
+        out.parts.append(GizmoPart(symbol, look, parent + lines.reshape(-1, 3), cells, share))
+    out.parts.append(GizmoPart("theta_p", CLEAR, parent + sectors.reshape(-1, 3), _FACES, 0.5))
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:

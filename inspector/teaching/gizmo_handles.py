@@ -9,9 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspector.teaching.gizmo_shapes import DIAL_AT, DIAL_SIZE, HAND_LONG, W_LONG, beside, fan
+from inspector.teaching.gizmo_shapes import DIAL_AT, DIAL_SIZE, HAND_LONG, W_LONG, fan
 from inspector.viewport.camera import OrbitCamera
 from twistcore.analysis.decomposition import Decomposition
+from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate, wrap
 
 W, DIAL = "w", "theta_p"  # what can be taken, by its symbol
@@ -63,7 +64,7 @@ def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Ha
         centre=parent + DIAL_AT * unit * axis,
         radius=DIAL_SIZE * unit,
         axis=axis,
-        hand=rotate(q_parent, beside(d.a)),
+        hand=rotate(q_parent, perpendicular(d.a)),
     )
 
 
@@ -111,7 +112,7 @@ class TwistDrag:
 
     def __init__(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> None:
         self.turned = 0.0  # radians since it was taken, not wrapped
-        self._start = beside(held.axis)
+        self._start = perpendicular(held.axis)
         ray = camera.ray(camera.project(held.centre, *size)[0], *size)
         self._rolls = abs(float(ray @ held.axis)) < _FLAT
         self._last = self._angle(held, camera, size, at)

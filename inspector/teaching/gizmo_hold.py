@@ -19,7 +19,7 @@ from PySide6.QtWidgets import QToolTip, QWidget
 from inspector.language import tr
 from inspector.teaching.gizmo_handles import DIAL, Handles, SwingDrag, TwistDrag, W, taken
 from inspector.teaching.symbols import MARKS, colour
-from inspector.teaching.taught_frame import TaughtFrame, degrees
+from inspector.teaching.taught_frame import TaughtFrame, degree_text
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import Theme, figures_font
 from twistcore.analysis.decomposition import WhatIf
@@ -226,9 +226,9 @@ class Hold(QObject):
         words = ""
         if self.held:
             if self.under == W:
-                words = f"α {degrees(d.alpha).removeprefix('+')}"
+                words = f"α {degree_text(d.alpha).removeprefix('+')}"
             else:
-                words = f"θp {degrees(d.theta_p) if d.swing_is_one else tr('undefined')}"
+                words = f"θp {degree_text(d.theta_p) if d.swing_is_one else tr('undefined')}"
             if self.under == DIAL and self._taught.what_if.counter:
                 words += tr(", child counters")
         size = view.picture_size()

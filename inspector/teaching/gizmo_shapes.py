@@ -12,7 +12,8 @@ import numpy as np
 from inspector.viewport.bodies import SPHERE, TRIANGLES
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.analysis.decomposition import Decomposition
-from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
+from twistcore.analysis.decomposition.directions import cross, perpendicular
+from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
 _ARC = 32  # steps of an arc
 _DASHES = 9
@@ -32,7 +33,7 @@ SOLID, CLEAR = "solid", "clear"
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class GizmoPart:
     """Points with what connects them.
 
     symbol: whose part it is; look: BOLD or THIN lines, SOLID or CLEAR faces; points: (n, 3);
@@ -65,18 +66,18 @@ class Sketch:
     """The parts and marks of one frame; unit: the length of the bone."""
 
     unit: float
-    parts: list[Part] = field(default_factory=list)
+    parts: list[GizmoPart] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
 
     def line(self, symbol: str, points: Array, look: str = BOLD, share: float = 1.0) -> None:
         """A line through points (n, 3)."""
-        self.parts.append(Part(symbol, look, points, segments(np.arange(len(points))), share))
+        self.parts.append(GizmoPart(symbol, look, points, segments(np.arange(len(points))), share))
 
     def dashes(self, symbol: str, start: Array, stop: Array, share: float = 1.0) -> None:
         """A dashed line."""
         at = np.linspace(0.0, 1.0, 2 * _DASHES)[:, None]
         cells = np.arange(2 * _DASHES).reshape(-1, 2)
-        self.parts.append(Part(symbol, THIN, start + at * (stop - start), cells, share))
+        self.parts.append(GizmoPart(symbol, THIN, start + at * (stop - start), cells, share))
 
     def arrow(self, symbol: str, start: Array, way: Array) -> None:
         """A shaft and a head; a way too short for its head shrinks it."""
@@ -86,10 +87,10 @@ class Sketch:
         tip = start + way
         self.line(symbol, np.stack([start, tip - head * along]))
         turn = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)[:, None]
-        ring = turned(beside(along), along, turn)
+        ring = turned(perpendicular(along), along, turn)
         radius = head * _HEAD[1] / _HEAD[0]
         points = np.vstack([tip, tip - head * along, tip - head * along + radius * ring])
-        self.parts.append(Part(symbol, SOLID, points, _CONE))
+        self.parts.append(GizmoPart(symbol, SOLID, points, _CONE))
 
     def sector(
         self, symbol: str, centre: Array, rim: Array, share: float, inner: float = 0.0
@@ -98,12 +99,12 @@ class Sketch:
         low = centre + inner * (rim - centre)
         steps = segments(np.arange(len(rim)))
         cells = np.hstack([steps, len(rim) + steps[:, ::-1]])
-        self.parts.append(Part(symbol, CLEAR, np.vstack([low, rim]), cells, share))
+        self.parts.append(GizmoPart(symbol, CLEAR, np.vstack([low, rim]), cells, share))
 
     def ball(self, symbol: str, centre: Array, radius: float, *, hollow: bool = False) -> None:
         """A small sphere, or the wires of one."""
         look, cells = (THIN, _WIRES) if hollow else (SOLID, TRIANGLES)
-        self.parts.append(Part(symbol, look, centre + radius * SPHERE, cells))
+        self.parts.append(GizmoPart(symbol, look, centre + radius * SPHERE, cells))
 
     def mark(self, symbol: str, at: Array, away: Array, *, shown: bool = True) -> None:
         """A label, unless what it names cannot be seen."""
@@ -168,7 +169,7 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
     """The dial: zero where the swing alone would leave the mark, the hand where it is."""
     centre, radius = parent + DIAL_AT * out.unit * along, DIAL_SIZE * out.unit
-    hand = rotate(q_parent, beside(d.a))
+    hand = rotate(q_parent, perpendicular(d.a))
     zero = turned(hand, along, -d.theta_p)
     before = turned(zero, along, d.theta_p_before)
     ring = centre + radius * fan(zero, along, 2.0 * np.pi)
@@ -221,16 +222,5 @@ def fan(start: Array, axis: Array, angle: float) -> Array:
 
 def turned(v: Array, axis: Array, angle: Array | float) -> Array:
     """A vector (3,) turned about an axis square to it."""
-    turned: Array = np.cos(angle) * v + np.sin(angle) * _cross(axis, v)
+    turned: Array = np.cos(angle) * v + np.sin(angle) * cross(axis, v)
     return turned
-
-
-def beside(axis: Array) -> Array:
-    """Any direction across a unit vector, always the same one."""
-    return normalise(_cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
-
-
-def _cross(u: Array, v: Array) -> Array:
-    """u × v of two vectors (3,), at a tenth of what np.cross costs."""
-    (a, b, c), (x, y, z) = u.tolist(), v.tolist()
-    return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

@@ -10,7 +10,7 @@ from inspector.language import tr
 from inspector.teaching.equation_table import OTHER_FORMS
 from inspector.teaching.equations import RightSide
 from inspector.teaching.section_head import SectionHead
-from inspector.teaching.taught_frame import TaughtFrame, degrees, numbers
+from inspector.teaching.taught_frame import TaughtFrame, degree_text, numbers
 from inspector.widgets.building import soft, tool_button
 from inspector.widgets.theme import figures_font
 from inspector.widgets.typeset import Typesetter
@@ -138,8 +138,8 @@ class OtherForms(QWidget):
         self.values["n_after"].setText(
             f"n′ {numbers(after[1:] / length)}" if d.n_is_defined else none
         )
-        alpha = degrees(d.alpha).removeprefix("+")
-        self.values["both"].setText(f"θp {degrees(d.theta_p)}, α {alpha}")
+        alpha = degree_text(d.alpha).removeprefix("+")
+        self.values["both"].setText(f"θp {degree_text(d.theta_p)}, α {alpha}")
 
     def _tell_sign(self, d: Decomposition) -> None:
         negative = self.minus.isChecked()
@@ -151,7 +151,7 @@ class OtherForms(QWidget):
             self.values["theta_p"].setText(_UNDEFINED)
             return
         theta = unwrapped_twist(q, d.a)
-        self.values["theta_p"].setText(f"{degrees(theta)} → {degrees(float(wrap(theta)))}")
+        self.values["theta_p"].setText(f"{degree_text(theta)} → {degree_text(float(wrap(theta)))}")
 
     def _tell_channels(self, d: Decomposition) -> None:
         chain, joints = self._taught.chain, self._taught.joints
@@ -168,7 +168,7 @@ class OtherForms(QWidget):
                 self.values[key].setText(tr("no three Euler angles in the file"))
                 continue
             turned = zip(found.order, found.angles, strict=True)
-            self.values[key].setText("  ".join(f"{axis} {degrees(x)}" for axis, x in turned))
+            self.values[key].setText("  ".join(f"{axis} {degree_text(x)}" for axis, x in turned))
             if found.locked:
                 locks.append(f"{letter}: {_lock(found)}")
         self.values["lock"].setText("; ".join(locks))
@@ -200,8 +200,8 @@ class OtherForms(QWidget):
 def _lock(found: EulerChannels) -> str:
     """That the first channel and the last turn about the same line, or nearly."""
     first, middle, last = tuple(found.order)
-    at = degrees(float(wrap(found.angles[1])))
-    apart = degrees(found.between).removeprefix("+")
+    at = degree_text(float(wrap(found.angles[1])))
+    apart = degree_text(found.between).removeprefix("+")
     return tr(
         "gimbal lock, {middle} {at}: {first} and {last} turn {apart} apart",
         middle=middle, at=at, first=first, last=last, apart=apart,

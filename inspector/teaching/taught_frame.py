@@ -35,7 +35,7 @@ from twistcore.skeleton.rotation import Array
 _ALONG = 1e-6  # how far off a line two vectors are one direction, in the file's unit
 
 
-class Numbers(NamedTuple):
+class FrameNumbers(NamedTuple):
     """What the tab shows of a frame: the pose that is seen, and what is taken off for it."""
 
     frame: Decomposition
@@ -67,7 +67,7 @@ class TaughtFrame(QObject):
         self.stage: float | None = None  # None: the whole pose; else see `set_stage`
         self._running: tuple[object, Array] | None = None
         self._known: tuple[object, ...] = ()
-        self._numbers: Numbers | None = None
+        self._numbers: FrameNumbers | None = None
         document.opened.connect(self._afresh)
         document.chain_changed.connect(self._afresh)
         document.frame_changed.connect(self._tell)
@@ -94,11 +94,11 @@ class TaughtFrame(QObject):
         if data is None or chain is None:
             return {}
         return {
-            letter: legible(n) for letter, n in joint_names(data.motion.skeleton, chain).items()
+            letter: legible(n) for letter, n in joint_labels(data.motion.skeleton, chain).items()
         }
 
     @property
-    def numbers(self) -> Numbers | None:
+    def numbers(self) -> FrameNumbers | None:
         """All of section 3 at the frame; None without a chain."""
         data, chain, frame = self.document.data, self.chain, self.document.frame
         if data is None or chain is None:
@@ -115,7 +115,7 @@ class TaughtFrame(QObject):
                 off = found.whole
                 shown = decompose(data.motion, chain, frame, what_if, offset=off, stage=stage)
             self._known = key
-            self._numbers = Numbers(shown, found, own is not None, stage is not None)
+            self._numbers = FrameNumbers(shown, found, own is not None, stage is not None)
         return self._numbers
 
     @property
@@ -220,12 +220,12 @@ class TaughtFrame(QObject):
             self.changed.emit()
 
 
-def degrees(angle: float) -> str:
+def degree_text(angle: float) -> str:
     """An angle in radians as every label of the tab shows it."""
     return f"{signed(np.degrees(angle), 2)}°"
 
 
-def joint_names(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
+def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
     """What P, C and G are called in the file."""
     names = skeleton.names
     told = {"P": names[chain.parent], "C": names[chain.child]}

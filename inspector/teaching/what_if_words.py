@@ -6,7 +6,7 @@ import numpy as np
 
 from inspector.language import tr
 from inspector.teaching.equation_table import LEAST, NEAR_STRAIGHT, NEAR_SWING
-from inspector.teaching.taught_frame import Numbers, reliable
+from inspector.teaching.taught_frame import FrameNumbers, reliable
 from inspector.widgets.signed_numbers import plain, signed
 from twistcore.analysis.decomposition import UNDEFINED, Decomposition, WhatIf
 
@@ -15,7 +15,7 @@ _TIP = np.radians(1.0)  # the nudge whose effect is told
 _HALF_TURN = np.radians(120.0)  # a twist beyond which wrapping may turn a sign over
 
 
-def words(numbers: Numbers, what_if: WhatIf, stage: float | None = None) -> tuple[str, str]:
+def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) -> tuple[str, str]:
     """What is to be seen, and the theme's role for it."""
     d = numbers.frame
     if stage is not None:
@@ -102,7 +102,7 @@ def _singular(d: Decomposition) -> str:
     return ""
 
 
-def _applied(numbers: Numbers) -> str:
+def _applied(numbers: FrameNumbers) -> str:
     c = numbers.correction
     told = {
         "share": _share(c.applied),
@@ -123,7 +123,7 @@ def _applied(numbers: Numbers) -> str:
     )
 
 
-def _event(numbers: Numbers, what_if: WhatIf) -> str:
+def _event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     d, c = numbers.frame, numbers.correction
     passed = f"m = {_tenths(d.strength)} ≥ τ = {_tenths(c.tau)}"
     if what_if.counter and what_if == WhatIf(twist=what_if.twist, counter=True) and what_if.twist:
@@ -140,7 +140,7 @@ def _event(numbers: Numbers, what_if: WhatIf) -> str:
     )
 
 
-def _no_event(numbers: Numbers, what_if: WhatIf) -> str:
+def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     d, c = numbers.frame, numbers.correction
     small = f"m = {plain(np.degrees(d.strength), 2)}° < τ = {_tenths(c.tau)}"
     if what_if.counter and min(abs(d.dtheta_p), abs(d.dtheta_c)) > _HALF_TURN:

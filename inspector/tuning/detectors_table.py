@@ -11,7 +11,7 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
 from inspector.tuning.wishes import Wishes
-from inspector.widgets.tables import Row, RowModel
+from inspector.widgets.tables import RowModel, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
 from twistcore.tuning import Cost, TauCurve, cost_of_all
@@ -55,11 +55,11 @@ class DetectorsModel(RowModel[_Line]):
         """Chain and kind of τ."""
         return thing.chain, thing.kind
 
-    def describe(self, thing: _Line) -> Row:
+    def describe(self, thing: _Line) -> TableRow:
         """The automatic τ is said softly."""
         soft = thing.kind == _KINDS[1]
         colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
-        return Row(thing.texts, colours=colours, tips=thing.tips)
+        return TableRow(thing.texts, colours=colours, tips=thing.tips)
 
     def refresh(self) -> None:
         """Numbers as they are known now."""

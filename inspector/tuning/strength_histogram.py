@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QLabel
 
 from inspector.language import plural
 from inspector.tuning.tau_plots import AXIS_WIDTH, HIGHEST, LABEL_ROOM, LOWEST, TauPlot
-from inspector.widgets.axes import Axis, apart
+from inspector.widgets.axes import Axis, spaced_ticks
 from inspector.widgets.theme import Colours, Theme, figures_font
 from twistcore.skeleton.rotation import Array
 
@@ -27,7 +27,7 @@ class _CountAxis(Axis):
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Round counts, as many as find room."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
-        chosen = apart((float(np.log1p(n)) for n in _COUNTS), room)
+        chosen = spaced_ticks((float(np.log1p(n)) for n in _COUNTS), room)
         return [(1.0, [at for at in chosen if at <= high - 0.5 * room])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:

@@ -10,7 +10,7 @@ import numpy as np
 from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.tau_costs import Costs
-from inspector.widgets.tables import Row, RowModel
+from inspector.widgets.tables import RowModel, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.detection import DETECTORS
 from twistcore.tuning import Cost, Profile, cost_of_all
@@ -55,14 +55,14 @@ class ComparisonModel(RowModel[_Line]):
         """The chain's name."""
         return thing.chain
 
-    def describe(self, thing: _Line) -> Row:
+    def describe(self, thing: _Line) -> TableRow:
         """What is the same in both sets is faint."""
         sets = [thing.texts[k : k + 3] for k in range(1, len(thing.texts), 3)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
             colour = self.theme.soft if len(set(column)) == 1 else self.theme.text
             colours |= {1 + 3 * n + k: colour for n in range(len(sets))}
-        return Row(thing.texts, colours=colours, tips=thing.tips)
+        return TableRow(thing.texts, colours=colours, tips=thing.tips)
 
     # -- what it shows ------------------------------------------------------------------------
 

@@ -22,7 +22,7 @@ from twistcore.errors import TwistError
 from twistcore.files.ordinary import real_path
 from twistcore.formats.reading import is_clip
 from twistcore.review import LeaveOut
-from twistcore.review.left_out import joined
+from twistcore.review.left_out import joined_spans
 from twistcore.tuning import Profile, read_profile, write_profile
 
 _PATTERN = tr("Profiles (*.toml);;All files (*)")
@@ -165,7 +165,7 @@ class TuningActions:
     def leave_out(self, start: int, stop: int) -> None:
         """Leave frames out of tuning, besides those that are: one step, part of the session."""
         before = self.document.review.state.left_out
-        wanted = joined([*before, (start, stop)])
+        wanted = joined_spans([*before, (start, stop)])
         first, last = (frame + self.document.first_frame for frame in (start, stop - 1))
         if wanted == before:
             told = tr("Frames {first}–{last} are left out already.", first=first, last=last)

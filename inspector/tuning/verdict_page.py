@@ -16,9 +16,9 @@ from inspector.tuning.verdict_evidence import CLIP, Scope, VerdictEvidence
 from inspector.tuning.verdict_plots import PrecisionPlot
 from inspector.widgets.building import hbox, hint, tool_button, vbox
 from inspector.widgets.labels import Caption, as_tip, inked, plain_text
-from inspector.widgets.tables import Row, RowModel, RowTable
+from inspector.widgets.tables import RowModel, RowTable, TableRow
 from inspector.widgets.theme import Colours
-from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, score
+from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, verdict_score
 
 NARROW = 420  # pixels of a page's width
 _NOTHING = tr(
@@ -56,9 +56,9 @@ class ScopeModel(RowModel[ScopeLine]):
         """Its name."""
         return thing.name
 
-    def describe(self, thing: ScopeLine) -> Row:
+    def describe(self, thing: ScopeLine) -> TableRow:
         """What is short in it is said in the tip."""
-        return Row(thing.texts, tips=(thing.tip,))
+        return TableRow(thing.texts, tips=(thing.tip,))
 
     def take(
         self, scopes: Sequence[Scope], tau: Mapping[str, float], label: Mapping[str, str]
@@ -75,7 +75,7 @@ def suggestion_of(scope: Scope) -> Suggestion | None:
 
 
 def _line(scope: Scope, tau: Mapping[str, float], label: Mapping[str, str]) -> ScopeLine:
-    told = score(scope.clips, tau, scope.chain or None)
+    told = verdict_score(scope.clips, tau, scope.chain or None)
     suggestion = suggestion_of(scope)
     name = label.get(scope.chain, scope.name)
     clips = sum(bool(c.verdicts) for c in scope.clips)

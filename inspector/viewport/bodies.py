@@ -30,7 +30,7 @@ _RAIL_THICK = 0.42
 
 
 @dataclass(frozen=True, eq=False)
-class Bone:
+class BoneSegment:
     """A straight piece from a joint to its child or End Site.
 
     parent: the joint whose rotation it has; child: −1 at an End Site; tip: (3,) in the parent's
@@ -72,7 +72,7 @@ class _Shape:
     edges: Index
 
 
-def find_bones(motion: Motion, up: Array, height: float) -> tuple[Bone, ...]:
+def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, ...]:
     """Every bone with a length, sized by it and by the figure's height; End Sites included."""
     skeleton = motion.skeleton
     pieces = [
@@ -89,12 +89,12 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[Bone, ...]:
         # Thin enough to keep its direction, broad enough to have a face.
         width = np.clip(0.15 * length, 0.009 * height, 0.026 * height)
         width = min(float(width), 0.35 * length)
-        bones.append(Bone(parent, child, tip, _front(tip / length, up), width))
+        bones.append(BoneSegment(parent, child, tip, _front(tip / length, up), width))
     return tuple(bones)
 
 
 def build_soup(
-    bones: tuple[Bone, ...],
+    bones: tuple[BoneSegment, ...],
     *,
     grown: float = 1.0,
     joints: bool = True,
@@ -171,7 +171,7 @@ def _front(axis: Array, up: Array) -> Array:
     return normalise(normal)
 
 
-def _frame(bone: Bone, grown: float) -> Array:
+def _frame(bone: BoneSegment, grown: float) -> Array:
     """What the corners of a wedge are in, rows (3, 3): the bone, and widths across and out."""
     across = np.cross(bone.normal, normalise(bone.tip))
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])

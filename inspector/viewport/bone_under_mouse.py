@@ -7,7 +7,7 @@ from PySide6.QtCore import QObject, QPointF
 from PySide6.QtWidgets import QToolTip
 
 from inspector.language import of_core, tr
-from inspector.viewport.bodies import Bone
+from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.camera_moves import Steering
 from inspector.viewport.frame_drawing import FrameDrawing
@@ -86,7 +86,11 @@ class Pointing(QObject):
 
 
 def _bone_at(
-    point: Array, bones: tuple[Bone, ...], pose: Pose, camera: OrbitCamera, size: tuple[int, int]
+    point: Array,
+    bones: tuple[BoneSegment, ...],
+    pose: Pose,
+    camera: OrbitCamera,
+    size: tuple[int, int],
 ) -> int | None:
     """Number of the bone at a pixel (2,), or None; of those under it, the one in front.
 

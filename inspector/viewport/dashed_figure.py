@@ -8,7 +8,7 @@ import numpy as np
 from PySide6.QtCore import SignalInstance
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
-from inspector.viewport.bodies import Bone, build_soup, place
+from inspector.viewport.bodies import BoneSegment, build_soup, place
 from inspector.viewport.bone_colours import rgb
 from inspector.viewport.mesh_actor import Piece
 from inspector.viewport.solid_and_ghost import SAME, Pose
@@ -33,7 +33,9 @@ class Companion(Protocol):
 class DashedOutline:
     """Bones of the third figure that differ from the solid one, as dashed edges."""
 
-    def __init__(self, bones: tuple[Bone, ...], height: float, renderer: vtkRenderer) -> None:
+    def __init__(
+        self, bones: tuple[BoneSegment, ...], height: float, renderer: vtkRenderer
+    ) -> None:
         self._soup = build_soup(bones, grown=_GROWN, joints=False)
         self._bones = np.array([b.parent for b in bones], dtype=np.int64)
         self._still = _STILL * height

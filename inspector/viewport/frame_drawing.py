@@ -10,7 +10,7 @@ import numpy as np
 from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.open_clip import Show
-from inspector.viewport.bodies import Bone
+from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.bone_colours import Role
 from inspector.viewport.camera import OrbitCamera
 from inspector.viewport.dashed_figure import Companion
@@ -227,7 +227,7 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
     return Pose(rotations, moved, roles, (before, differs & still), faint=faint)
 
 
-def _roles(bones: tuple[Bone, ...], chain: Chain | None, skeleton: Skeleton) -> Index:
+def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skeleton) -> Index:
     """Chosen are the selected chain's bones, P→C and, where there is one, C→G; (bones,).
 
     Of a limb all from P to E; of a twist bone its own, and the bone that it lies in.

@@ -19,7 +19,7 @@ from inspector.viewport.solid_and_ghost import SAME
 from inspector.widgets.theme import Theme
 from twistcore.detection.limb_flips import BENT
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, path
+from twistcore.skeleton.limb import Limb, joint_path
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
@@ -101,7 +101,7 @@ def helper_circle(
 
 def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:
     """Joints of a limb two by two from P to E, each with the one that it hangs on before it."""
-    return [(int(skeleton.parents[j]), j) for j in path(skeleton, limb.parent, limb.end)]
+    return [(int(skeleton.parents[j]), j) for j in joint_path(skeleton, limb.parent, limb.end)]
 
 
 class LimbCircle:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from inspector.viewport.bodies import Bone
+from inspector.viewport.bodies import BoneSegment
 from inspector.viewport.camera import OrbitCamera, circle_direction, roll_direction
 from inspector.viewport.limb_circle import Circle, circle_of, helper_circle
 from twistcore.skeleton.chain import Chain
@@ -43,7 +43,7 @@ def limb_joints(chain: Chain, positions: Array) -> Array:
 
 def limb_side(
     chain: Chain,
-    bones: Sequence[Bone],
+    bones: Sequence[BoneSegment],
     before: tuple[Array, Array],
     after: tuple[Array, Array],
     facing: Array,

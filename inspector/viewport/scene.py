@@ -11,7 +11,7 @@ from vtkmodules.vtkRenderingOpenGL2 import vtkOpenGLRenderer
 from inspector.session.document import Document
 from inspector.session.opening import Analysed
 from inspector.viewport import opengl
-from inspector.viewport.bodies import Bone, find_bones
+from inspector.viewport.bodies import BoneSegment, find_bones
 from inspector.viewport.bone_colours import mix
 from inspector.viewport.camera import VIEW_ANGLE, OrbitCamera
 from inspector.viewport.dashed_figure import DashedOutline
@@ -46,7 +46,7 @@ class Scene:
         self.people = {person.name: person.joints for person in people}
         self.up = guess_up(data.positions, self._limbs, data.motion.skeleton)
         self.height = figure_size(data.positions, data.motion.skeleton)
-        self.bones: tuple[Bone, ...] = find_bones(data.motion, self.up, self.height)
+        self.bones: tuple[BoneSegment, ...] = find_bones(data.motion, self.up, self.height)
         self.ground: Ground = lowest(data.positions, self.up, self.height, self.roots)
         self._left: vtkRenderer = plotter.renderer
         self._right: vtkRenderer | None = None

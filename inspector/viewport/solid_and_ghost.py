@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from vtkmodules.vtkRenderingCore import vtkRenderer
 
 from inspector.viewport import opengl
-from inspector.viewport.bodies import JOINT, STRIPE, Bone, Soup, build_soup, place
+from inspector.viewport.bodies import JOINT, STRIPE, BoneSegment, Soup, build_soup, place
 from inspector.viewport.bone_colours import (
     ghost_paint,
     mix,
@@ -64,7 +64,7 @@ class Shapes:
     def __init__(
         self,
         style: Style,
-        bones: tuple[Bone, ...],
+        bones: tuple[BoneSegment, ...],
         chains: tuple[Chain, ...],
         height: float,
         *,

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from inspector.viewport.bodies import BAND, SKIN, Bone
+from inspector.viewport.bodies import BAND, SKIN, BoneSegment
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import (
@@ -74,7 +74,7 @@ class Skin:
 
 
 def build_skin(
-    bones: Sequence[Bone], chains: Sequence[Chain], height: float, *, fine: bool = False
+    bones: Sequence[BoneSegment], chains: Sequence[Chain], height: float, *, fine: bool = False
 ) -> Skin:
     """The skin of every chain's bone P→C that has a body; `fine`: twice as round."""
     numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}

@@ -28,7 +28,7 @@ def from_root_scale(value: float) -> float:
     return float(np.sign(value) * value * value)
 
 
-def apart(places: Iterable[float], room: float) -> list[float]:
+def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
     """As many of the rising places as find room beside each other."""
     chosen = [-math.inf]
     for at in places:
@@ -89,7 +89,7 @@ class RootAxis(Axis):
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
         """Round degrees, as many as find room."""
         room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
-        chosen = apart(root_scale(np.array(_ROOT_TICKS)).tolist(), room)
+        chosen = spaced_ticks(root_scale(np.array(_ROOT_TICKS)).tolist(), room)
         ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}.difference(self._under())
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
 

@@ -48,7 +48,7 @@ _FEW = 64  # rows that come and go one by one; more of them make a new table
 
 
 @dataclass(frozen=True)
-class Row:
+class TableRow:
     """What a table shows of one thing.
 
     texts: a text a column; sort: a sortable value a column, the texts if empty; colours: '#rrggbb'
@@ -84,13 +84,13 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         colours.changed.connect(self.redraw)
         self.things: Sequence[_Thing] = ()
         self._keys: list[Hashable] = []
-        self._rows: dict[Hashable, Row] = {}
+        self._rows: dict[Hashable, TableRow] = {}
 
     def key(self, thing: _Thing) -> Hashable:
         """What tells a thing from the others."""
         raise NotImplementedError
 
-    def describe(self, thing: _Thing) -> Row:
+    def describe(self, thing: _Thing) -> TableRow:
         """What is shown of it; asked only for rows that are seen."""
         raise NotImplementedError
 
@@ -170,7 +170,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 
     # -- Qt -----------------------------------------------------------------------------------
 
-    def row(self, row: int) -> Row:
+    def row(self, row: int) -> TableRow:
         """The description of a row."""
         key = self._keys[row]
         if key not in self._rows:
@@ -315,7 +315,7 @@ class RowDelegate(QStyledItemDelegate):
         super().__init__(parent)
         self._model, self._proxy = model, proxy
 
-    def described(self, index: Index) -> Row:
+    def described(self, index: Index) -> TableRow:
         """The row's description."""
         source = self._proxy.mapToSource(index) if self._proxy else index
         return self._model.row(source.row())

@@ -12,13 +12,13 @@ from PySide6.QtWidgets import QCheckBox, QLabel, QWidget
 
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.session.document import Document
-from inspector.session.examined import in_a_line, left_out, not_examined
+from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
 from inspector.session.export_files import (
     ExportChoice,
     check_targets,
     replaced,
     to_look_at,
-    uncorrected,
+    uncorrected_warning,
 )
 from inspector.widgets.background import OneTask
 from inspector.widgets.write_dialog import WriteDialog
@@ -85,10 +85,10 @@ class ExportDialog(WriteDialog):
         form.addRow(tr("Write to"), self.where)
         self.count = QLabel(", ".join(words))
         form.addRow(tr("Intervals"), self.count)
-        blind = not document.intervals and not_examined(document.data)
-        if said := blind or in_a_line(left_out(document.data)):
+        blind = not document.intervals and reason_unexamined(document.data)
+        if said := blind or in_a_line(unexamined_sentences(document.data)):
             form.addRow("", QLabel(said, wordWrap=True))
-        if document.data is not None and (stuck := uncorrected(document)):
+        if document.data is not None and (stuck := uncorrected_warning(document)):
             form.addRow("", QLabel(stuck, wordWrap=True))
         tracking = document.review.state.tracking if document.data else None
         if tracking is not None:

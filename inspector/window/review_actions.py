@@ -16,7 +16,7 @@ from inspector.panels.reason_palette import ReasonPalette
 from inspector.panels.reject_reasons import REASONS
 from inspector.panels.sure_ones import SureOnes
 from inspector.session.document import BLIND, Document
-from inspector.session.examined import in_a_line, left_out, not_examined
+from inspector.session.examined import in_a_line, reason_unexamined, unexamined_sentences
 from inspector.session.player import Player
 from inspector.session.settings import Settings
 from inspector.session.why_here import peaks, reason_here, reason_near, told
@@ -125,7 +125,7 @@ class ReviewActions:
 
     def _tell_not_examined(self) -> bool:
         """Say so where nothing is found because nothing could be examined."""
-        blind = "" if self.document.intervals else not_examined(self.document.data)
+        blind = "" if self.document.intervals else reason_unexamined(self.document.data)
         if blind:
             self.bar.show_message(blind, False)
         return bool(blind)
@@ -182,7 +182,7 @@ class ReviewActions:
                 if self.more_clips()
                 else "",
             )
-        rest = in_a_line(left_out(self.document.data))
+        rest = in_a_line(unexamined_sentences(self.document.data))
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def set_order(self, order: str) -> None:
@@ -350,7 +350,7 @@ class ReviewActions:
         document, frame = self.document, self.document.frame
         if document.data is not None and document.data.blind:
             document.answered.emit(BLIND)
-        elif not self.document.intervals and (blind := not_examined(document.data)):
+        elif not self.document.intervals and (blind := reason_unexamined(document.data)):
             document.answered.emit(blind)
         elif reason := reason_near(document, frame) or reason_here(document, frame):
             document.answered.emit(told(document, reason))

@@ -14,7 +14,7 @@ from inspector.tuning.remembered_profiles import Performers
 from tests.twistcore.batch_records import done
 from tests.twistcore.reviews import CHAINS, CLIP, fresh
 from twistcore.batch.corrected_files import write_corrected
-from twistcore.batch.manifest import ClipRow
+from twistcore.batch.manifest import ManifestRow
 from twistcore.batch.result_files import write_clip_table, write_json_lines, write_parquet
 from twistcore.formats.bvh import write_motion
 from twistcore.formats.clip import write_clip
@@ -40,7 +40,7 @@ def _report(folder: Path) -> None:
 
 def _corrected(folder: Path) -> None:
     write_corrected(
-        folder, ClipRow("s", "x.bvh"), None, CLIP.data, {"x.asf": b"a skeleton beside it"}
+        folder, ManifestRow("s", "x.bvh"), None, CLIP.data, {"x.asf": b"a skeleton beside it"}
     )
 
 

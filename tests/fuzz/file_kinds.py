@@ -24,7 +24,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.review import Review
 from twistcore.skeleton.rig import OwnChain, Rig, read_rig, rig_from_json, rig_to_json, write_rig
 from twistcore.study.class_exercise import HandedIn, read_handed_in, write_handed_in
-from twistcore.study.evaluation import measure
+from twistcore.study.evaluation import measure_clip
 from twistcore.synthesis import PROTOCOLS, draw_errors, generator
 from twistcore.synthesis.truth import Truth, read_truth, write_truth
 from twistcore.tuning.learned_confidence import LearnedConfidence
@@ -173,7 +173,7 @@ def _clean():
 def _read_truth(folder: Path) -> object:
     truth = read_truth(folder / "a.truth.json")
     write_truth(folder / "again.json", truth)
-    return measure(truth, _clean(), clip().motion, analysis().chains)
+    return measure_clip(truth, _clean(), clip().motion, analysis().chains)
 
 
 @cache

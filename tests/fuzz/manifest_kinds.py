@@ -19,10 +19,10 @@ from tests.fuzz.trial import Kind
 from twistcore.batch.clip_result import processed
 from twistcore.batch.gates import broken, parse_rule
 from twistcore.batch.junit import junit_xml
-from twistcore.batch.manifest import DONE, FAILED, FILE, ClipRow, Manifest
+from twistcore.batch.manifest import DONE, FAILED, FILE, Manifest, ManifestRow
 from twistcore.batch.parameters import Parameters
-from twistcore.batch.result_files import clip_table, interval_rows, json_line
-from twistcore.report.folder_numbers import FolderNumbers, in_order
+from twistcore.batch.result_files import clips_csv, interval_rows, json_line
+from twistcore.report.folder_numbers import FolderNumbers, worst_first
 from twistcore.report.folder_page import folder_page, known_page
 from twistcore.report.folder_report import _home, page_of
 
@@ -53,7 +53,7 @@ def _manifest() -> bytes:
                 path = ASSETS / f"{name}.bvh"
                 clip, result, _ = processed(path, parameters)
                 manifest.put_parameters(parameters)
-                row = ClipRow(
+                row = ManifestRow(
                     str(path), f"takes/{path.name}", DONE, mark=parameters.mark,
                     sha256=clip.sha256, bytes=len(clip.data), seconds=0.1 * k, peak_bytes=10**8,
                     finished_at="2026-01-01T00:00:00+00:00",
@@ -61,7 +61,7 @@ def _manifest() -> bytes:
                 manifest.put_result(row, result)
                 rows.append(row)
             rows.append(replace(rows[0], source="/a/b.bvh", name="b.bvh", state=FAILED, reason="x"))
-            rows.append(ClipRow("s3://bucket/c.bvh", "c.bvh"))
+            rows.append(ManifestRow("s3://bucket/c.bvh", "c.bvh"))
             manifest.put_rows(rows)
         manifest.note_decisions(
             rows[0].source,
@@ -164,11 +164,11 @@ def _read(folder: Path) -> object:
             manifest.record(record.source)
             manifest.note_decisions(record.source, dict(record.decisions))
     numbers = FolderNumbers()
-    rows = in_order([numbers.add(record) for record in records])
+    rows = worst_first([numbers.add(record) for record in records])
     told = broken(_RULES, records)
     folder_page("x", rows, numbers, told)
     junit_xml(records, _RULES, told)
-    clip_table(records)
+    clips_csv(records)
     for record in records:
         known_page(record, "", _home(record, "home"))
         json_line(record)

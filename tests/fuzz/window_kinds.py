@@ -14,7 +14,7 @@ from unittest import mock
 from inspector.lessons.lesson_file import body_and_task, read_lesson
 from inspector.lessons.lesson_place import settings as settings_of_place
 from inspector.lessons.page_in_clip import chain_of
-from inspector.lessons.page_texts import rendered
+from inspector.lessons.page_texts import markdown_html
 from inspector.session import session_files
 from inspector.session.export_files import ExportChoice
 from inspector.session.export_files import replaced as replaced_by_export
@@ -108,7 +108,7 @@ def _read_lesson(folder: Path) -> object:
         chain_of(lesson, page, _analysed(page.place.clip))
         settings_of_place(page.place)
     for page in lesson.pages[:3]:
-        rendered(page.body, _NoFormulas())
+        markdown_html(page.body, _NoFormulas())
         body_and_task(page.body.split("\n"))
     return lesson
 

@@ -16,7 +16,7 @@ from vtkmodules.vtkRenderingCore import vtkRenderWindow
 
 from inspector.folder.queue import FolderQueue
 from inspector.session.document import Document
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from inspector.session.settings import Settings
 from inspector.viewport.viewport import Viewport
 from inspector.widgets.fonts import use_shipped_fonts
@@ -126,7 +126,7 @@ def no_view_outlives_its_window():
 @pytest.fixture(scope="module")
 def analysed():
     """The sample walk, for tests that do not edit its review."""
-    return analyse(WALK)
+    return analyse_file(WALK)
 
 
 @pytest.fixture
@@ -136,7 +136,7 @@ def open_document(qapp, tmp_path):
 
     def show(path):
         document = Document()
-        document.show_clip(analyse(Path(shutil.copy(path, tmp_path))))
+        document.show_clip(analyse_file(Path(shutil.copy(path, tmp_path))))
         shown.append(document)
         return document
 

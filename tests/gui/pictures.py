@@ -3,7 +3,7 @@
 import numpy as np
 from PySide6.QtGui import QImage
 
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from tests.conftest import ASSETS
 from twistcore.detection import Interval
 from twistcore.review import Decide, Decision, Insert
@@ -52,7 +52,7 @@ def limb_pixels(qtbot, view, joint):
 def show_instead(document, view, path):
     """Another clip of the same figure, as the view showed the first one; nothing to correct."""
     camera = view.camera
-    document.show_clip(analyse(path))
+    document.show_clip(analyse_file(path))
     reject_all(document)
     document.select_chain("LeftForeArm")
     document.go_to(FRAME)

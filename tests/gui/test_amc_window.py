@@ -6,7 +6,7 @@ import pytest
 from PySide6.QtCore import QPoint, Qt
 from PySide6.QtWidgets import QLabel
 
-from inspector.session.export_files import ExportChoice, uncorrected
+from inspector.session.export_files import ExportChoice, uncorrected_warning
 from inspector.window.export_dialog import ExportDialog
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, open_clip
@@ -24,7 +24,7 @@ def test_an_amc_is_reviewed_and_exported(qtbot, window, tmp_path, capsys):
     assert document.data.clip.format == "amc"
     document.accept_undecided()
     assert [i.chain for i in document.review.state.chosen()] == [LIMB]
-    assert uncorrected(document) == ""
+    assert uncorrected_warning(document) == ""
     window.files.export(ExportChoice(out))
     assert window.exporter.finish()
     assert "out.amc: 8 frames of 1 joint changed" in window.bar.label.text()

@@ -3,13 +3,13 @@
 import pytest
 
 from inspector.language import catalogue, of_core, use_language
-from inspector.session.opening import analysed, opening_notes
+from inspector.session.opening import analyse_clip, opening_notes
 from tests.twistcore.test_notation import HELD, KEYS10, TENTHS, WHOLE, noted, written
 
 
 @pytest.mark.parametrize("notation", [WHOLE, HELD, KEYS10], ids=lambda n: n.name)
 def test_opening_says_a_note_once(notation):
-    said = " ".join(text for text, _ in opening_notes(analysed(written(notation)), None, ()))
+    said = " ".join(text for text, _ in opening_notes(analyse_clip(written(notation)), None, ()))
     (note,) = noted(written(notation).motion)
     assert said.count(note) == 1
 

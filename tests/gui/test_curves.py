@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PySide6.QtGui import QColor, QImage, QPainter
 
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from inspector.timeline.curve_values import degrees_about, thinned, unreliable_spans
 from inspector.timeline.regions import Regions
 from inspector.widgets.theme import LIGHT
@@ -22,7 +22,7 @@ NO_SEAMS = np.zeros(0, dtype=np.int64)
 
 @pytest.fixture(scope="module")
 def sample():
-    return analyse(INJECTED)
+    return analyse_file(INJECTED)
 
 
 def test_signals_after_from_offsets_equal_those_of_the_corrected_motion(open_document):

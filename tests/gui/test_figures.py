@@ -12,7 +12,7 @@ from PySide6.QtSvg import QSvgRenderer
 
 from inspector.recording.choice import Contents, Paper, RecordChoice, Shot
 from inspector.recording.page_layout import boxes
-from inspector.recording.sheet import Picture, Shape, Sheet, Words
+from inspector.recording.sheet import Sheet, SheetPicture, SheetShape, Words
 from inspector.recording.stage import WHITE, Shown, Stage
 from inspector.teaching.equation_table import typeset_texts
 from inspector.timeline.title_lines import title_lines
@@ -141,7 +141,7 @@ def test_no_edge_runs_through_the_numbers_of_an_axis(sheet):
         if isinstance(w, Words) and re.fullmatch(r"−?\d+°?", w.text.strip())
     ]
     assert len(numbers) > 8
-    edges = [s for s in items if isinstance(s, Shape) and s.pen and s.pen.style() != 1]
+    edges = [s for s in items if isinstance(s, SheetShape) and s.pen and s.pen.style() != 1]
     assert edges
     for edge in edges:
         box = edge.path.boundingRect().adjusted(-1.0, 0.0, 1.0, 0.0)
@@ -168,7 +168,7 @@ def test_every_word_is_whole_and_on_the_paper(sheet, wide):
 def test_the_view_is_drawn_at_the_resolution_of_print(sheet):
     fine, coarse = (
         [p for p in sheet(paper=Paper(dpi, 8.0, white=True), size=(pixels(90.0, dpi), 0)).items
-         if isinstance(p, Picture)]
+         if isinstance(p, SheetPicture)]
         for dpi in (300.0, 96.0)
     )  # fmt: skip
     assert [p.image.width() for p in fine] == [pixels(90.0)]
@@ -183,7 +183,7 @@ def test_lines_of_the_view_are_as_thick_on_paper_at_any_resolution(sheet):
         (picture,) = (
             p for p in sheet(Contents(curves=False), Paper(dpi, 8.0, white=True),
                              (pixels(90.0, dpi), pixels(60.0, dpi))).items
-            if isinstance(p, Picture)
+            if isinstance(p, SheetPicture)
         )  # fmt: skip
         image = picture.image.convertToFormat(QImage.Format.Format_RGB888)
         rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)

@@ -82,7 +82,7 @@ def endless(monkeypatch):
         finally:
             ended.append(path.name)
 
-    monkeypatch.setattr(clip_opener, "analyse", analyse)
+    monkeypatch.setattr(clip_opener, "analyse_file", analyse)
     monkeypatch.setattr(clip_opener, "_WONDER_S", 0.05)
     return ended
 

@@ -11,7 +11,7 @@ import pytest
 
 from inspector.bundled import ASSETS, LESSONS, SAMPLE
 from inspector.lessons.lesson_file import read_lesson
-from inspector.session.opening import analysed
+from inspector.session.opening import analyse_clip
 from tests.gui.test_tour import ALL, TRANSLATED
 from twistcore.analysis.decomposition import WhatIf, altered, decompose
 from twistcore.detection import Kind
@@ -30,7 +30,7 @@ _PERSON = 170.0  # cm
 
 @cache
 def clip(name=SAMPLE.name):
-    return analysed(read_bvh(ASSETS / name))
+    return analyse_clip(read_bvh(ASSETS / name))
 
 
 def chain(name):

@@ -9,9 +9,9 @@ import pytest
 from inspector.bundled import ASSETS, DOCS, LESSONS, SAMPLE
 from inspector.lessons.lesson_conditions import CONDITIONS, Condition, read_conditions
 from inspector.lessons.lesson_file import KEYS, read_lesson
-from inspector.lessons.lesson_place import FIELDS, Camera, Place, settings
+from inspector.lessons.lesson_place import FIELDS, Camera, LessonPlace, settings
 from inspector.lessons.page_in_clip import chain_of
-from inspector.session.opening import analysed
+from inspector.session.opening import analyse_clip
 from inspector.teaching.symbols import SYMBOLS
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if import WhatIfBox
@@ -191,7 +191,7 @@ def test_a_task_that_nobody_can_do_is_refused(tmp_path, done):
 def test_what_has_no_place_in_the_clip_is_told_with_its_line(tmp_path, wrong, expected):
     key = wrong.split(":")[0]
     text = re.sub(f"{key}: .*", wrong, LESSON, count=1)
-    lesson, data = read_lesson(written(tmp_path, text)), analysed(read_bvh(SAMPLE))
+    lesson, data = read_lesson(written(tmp_path, text)), analyse_clip(read_bvh(SAMPLE))
     with pytest.raises(FormatError, match=expected):
         chain_of(lesson, lesson.pages[0], data)
 
@@ -201,9 +201,9 @@ def test_what_a_page_has_from_the_one_before_is_told_at_its_heading(tmp_path):
     last = kick.motion.frames - 1
     assert last < 340  # else the frame lies in both clips
     lesson = read_lesson(written(tmp_path, LESSON.replace("frame: 90", "frame: 340")))
-    chain_of(lesson, lesson.pages[0], analysed(read_bvh(SAMPLE)))
+    chain_of(lesson, lesson.pages[0], analyse_clip(read_bvh(SAMPLE)))
     with pytest.raises(FormatError, match=rf"line 26: expected a frame of kick.bvh up to {last}"):
-        chain_of(lesson, lesson.pages[1], analysed(kick))
+        chain_of(lesson, lesson.pages[1], analyse_clip(kick))
 
 
 def test_the_ranges_are_those_of_the_sliders(tmp_path, qtbot, open_document):
@@ -250,14 +250,16 @@ def test_what_is_no_lesson_is_told(tmp_path, content):
 @pytest.mark.parametrize(
     "place",
     [
-        Place(SAMPLE),
-        Place(
+        LessonPlace(SAMPLE),
+        LessonPlace(
             SAMPLE, 66, "RightUpLeg", Camera(np.radians(-30.5), np.radians(12.0), 0.75),
             ("m", "product"), "m",
             WhatIf(twist=np.radians(-60.0), counter=True, swing=np.radians(179.0), applied=0.25),
             1.5, "teaching", "after", True,
         ),
-        Place(SAMPLE, what_if=WhatIf(bend=0.0, nudge=np.radians(1.5), toward=(0.0, 0.6, -0.8))),
+        LessonPlace(
+            SAMPLE, what_if=WhatIf(bend=0.0, nudge=np.radians(1.5), toward=(0.0, 0.6, -0.8))
+        ),
     ],
 )  # fmt: skip
 def test_a_place_that_is_written_is_read_again(tmp_path, place):

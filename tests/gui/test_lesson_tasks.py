@@ -5,7 +5,7 @@ import pytest
 
 from inspector.lessons.lesson_file import read_lesson
 from inspector.lessons.page_in_clip import chain_of
-from inspector.session.opening import analysed
+from inspector.session.opening import analyse_clip
 from tests.conftest import ASSETS
 from tests.gui.test_tour import play
 from twistcore.errors import FormatError
@@ -77,7 +77,7 @@ def test_show_me_accepts_what_is_not_there_yet(qtbot, at_forearm, tmp_path):
 )
 def test_what_the_clip_cannot_give_is_refused(tmp_path, done, expected):
     path = lesson(tmp_path, done, chain="LeftUpLeg-LeftFoot")
-    read, data = read_lesson(path), analysed(read_bvh(ASSETS / "walk_injected.bvh"))
+    read, data = read_lesson(path), analyse_clip(read_bvh(ASSETS / "walk_injected.bvh"))
     with pytest.raises(FormatError, match=rf"line 15: expected {expected}"):
         chain_of(read, read.pages[0], data)
 

@@ -10,7 +10,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QDialogButtonBox
 
 from inspector.session.export_files import ExportChoice
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from inspector.session.rig_profiles import rig_path
 from inspector.session.session_files import journals, session_path
 from inspector.session.settings import Settings
@@ -202,7 +202,7 @@ def test_the_export_of_own_chains_is_what_apply_makes(qtbot, reviewed, clip, tmp
     assert out.read_bytes() == replayed.read_bytes() != clip.read_bytes()
     window.files.save_session()
     assert read_session(session_path(clip)).state.rig == Rig((SPINE,), ("RightLeg",))
-    again = analyse(clip)
+    again = analyse_file(clip)
     assert again.analysis.rig == document.review.state.rig
     assert [c.name for c in again.chains] == names(window)
 
@@ -228,11 +228,11 @@ def test_a_rig_profile_is_for_other_clips_of_the_skeleton(qtbot, reviewed, clip)
 
 
 def test_a_damaged_rig_profile_is_set_aside(clip):
-    place = rig_path(analyse(clip).motion.skeleton)
+    place = rig_path(analyse_file(clip).motion.skeleton)
     place.parent.mkdir(parents=True)
     for text in ("[[chain", '[[chain]]\njoints = ["Spine", "Tail"]\n', "remove = 3\n"):
         place.write_text(text, "utf-8")
-        found = analyse(clip)
+        found = analyse_file(clip)
         assert not found.analysis.rig
         assert "set aside" in found.notes[0]
         assert not place.exists()

@@ -13,7 +13,7 @@ from inspector.bundled import ASSETS, LESSONS, SAMPLE, TOUR
 from inspector.lessons.lesson_conditions import CONDITIONS
 from inspector.lessons.lesson_file import read_lesson
 from inspector.lessons.web_page import LARGEST, export_page
-from inspector.teaching.taught_frame import degrees
+from inspector.teaching.taught_frame import degree_text
 from tests.gui.browser import Browser, found_browser
 from tests.gui.looks import EVERY
 from twistcore.analysis.decomposition import WhatIf, decompose
@@ -133,23 +133,23 @@ def quantities(**what_if):
 
 @pytest.mark.thorough
 def test_a_slider_moves_the_figure_and_the_numbers(browser):
-    assert value(browser, "theta_p") == degrees(quantities().theta_p)
+    assert value(browser, "theta_p") == degree_text(quantities().theta_p)
     before = pixels(browser, "#scene")
     slide(browser, "twist", 0.75)
     twist = float(browser.tell("document.querySelector('#twist').value"))
     assert twist == pytest.approx(90.0, abs=3.0)
     own = quantities(twist=np.radians(twist))
-    assert value(browser, "theta_p") == degrees(own.theta_p)
+    assert value(browser, "theta_p") == degree_text(own.theta_p)
     assert moved(before, pixels(browser, "#scene")) > 0.01
     assert "A pure twist" in told(browser, "#words")
     browser.click("#counter")
     own = quantities(twist=np.radians(twist), counter=True)
-    assert value(browser, "dtheta_c") == degrees(own.dtheta_c)
+    assert value(browser, "dtheta_c") == degree_text(own.dtheta_c)
     assert "a twist error" in told(browser, "#words")
     slide(browser, "applied", 1.0)
     assert str(value(browser, "m")).startswith("0.00° < τ")
     browser.click("#reset")
-    assert value(browser, "theta_p") == degrees(quantities().theta_p)
+    assert value(browser, "theta_p") == degree_text(quantities().theta_p)
     assert moved(before, pixels(browser, "#scene")) < 0.001
 
 
@@ -215,7 +215,7 @@ def test_frames_are_scrubbed(browser):
     assert 180 < frame < 200
     motion = read_bvh(SAMPLE).motion
     chain = next(c for c in find_chains(motion) if c.name == "LeftArm")
-    assert value(browser, "theta_p") == degrees(decompose(motion, chain, frame).theta_p)
+    assert value(browser, "theta_p") == degree_text(decompose(motion, chain, frame).theta_p)
 
 
 # One page serves all lessons: those with the most pages stand for the others.

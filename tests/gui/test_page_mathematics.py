@@ -8,12 +8,12 @@ import pytest
 from PySide6.QtQml import QJSEngine
 
 from inspector.bundled import ASSETS
-from inspector.session.opening import analysed
+from inspector.session.opening import analyse_clip
 from inspector.teaching.equation_table import SECTIONS
 from inspector.teaching.gizmo_family import MEMBERS, add_family
 from inspector.teaching.gizmo_joints import triads
 from inspector.teaching.gizmo_shapes import Sketch
-from inspector.teaching.taught_frame import Numbers
+from inspector.teaching.taught_frame import FrameNumbers
 from inspector.teaching.what_if_words import words
 from inspector.viewport.bodies import find_bones
 from inspector.viewport.striped_skin import STATIONS, build_skin, drape
@@ -134,7 +134,7 @@ def numbers_of(motion, chain, frame, what_if, offset, stage, tau):
     """The same frame as the teaching tab knows it."""
     found = correct_frame(motion, chain, frame, what_if, tau=tau, offset_before=offset)
     shown = decompose(motion, chain, frame, what_if, offset=found.whole, stage=stage)
-    return Numbers(shown, found, staged=stage is not None)
+    return FrameNumbers(shown, found, staged=stage is not None)
 
 
 def same(theirs, mine, what):
@@ -182,7 +182,7 @@ WHAT_IFS = (
 
 
 def test_rows_and_words_say_what_the_program_says(engine):
-    clip = analysed(read_bvh(ASSETS / "walk_injected.bvh"))
+    clip = analyse_clip(read_bvh(ASSETS / "walk_injected.bvh"))
     motion, said = clip.motion, set()
     rows = [equation for section in SECTIONS for equation in section.rows]
     for chain in clip.chains:

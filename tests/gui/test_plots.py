@@ -7,7 +7,7 @@ from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QApplication
 
 from inspector.session.document import Document
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from inspector.timeline.tau_line import set_tau_degrees
 from inspector.timeline.timeline import Timeline
 from inspector.widgets.axes import root_scale
@@ -444,7 +444,7 @@ def test_every_chain_draws_in_both_themes(qtbot, timeline, document):
 
 
 def test_another_clip_may_be_jumped_through_at_once(qtbot, timeline, document):
-    longer = analyse(INJECTED.with_name("dance.bvh"))
+    longer = analyse_file(INJECTED.with_name("dance.bvh"))
     assert longer.motion.frames > document.frames
     document.show_clip(longer)
     document.go_to(document.frames - 1)

@@ -18,7 +18,7 @@ from twistcore.analysis.correction.protected_measures import (
     ROLL,
     TURNS,
     UNITS,
-    Measure,
+    ProtectedMeasure,
 )
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision, Review
@@ -34,7 +34,7 @@ _GROWN = {
 
 def measure(name, *, worse=True):
     before, after = _GROWN[name]
-    return Measure(name, UNITS[name], before, after, worse, "LeftHand", "wrist")
+    return ProtectedMeasure(name, UNITS[name], before, after, worse, "LeftHand", "wrist")
 
 
 def test_a_line_says_what_gets_worse_and_nothing_where_nothing_does():

@@ -10,7 +10,7 @@ from inspector.bundled import FLIPPED, SAMPLE
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction import refine
 from twistcore.formats.reading import read_clip
-from twistcore.report.picture_job import SIZE, draw, figure_of
+from twistcore.report.picture_job import SIZE, draw_figures, figure_of
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def drawn():
         after = refine(motion, found.chains_and_limbs, [worst])
         wanted = [(worst.chain, (worst.start + worst.stop) // 2)]
         figures.append(figure_of(motion, after, found.chains_and_limbs, wanted))
-    return draw(figures)
+    return draw_figures(figures)
 
 
 def pixels(jpeg):

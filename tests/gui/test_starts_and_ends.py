@@ -13,7 +13,7 @@ import pytest
 from PySide6.QtCore import QTimer
 from PySide6.QtGui import QImage
 
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from inspector.session.settings import Settings
 from inspector.window.demo import screenshot
 from tests.conftest import ASSETS
@@ -33,7 +33,7 @@ def run(folder, *words):
 
 
 def write_session_of(path):
-    data = analyse(path)
+    data = analyse_file(path)
     session = path.with_name(f"{path.stem}.twist.json")
     write_session(data.clip, data.review.state, session)
     return session

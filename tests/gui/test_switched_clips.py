@@ -13,7 +13,7 @@ from PySide6.QtCore import QEvent
 
 from benchmarks.alive import heard
 from benchmarks.endurance import Sitting
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from tests.gui.pictures import INJECTED, WALK
 from tests.gui.test_plots import LEFT, NONE, send, shown, spot
 from tests.gui.windows import act, open_clip
@@ -77,7 +77,7 @@ def test_a_drag_ends_with_its_clip(qtbot, document, next_clip, what, opens):
         qtbot.wait(20)
         assert document.review.state is not before or what == "new interval"
     with heard() as said:
-        document.show_clip(analyse(next_clip))
+        document.show_clip(analyse_file(next_clip))
         state = document.review.state
         pull_on(qtbot, timeline, spot(timeline, "strength", frame + 25, share - 0.3))
     assert document.review.state is state
@@ -90,12 +90,12 @@ def test_what_a_plots_menu_offers_goes_with_the_clip(qtbot, document, next_clip)
     menu = timeline.gestures.open_menu("strength", 100.0, 1.0, position)
     gone = []
     menu.destroyed.connect(lambda: gone.append(True))
-    document.show_clip(analyse(next_clip))
+    document.show_clip(analyse_file(next_clip))
     qtbot.waitUntil(lambda: gone == [True])
 
 
 def test_a_command_for_an_interval_that_is_gone_is_dropped(document):
-    document.show_clip(analyse(WALK))
+    document.show_clip(analyse_file(WALK))
     state, gone = document.review.state, 1 + max((j.id for j in document.intervals), default=0)
     told = []
     document.message.connect(lambda _text, wrong: told.append(wrong))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from inspector.session.document import Document
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from inspector.teaching.taught_frame import TaughtFrame
 from inspector.teaching.what_if_words import azimuth_per_tip, theta_per_tip, words
 from inspector.widgets.theme import DARK
@@ -29,7 +29,7 @@ PI = np.pi
 @pytest.fixture
 def taught(qapp):
     document = Document()
-    document.show_clip(analyse(ASSETS / "walk_injected.bvh"))
+    document.show_clip(analyse_file(ASSETS / "walk_injected.bvh"))
     document.select_chain("LeftArm")
     document.go_to(90)
     frame = TaughtFrame(document)

@@ -16,7 +16,7 @@ from PySide6.QtWidgets import QApplication
 from inspector.bundled import LESSONS
 from inspector.lessons.guided_exercise import make_exercise
 from inspector.session.document import Document
-from inspector.session.opening import analyse
+from inspector.session.opening import analyse_file
 from inspector.teaching.equation_table import SECTIONS
 from inspector.teaching.equations import Equations
 from inspector.teaching.symbols import SYMBOLS, colour
@@ -47,8 +47,8 @@ CLIPS, CHAINS = 5, 10
 def clips(folder_for_copy):
     """Five clips: those of a folder that TWIST_CLIPS names, else the samples and one injected."""
     if folder := os.environ.get("TWIST_CLIPS"):
-        return [analyse(p) for p in sorted(Path(folder).glob("*.bvh"))[:CLIPS]]
-    found = [analyse(p) for p in sorted(ASSETS.glob("*.bvh"))]
+        return [analyse_file(p) for p in sorted(Path(folder).glob("*.bvh"))[:CLIPS]]
+    found = [analyse_file(p) for p in sorted(ASSETS.glob("*.bvh"))]
     dirty, _ = make_exercise(ASSETS / "dance.bvh", folder_for_copy, 3, "Judge")
     return [*found, dirty][:CLIPS]
 

@@ -22,7 +22,7 @@ from tests.gui.windows import act
 from twistcore.detection import Kind
 from twistcore.errors import TwistError
 from twistcore.review import Decide, Decision, recover
-from twistcore.study.exercise import score
+from twistcore.study.exercise import score_exercise
 from twistcore.synthesis.truth import read_truth
 
 ALL = sorted(LESSONS.glob("*.md"))
@@ -373,7 +373,7 @@ def test_an_exercise_is_the_same_for_its_seed(tmp_path):
     assert listed == [(j.interval.chain, j.interval.start) for j in again.review.state.intervals]
     assert [e.start for e in errors] == [e.start for e in same]
     assert all(j.interval.confidence is None for j in one.review.state.intervals)  # no hint
-    assert score(errors, one.review.state.intervals).left == len(listed)
+    assert score_exercise(errors, one.review.state.intervals).left == len(listed)
 
 
 @pytest.mark.thorough

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
-from twistcore.batch.clip_task import Outcome, Task, process
+from twistcore.batch.clip_task import ClipTask, Outcome, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run import run_batch
@@ -38,7 +38,7 @@ def environment(**more: str) -> dict[str, str]:
     return {**os.environ, "PYTHONPATH": str(ROOT), **more}
 
 
-def as_its_name_says(task: Task) -> Outcome:
+def as_its_name_says(task: ClipTask) -> Outcome:
     """Carry a task out in a process that dies, hangs or has no memory if the name says so."""
     if "dies" in task.name:
         os.kill(os.getpid(), KILL)
@@ -49,7 +49,7 @@ def as_its_name_says(task: Task) -> Outcome:
     return process(task)
 
 
-def slowly(task: Task) -> Outcome:
+def slowly(task: ClipTask) -> Outcome:
     """The same after a while, so that others can be ended meanwhile."""
     time.sleep(0.15)
     return process(task)
@@ -62,12 +62,12 @@ def run_slowly(folder: str, out: str) -> None:
 
 
 def _two_slow_ones(
-    tasks: Sequence[Task], seconds: Callable[[Task], float]
-) -> Iterator[tuple[Task, Outcome | Exception]]:
+    tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
+) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
     return each(slowly, tasks, 2, apart=True, seconds=seconds)
 
 
-def _greedy(task: Task) -> Outcome:
+def _greedy(task: ClipTask) -> Outcome:
     from twistcore.batch import clip_result
 
     def much(*_: object) -> None:

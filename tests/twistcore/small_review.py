@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.twistcore.test_chain import both, line, rig
 from twistcore.detection import Interval, Kind
-from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
+from twistcore.review.model import Decision, Judged, ReviewState, Tracking, chain_places
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 
@@ -33,7 +33,9 @@ def state(*judged, tau=None, **more):
     """A review of these intervals; with the τ of chains alone unless others are given."""
     tau = {c.name: TAU[c.name] for c in CHAINS} if tau is None else tau
     number = max((j.id for j in judged), default=0) + 1
-    return ReviewState("paper", MappingProxyType(tau), tuple(judged), number, in_order(tau), **more)
+    return ReviewState(
+        "paper", MappingProxyType(tau), tuple(judged), number, chain_places(tau), **more
+    )
 
 
 SEEN = Judged(

@@ -13,7 +13,7 @@ import pytest
 from tests.conftest import ASSETS
 from tests.processes import children_of, is_alive, until
 from tests.twistcore.batch_folders import COMMAND, KILL, ROOT, clips, environment
-from twistcore.batch.clip_task import Task, process
+from twistcore.batch.clip_task import ClipTask, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
@@ -198,5 +198,5 @@ def test_who_carries_a_task_out_is_left_without_a_limit():
     import resource
 
     before = resource.getrlimit(resource.RLIMIT_AS)
-    assert process(Task("nowhere.bvh", "nowhere.bvh", 0, Parameters())).reason
+    assert process(ClipTask("nowhere.bvh", "nowhere.bvh", 0, Parameters())).reason
     assert resource.getrlimit(resource.RLIMIT_AS) == before

@@ -19,7 +19,7 @@ from twistcore.batch.inputs import Source, find_inputs, renamed
 from twistcore.batch.manifest import Manifest
 from twistcore.batch.parameters import Parameters
 from twistcore.batch.run import run_batch
-from twistcore.batch.run_plan import shard
+from twistcore.batch.run_plan import shard_sources
 from twistcore.cli import main
 from twistcore.errors import TwistError
 from twistcore.work.processes import each
@@ -193,7 +193,7 @@ def test_names_differ_and_every_clip_is_in_one_shard(pairs, count):
     sources = [Source(f"/r{k}/{a}/{b}.bvh", f"{b}.bvh") for k, (a, b) in enumerate(pairs)]
     named = renamed(sources, {})
     assert len({source.name.casefold() for source in named}) == len(sources)
-    parts = [shard(named, k, count) for k in range(1, count + 1)]
+    parts = [shard_sources(named, k, count) for k in range(1, count + 1)]
     assert sorted(s.path for part in parts for s in part) == sorted(s.path for s in sources)
 
 
@@ -203,7 +203,7 @@ def test_a_shard_goes_by_names_wherever_the_folder_lies(tmp_path):
     for root in ("a", "b/c"):
         made = clips(tmp_path / root, ASSETS / "walk_injected.bvh", 8, 1)
         sources = find_inputs([str(made[0].parent)]).sources
-        parts.append([[s.name for s in shard(sources, k, 2)] for k in (1, 2)])
+        parts.append([[s.name for s in shard_sources(sources, k, 2)] for k in (1, 2)])
     assert parts[0] == parts[1]
     assert all(parts[0])
 

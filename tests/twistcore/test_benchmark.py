@@ -22,23 +22,30 @@ from twistcore.skeleton.rotation import (
     geodesic_angle,
     normalise,
     quaternion_from_axis_angle,
+    slerp,
 )
 from twistcore.study.benchmark import runner
-from twistcore.study.benchmark.baselines import BASELINES, slerp
-from twistcore.study.benchmark.clip_run import Settings, result_from_json, run_clip
+from twistcore.study.benchmark.baselines import BASELINES
+from twistcore.study.benchmark.clip_run import BenchmarkSettings, result_from_json, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.filtering_cost import fidelity
 from twistcore.study.benchmark.hinge import hinge_offsets
 from twistcore.study.benchmark.markdown import benchmark_to_markdown, table
-from twistcore.study.benchmark.passes import all_methods, apply_method, clean_run, draw, run_item
+from twistcore.study.benchmark.passes import (
+    all_methods,
+    apply_method,
+    clean_run,
+    draw_pass_errors,
+    run_item,
+)
 from twistcore.study.benchmark.runner import run_benchmark
 from twistcore.study.benchmark.tables import benchmark_to_json, make_rows
 from twistcore.study.benchmark.tally import MICRO, Tally
-from twistcore.study.evaluation import match_intervals, measure, summarise
+from twistcore.study.evaluation import match_intervals, measure_clip, summarise
 from twistcore.synthesis import Truth, inject, parse_protocol
 
 CLIPS = {name: ASSETS / name for name in ("basketball.bvh", "walk.bvh")}
-QUICK = Settings(("P0",), ("paper", "savgol"), (1,))
+QUICK = BenchmarkSettings(("P0",), ("paper", "savgol"), (1,))
 
 
 @pytest.fixture(scope="module")
@@ -63,12 +70,12 @@ def test_a_pass_counts_what_evaluation_measures(scene, method):
     """Passes look at one limb; evaluation.py looks at the whole clip and knows no limbs."""
     samples, motion = [], scene.motion
     for index, targets in scene.passes():
-        errors = draw(scene, index, targets, 7)
+        errors = draw_pass_errors(scene, index, targets, 7)
         dirty = inject(motion, scene.chains, errors)
         refined = apply_method(method, dirty, scene.chains, errors)
         truth = Truth("walk.bvh", "P0", 7, motion.frames, motion.fps, errors)
         samples.append(
-            measure(truth, motion, motion.with_rotations(refined.rotations), scene.chains)
+            measure_clip(truth, motion, motion.with_rotations(refined.rotations), scene.chains)
         )
     known = summarise(samples)
     ours = sum(run_item(scene, method, 7).values(), Tally())
@@ -85,7 +92,7 @@ def test_a_pass_counts_what_evaluation_measures(scene, method):
 @pytest.mark.parametrize("method", DETECTORS)
 def test_a_limb_alone_is_analysed_as_in_the_whole_body(scene, method):
     index, targets = scene.passes()[3]
-    errors = draw(scene, index, targets, 1)
+    errors = draw_pass_errors(scene, index, targets, 1)
     group = next(group for group in scene.groups if targets[0] in group)
     every = (*scene.chains, *scene.limbs)
     dirty = inject(scene.motion, scene.chains, errors)
@@ -99,7 +106,10 @@ def test_a_limb_alone_is_analysed_as_in_the_whole_body(scene, method):
 
 def test_errors_depend_on_seed_clip_chain_and_protocol_alone(scene):
     def starts(seed, which):
-        return [(e.chain, e.start, e.stop) for e in draw(scene, *scene.passes()[which], seed)]
+        return [
+            (e.chain, e.start, e.stop)
+            for e in draw_pass_errors(scene, *scene.passes()[which], seed)
+        ]
 
     assert starts(1, 0) == starts(1, 0)
     assert starts(1, 0) != starts(2, 0)
@@ -161,11 +171,11 @@ def test_a_causal_low_pass_lags_and_flattens_and_the_detectors_do_not(scene):
 
 
 def test_every_method_on_a_clip():
-    settings = Settings(("P0", "H8", "H10", "rich+H1"), all_methods(), (1,))
+    settings = BenchmarkSettings(("P0", "H8", "H10", "rich+H1"), all_methods(), (1,))
     result = run_clip(CLIPS["walk.bvh"], "walk.bvh", settings)
     assert not result.problems
     assert result_from_json(json.loads(json.dumps(result.to_json()))).to_json() == result.to_json()
-    summary = runner.Summary()
+    summary = runner.BenchmarkSummary()
     summary.add(result)
     rows = {
         (r.protocol, r.method): r.to_json()
@@ -229,7 +239,7 @@ def test_an_interrupted_run_keeps_what_is_done_and_resumes(tmp_path, monkeypatch
     run_benchmark(CLIPS, QUICK, workers=1, partial=part, resume=True)
     assert not ran
     with pytest.raises(FormatError, match="the same protocols"):
-        run_benchmark(CLIPS, Settings(), workers=1, partial=part, resume=True)
+        run_benchmark(CLIPS, BenchmarkSettings(), workers=1, partial=part, resume=True)
 
 
 def test_the_command_lists_a_clip_that_it_cannot_read(tmp_path, capsys):

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from tests.tiers import examples
 from tests.twistcore.strategies import orders, quaternions
 from twistcore.errors import BvhError
-from twistcore.formats.bvh import parse_bvh, read_bvh, thinned
+from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
 from twistcore.formats.bvh.euler_branch import continuous_angles
 from twistcore.formats.clip import rewritten, write_clip
 from twistcore.skeleton.motion import forward_kinematics
@@ -287,7 +287,7 @@ def test_a_number_of_the_timing_may_stand_alone_on_the_next_line(field, gap):
     np.testing.assert_array_equal(clip.values, rows)
     assert clip.motion.fps == 100.0
     assert clip.warnings == ()
-    assert thinned(clip, 2).motion.fps == pytest.approx(50.0)
+    assert decimated(clip, 2).motion.fps == pytest.approx(50.0)
 
 
 def test_a_row_is_not_taken_for_a_missing_frame_time():

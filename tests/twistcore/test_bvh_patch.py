@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from twistcore.formats.bvh.channels import JointChannels, motion_of
+from twistcore.formats.bvh.channels import JointChannels, motion_from_channels
 from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numbers
 from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.motion import Skeleton
@@ -69,21 +69,21 @@ def values():
 
 
 def test_positions_that_differ_are_told_where_they_stand():
-    before = motion_of(SKELETON, LAYOUTS, values(), 0.1)
+    before = motion_from_channels(SKELETON, LAYOUTS, values(), 0.1)
     tokens, numbers = moved_numbers(LAYOUTS, COLUMNS, before, before)
     assert (len(tokens), len(numbers)) == (0, 0)
     assert tokens.dtype == np.int64
     moved = values()
     for frame, column, number in ((0, 0, -1.0), (2, 1, -2.0), (5, 2, -3.0), (3, 8, -4.0)):
         moved[frame, column] = number
-    after = motion_of(SKELETON, LAYOUTS, moved, 0.1)
+    after = motion_from_channels(SKELETON, LAYOUTS, moved, 0.1)
     tokens, numbers = moved_numbers(LAYOUTS, COLUMNS, before, after)
     told = dict(zip(tokens.tolist(), numbers.tolist(), strict=True))
     assert told == {0: -1.0, 2 * 9 + 1: -2.0, 5 * 9 + 2: -3.0, 3 * 9 + 8: -4.0}
 
 
 def test_turned_joints_are_told_in_degrees_where_they_stand():
-    before = motion_of(SKELETON, LAYOUTS, values(), 0.1)
+    before = motion_from_channels(SKELETON, LAYOUTS, values(), 0.1)
     rotations = before.rotations.copy()
     by = quaternion_from_axis_angle([0.0, 0.0, 1.0], np.radians(1.0))
     rotations[2:4, 0] = multiply(by, rotations[2:4, 0])
@@ -110,7 +110,7 @@ def test_turned_joints_are_told_in_degrees_where_they_stand():
 def test_a_jump_that_stays_is_told_with_its_channel():
     """Most of a turn in four frames, between frames that are not turned."""
     still = np.zeros((6, COLUMNS))
-    motion = motion_of(SKELETON, LAYOUTS, still, 0.1)
+    motion = motion_from_channels(SKELETON, LAYOUTS, still, 0.1)
     rotations = motion.rotations.copy()
     turns = np.radians([80.0, 160.0, 240.0, 320.0])
     rotations[1:5, 0] = quaternion_from_axis_angle([0.0, 0.0, 1.0], turns)
@@ -125,7 +125,7 @@ def test_a_jump_that_stays_is_told_with_its_channel():
 
 
 def test_a_joint_without_three_rotations_is_named():
-    motion = motion_of(SKELETON, LAYOUTS, values(), 0.1)
+    motion = motion_from_channels(SKELETON, LAYOUTS, values(), 0.1)
     changed = np.zeros((6, 3), dtype=bool)
     changed[1, 1] = True
     with pytest.raises(ValueError, match="'Arm' has no three rotation channels"):
@@ -138,7 +138,7 @@ def test_at_an_end_of_the_clip_angles_stay_on_their_turn_and_jump_nowhere(frames
     spun = values()
     spun[:, 3:5] = 10.0
     spun[:, 5] = 370.0 + np.array([0.0, 80.0, 200.0, 340.0, 500.0, 660.0])
-    motion = motion_of(SKELETON, LAYOUTS, spun, 0.1)
+    motion = motion_from_channels(SKELETON, LAYOUTS, spun, 0.1)
     rotations = motion.rotations.copy()
     by = quaternion_from_axis_angle([0.0, 0.0, 1.0], np.radians(1.0))
     rotations[frames, 0] = multiply(by, rotations[frames, 0])

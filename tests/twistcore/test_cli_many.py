@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.twistcore.test_cli import run, run_json
 from twistcore.analysis.clip_analysis import analyse
-from twistcore.cli.output import shown
+from twistcore.cli.output import terminal_text
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decide, Decision, Review, write_session
 
@@ -204,10 +204,10 @@ def test_verbose_says_steps_and_times_on_standard_error_alone(capsys):
 
 @given(st.text())
 def test_nothing_that_a_terminal_obeys_is_left(text):
-    kinds = {unicodedata.category(c) for c in shown(text)}
+    kinds = {unicodedata.category(c) for c in terminal_text(text)}
     assert not kinds & {"Cc", "Cs", "Zl", "Zp"}
     if text.isprintable():
-        assert shown(text) == text
+        assert terminal_text(text) == text
 
 
 @pytest.mark.skipif(os.name != "posix", reason="Windows allows no such names")

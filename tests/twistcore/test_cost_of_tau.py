@@ -11,7 +11,7 @@ from tests.conftest import ASSETS
 from tests.tiers import parametrize
 from twistcore.analysis.clip_analysis import detect
 from twistcore.formats.bvh import read_bvh
-from twistcore.review.left_out import joined
+from twistcore.review.left_out import joined_spans
 from twistcore.tuning import (
     GRID,
     DrawnErrors,
@@ -209,7 +209,7 @@ def test_blends_at_the_ends_and_a_persons_spans_are_told_together(walk):
 
 
 def test_spans_that_meet_are_one():
-    assert joined([(5, 9), (0, 2), (8, 12), (12, 13)]) == ((0, 2), (5, 13))
+    assert joined_spans([(5, 9), (0, 2), (8, 12), (12, 13)]) == ((0, 2), (5, 13))
 
 
 def test_whether_one_tau_does_for_all_is_said_in_words():

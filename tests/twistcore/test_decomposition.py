@@ -21,7 +21,7 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 from twistcore.skeleton.signals import twist_signals
-from twistcore.study.exercise import decoys, hide_errors, score
+from twistcore.study.exercise import decoys, hide_errors, score_exercise
 
 EXACT = 1e-9
 TURN = np.radians(70.0)
@@ -220,14 +220,14 @@ def test_every_kind_of_verdict_is_counted(clip):
         judged(4, free, 40, 50, no),
         judged(5, free, 60, 70, Decision.UNDECIDED),
     ]
-    result = score(errors, review)
+    result = score_exercise(errors, review)
     assert result.hits == (found,)
     assert set(result.misses) == {overlooked, denied, *rest}
     assert [i.start for i in result.false_accepted] == [10]
     assert [i.start for i in result.false_rejected] == [denied.start]
     assert (result.false_verdicts, result.left) == (2, 1)
     # The same frames in another chain are no hit.
-    assert not score([found], [judged(1, free, found.start, found.stop, yes)]).hits
+    assert not score_exercise([found], [judged(1, free, found.start, found.stop, yes)]).hits
 
 
 @pytest.mark.parametrize("seed", range(1, 21))

@@ -25,7 +25,7 @@ from twistcore.detection.soft_errors.softened_level import (
     guess,
     ramp,
 )
-from twistcore.synthesis.protocol import twist_increments
+from twistcore.synthesis.protocol import chain_increments
 
 # Departures
 
@@ -79,16 +79,16 @@ def test_an_error_changes_the_sum_of_both_twists_by_nothing():
     motion = clip("walk.bvh", "rich")
     chain = chain_of(motion, "LeftArm")
     full, dirty = erring(motion, "LeftArm", 100, SHAPES["noise"])
-    sums = [np.sum(twist_increments(m, chain), axis=0) for m in (motion, dirty)]
+    sums = [np.sum(chain_increments(m, chain), axis=0) for m in (motion, dirty)]
     np.testing.assert_allclose(sums[0], sums[1], atol=1e-9)
-    x = [np.cumsum(twist_increments(m, chain)[0]) for m in (motion, dirty)]
+    x = [np.cumsum(chain_increments(m, chain)[0]) for m in (motion, dirty)]
     np.testing.assert_allclose(x[1] - x[0], full, atol=1e-9)
 
 
 def test_scales_grow_with_the_span_and_frames_told_bad_have_no_say():
     motion = clip("walk.bvh", "rich")
     chain = chain_of(motion, "LeftArm")
-    x, y = (v[None] for v in twist_increments(motion, chain))
+    x, y = (v[None] for v in chain_increments(motion, chain))
     every = spans(FPS, motion.frames)
     nowhere = np.zeros(x.shape, dtype=bool)
     natural = natural_scales(x, y, FPS, every, nowhere)

@@ -12,7 +12,7 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.export.replay import check_belongs
 from twistcore.files import document_values as values
 from twistcore.review import read_session, recover
-from twistcore.review.left_out import joined, missing_from
+from twistcore.review.left_out import joined_spans, missing_from
 from twistcore.review.model import as_written, constant
 from twistcore.review.session import session_bytes, session_from_document
 from twistcore.skeleton.rig import read_rig
@@ -34,7 +34,7 @@ LOOKS = [
     values.texts,
     lambda value, what: values.one_of(value, what, ("a", "b")),
     lambda value, what: values.has(value, "a", what=what),
-    lambda value, what: values.each(value, what, lambda one: values.whole(one, "one")),
+    lambda value, what: values.read_each(value, what, lambda one: values.whole(one, "one")),
     lambda value, what: values.frames({what: value, "start": value, "stop": 5}),
 ]
 
@@ -162,4 +162,4 @@ def test_what_is_missing_from_spans_is_so_frame_by_frame(some, others):
 
     left = missing_from(some, others)
     assert frames(left) == frames(some) - frames(others)
-    assert joined(left) == left
+    assert joined_spans(left) == left

@@ -19,7 +19,7 @@ from twistcore.review import (
 )
 from twistcore.review.commands import ChangeChains
 from twistcore.review.model import Judged, carried_over
-from twistcore.review.reasons import found_again, with_reasons
+from twistcore.review.reasons import redetected_intervals, with_reasons
 from twistcore.skeleton.rig import AS_FOUND, Rig
 
 
@@ -64,7 +64,7 @@ def test_a_detector_that_is_not_ready_is_asked_for_flips_alone(ready):
         detector=detector,
         chains_and_limbs=(SimpleNamespace(name=LEG), SimpleNamespace(name="Beyond")),
     )
-    assert found_again(analysis, review().state) == ((LEG, 0.2), LEG)
+    assert redetected_intervals(analysis, review().state) == ((LEG, 0.2), LEG)
     assert asked == [("own", frozenset(Kind)) if ready else ("consistency", {Kind.LIMB_FLIP})]
 
 

@@ -13,7 +13,12 @@ from tests.twistcore.strategies import axes, quaternions
 from twistcore.analysis.correction import remove_twist
 from twistcore.analysis.decomposition import WhatIf, altered, decompose
 from twistcore.analysis.decomposition.altered_frame import staged
-from twistcore.analysis.decomposition.directions import angle_between, at_frame, beside, direction
+from twistcore.analysis.decomposition.directions import (
+    angle_between,
+    at_frame,
+    direction,
+    perpendicular,
+)
 from twistcore.analysis.decomposition.frame_correction import correct_frame
 from twistcore.analysis.decomposition.rotation_forms import (
     EulerChannels,
@@ -48,7 +53,7 @@ TURN = math.radians(70.0)
 @given(axes, axes)
 def test_angles_between_directions_are_exact_near_0_and_180_degrees_too(u, v):
     assert angle_between(u, v) == pytest.approx(math.acos(np.clip(u @ v, -1.0, 1.0)), abs=1e-6)
-    square = beside(u)
+    square = perpendicular(u)
     assert abs(square @ u) < 1e-12
     assert np.linalg.norm(square) == pytest.approx(1.0)
     for small in (1e-10, 1e-5):

@@ -29,7 +29,7 @@ from twistcore.analysis.clip_analysis import detect
 from twistcore.analysis.correction import refine
 from twistcore.batch.junit import junit_xml
 from twistcore.batch.manifest import ClipRecord
-from twistcore.batch.result_files import clip_table
+from twistcore.batch.result_files import clips_csv
 from twistcore.export.markers import blender_markers
 from twistcore.export.scene_script import PROGRAMS, SceneOptions, scene_script
 from twistcore.files.encoding import cell, text_in_cell
@@ -190,7 +190,7 @@ def test_tables_begin_no_formula(capsys, tmp_path, judged):
         ClipRecord(name=text, source=text, state="failed", reason=text, sha256="") for text in TEXTS
     ]
     run(capsys, "signals", path, path, "--csv", tmp_path / "s.csv")
-    texts = [table.read_text("utf-8"), clip_table(records), (tmp_path / "s.csv").read_text("utf-8")]
+    texts = [table.read_text("utf-8"), clips_csv(records), (tmp_path / "s.csv").read_text("utf-8")]
     chains = set(clip.motion.skeleton.names)
     for text in texts:
         rows = list(csv.reader(io.StringIO(text, newline="")))

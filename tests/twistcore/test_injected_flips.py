@@ -19,12 +19,12 @@ from twistcore.skeleton.limb import find_limbs, places
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.study.benchmark import passes, runner
-from twistcore.study.benchmark.clip_run import Settings, result_from_json, run_clip
-from twistcore.study.benchmark.clip_scene import Scene
+from twistcore.study.benchmark.clip_run import BenchmarkSettings, result_from_json, run_clip
+from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
 from twistcore.study.benchmark.tables import make_rows
 from twistcore.study.benchmark.tally import Tally
-from twistcore.study.evaluation import measure, segment_order, summarise
+from twistcore.study.evaluation import measure_clip, segment_order, summarise
 from twistcore.synthesis import (
     PROTOCOLS,
     InjectedError,
@@ -70,7 +70,7 @@ def scene_of(name):
     protocol = parse_protocol(name)
     motion = prepare(WALK.sliced(1, WALK.frames), CHAINS, protocol)
     chains = find_chains(motion)
-    return Scene("walk.bvh", protocol, motion, chains, find_limbs(motion, chains), 1, ())
+    return CleanScene("walk.bvh", protocol, motion, chains, find_limbs(motion, chains), 1, ())
 
 
 def test_what_the_paper_injects_is_drawn_as_before():
@@ -183,7 +183,7 @@ def test_an_evaluation_has_rows_of_whole_limbs():
     errors = drawn("L0")
     truth = Truth("walk.bvh", "L0", 5, WALK.frames, WALK.fps, errors)
     dirty = inject(WALK, EVERY, errors)
-    left = summarise([measure(truth, WALK, dirty, CHAINS)])
+    left = summarise([measure_clip(truth, WALK, dirty, CHAINS)])
     assert [(r.side, r.segment) for r in left.rows] == [
         (side, f"whole {segment}") for side in ("Left", "Right") for segment in ("arm", "leg")
     ]
@@ -191,7 +191,7 @@ def test_an_evaluation_has_rows_of_whole_limbs():
     assert left.overall.mae_before_deg == pytest.approx(
         np.degrees(np.abs(np.concatenate([e.offset for e in errors])).mean())
     )
-    assert summarise([measure(truth, WALK, WALK, CHAINS)]).overall.fsr_percent == 100.0
+    assert summarise([measure_clip(truth, WALK, WALK, CHAINS)]).overall.fsr_percent == 100.0
     assert sorted(["whole leg", "x", "whole arm", "Leg"], key=segment_order) == [
         "Leg", "whole arm", "whole leg", "x"
     ]  # fmt: skip
@@ -208,7 +208,7 @@ def test_an_end_taken_for_what_it_is_not_is_an_error(carried):
     along = remove_twist(dirty, EVERY, {name: offset}, {name: offset})
     stays = remove_twist(dirty, EVERY, {name: offset})
     right, wrong = (along, stays) if carried else (stays, along)
-    told = [summarise([measure(truth, WALK, m, CHAINS)]) for m in (right, wrong)]
+    told = [summarise([measure_clip(truth, WALK, m, CHAINS)]) for m in (right, wrong)]
     assert [t.overall.fsr_percent for t in told] == [100.0, 0.0]
     assert told[0].damage_share == 0.0
     pairs = WALK.frames * len({j for c in CHAINS for j in (c.parent, c.child)}) - 20
@@ -233,14 +233,14 @@ class TruthTeller(ClipAnalysis):
 
 @pytest.mark.parametrize("name", ["L0", "L1", "L0+H2", "L0+H9", "P0"])
 def test_who_knows_the_truth_repairs_everything_and_damages_nothing(name, monkeypatch):
-    scene, drawing = scene_of(name), passes.draw
+    scene, drawing = scene_of(name), passes.draw_pass_errors
 
     def draw(*given):
         monkeypatch.setattr(TruthTeller, "errors", drawing(*given))
         return TruthTeller.errors
 
     monkeypatch.setattr(passes, "ClipAnalysis", TruthTeller)
-    monkeypatch.setattr(passes, "draw", draw)
+    monkeypatch.setattr(passes, "draw_pass_errors", draw)
     total = sum(passes.run_item(scene, "consistency", 3).values(), Tally())
     assert total.passes == (10 if name == "P0" else 4)
     assert total.frames == total.repaired > 0
@@ -281,11 +281,11 @@ def test_a_benchmark_of_flips(monkeypatch):
         return asked(ClipAnalysis(self.motion, self.chains, self.name), *words, **more)
 
     monkeypatch.setattr(ClipAnalysis, "detect", of_bones)
-    settings = Settings(("L0", "L1", "P0"), ("consistency", "paper", "slerp-oracle"), (1,))
+    settings = BenchmarkSettings(("L0", "L1", "P0"), ("consistency", "paper", "slerp-oracle"), (1,))
     result = run_clip(ASSETS / "walk.bvh", "walk.bvh", settings)
     assert not result.problems
     assert result_from_json(json.loads(json.dumps(result.to_json()))).to_json() == result.to_json()
-    summary = runner.Summary()
+    summary = runner.BenchmarkSummary()
     summary.add(result)
     rows = {
         (r.protocol, r.method, r.side, r.segment): r.to_json()

@@ -6,7 +6,7 @@ from tests.conftest import ASSETS
 from tests.twistcore.test_chain import rig
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains, make_chain
-from twistcore.skeleton.limb import along, as_limb, bones, find_limbs, path, places
+from twistcore.skeleton.limb import along, as_limb, bones, find_limbs, joint_path, places
 from twistcore.skeleton.motion import Motion, Skeleton, forward_kinematics
 from twistcore.skeleton.rotation import normalise, rotate
 
@@ -66,7 +66,7 @@ def test_without_names_the_two_longest_bones_of_each_line():
     limbs = limbs_of(motion)
     assert [x.name for x in limbs] == ["u1-u3", "w1-w3"]
     assert [x.label for x in limbs] == ["u1-u3", "w1-w3"]
-    assert path(motion.skeleton, limbs[0].parent, limbs[0].end) == (
+    assert joint_path(motion.skeleton, limbs[0].parent, limbs[0].end) == (
         motion.skeleton.index("u2"),
         motion.skeleton.index("u3"),
     )
@@ -105,7 +105,7 @@ def test_a_limb_of_bones_in_pieces_and_with_positions():
     moved = rng.normal(size=(frames, 1, 3))
     motion = Motion(skeleton, rotations, (5,), moved, 0.1)
     limb = as_limb(motion, make_chain(motion, 1, 5, 8))
-    assert (limb.name, path(skeleton, 1, 5)) == ("h-z", (2, 3, 4, 5))
+    assert (limb.name, joint_path(skeleton, 1, 5)) == ("h-z", (2, 3, 4, 5))
     turned, positions = forward_kinematics(motion)
     for place, joint in zip(places(motion, limb), (5, 8), strict=True):
         in_room = rotate(turned[:, 0], place)

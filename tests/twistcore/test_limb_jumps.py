@@ -18,7 +18,7 @@ from twistcore.detection.limb_flips.jumps import (
 from twistcore.detection.limb_flips.swivel import _usual_side, angle_about, swivel_of
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.chain import find_chains
-from twistcore.skeleton.limb import find_limbs, path, places
+from twistcore.skeleton.limb import find_limbs, joint_path, places
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle, wrap
 
@@ -202,7 +202,7 @@ def test_the_swivel_is_what_places_and_rotations_in_the_room_say(kind, name):
     limb = next(n for n in LIMBS if n.label == name)
     turned, at = forward_kinematics(motion)
     above = int(motion.skeleton.parents[limb.parent])
-    last = path(motion.skeleton, limb.parent, limb.end)[-2]
+    last = joint_path(motion.skeleton, limb.parent, limb.end)[-2]
     to_child, to_end = at[:, limb.child] - at[:, limb.parent], at[:, limb.end] - at[:, limb.parent]
     norm = np.linalg.norm
     length = norm(to_child, axis=1).mean() + norm(to_end - to_child, axis=1).mean()

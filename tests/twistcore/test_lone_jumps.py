@@ -30,7 +30,7 @@ from twistcore.review import (
     read_session,
     write_session,
 )
-from twistcore.review.model import constant, overlapping
+from twistcore.review.model import constant, overlapping_ids
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.notes import RESTLESS_CLIP
 from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
@@ -213,7 +213,7 @@ def test_a_jump_and_a_twist_in_the_same_frames_are_two_findings():
     twist = Interval("LeftLeg", 100, 101, np.ones(1))
     assert {j.interval.kind for j in state.intervals} == {Kind.LONE_JUMP}
     state = Insert(twist).apply(state)
-    assert overlapping(state.intervals) == frozenset()
+    assert overlapping_ids(state.intervals) == frozenset()
     again = analysis.detector().intervals("LeftLeg", np.radians(5.0))
     after = Redetect({"LeftLeg": np.radians(5.0)}, again).apply(state)
     assert sorted(j.interval.kind for j in after.intervals) == [

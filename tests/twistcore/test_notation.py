@@ -30,7 +30,7 @@ from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.notation import (
     FEWEST_A_SECOND,
     KIND,
-    Kept,
+    DistinctFrames,
     Keys,
     angle_step,
     linear_keys,
@@ -299,7 +299,7 @@ def test_the_median_of_a_piece_between_keys():
 def test_an_offset_of_kept_frames_in_all_frames():
     motion = clip("walk").motion.sliced(0, 4)
     first = np.array([0, 3, 5, 9])
-    held, even = (Kept(motion, first, 12, even) for even in (False, True))
+    held, even = (DistinctFrames(motion, first, 12, even) for even in (False, True))
     offset = np.array([0.3, 0.6])
     assert (held.begin(1), held.end(3), held.begin(4)) == (3, 9, 12)
     np.testing.assert_allclose(held.spread(1, offset), [0.3] * 2 + [0.6] * 4)

@@ -13,13 +13,13 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.rotation import rotate
-from twistcore.study.benchmark.clip_run import Settings, run_clip
+from twistcore.study.benchmark.clip_run import BenchmarkSettings, run_clip
 from twistcore.study.benchmark.clip_scene import make_scene
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
-from twistcore.study.benchmark.runner import Summary
+from twistcore.study.benchmark.runner import BenchmarkSummary
 from twistcore.study.benchmark.tables import make_rows
 from twistcore.study.benchmark.tally import error_tally
-from twistcore.study.evaluation import measure
+from twistcore.study.evaluation import measure_clip
 from twistcore.synthesis import (
     InjectedError,
     Truth,
@@ -32,7 +32,7 @@ from twistcore.synthesis import (
 )
 from twistcore.synthesis.injection import LEAST
 from twistcore.synthesis.offset_shape import shaped
-from twistcore.synthesis.protocol import PROTOCOLS, twist_increments
+from twistcore.synthesis.protocol import PROTOCOLS, chain_increments
 
 WALK = read_bvh(ASSETS / "walk.bvh").motion
 CHAINS = find_chains(WALK)
@@ -189,7 +189,7 @@ def test_the_child_turns_back_by_a_share_only(name, share):
     np.testing.assert_allclose(error.leak, (1.0 - share) * error.offset)
     dirty = inject(WALK, CHAINS, [error])
     x, y = (
-        b - a for a, b in zip(*(twist_increments(m, chain) for m in (WALK, dirty)), strict=True)
+        b - a for a, b in zip(*(chain_increments(m, chain) for m in (WALK, dirty)), strict=True)
     )
     full = np.zeros(WALK.frames)
     full[error.start : error.stop] = error.offset
@@ -249,7 +249,7 @@ def test_over_a_gap_the_twist_is_held_or_goes_on_evenly(name):
     assert {c.name for c, _ in errors} >= {"LeftArm", "RightUpLeg"}
     for chain, error in errors[::7]:
         before, after = (
-            twist_increments(m, chain)[0] for m in (WALK, inject(WALK, CHAINS, [error]))
+            chain_increments(m, chain)[0] for m in (WALK, inject(WALK, CHAINS, [error]))
         )
         inside = after[error.start + 1 : error.stop]
         assert np.abs(inside - (0.0 if name == "GH" else inside[0])).max() < 1e-9
@@ -333,14 +333,14 @@ def test_an_offset_below_half_a_degree_is_neither_wrong_nor_clean():
     truth = Truth(
         "walk", "P0", 1, WALK.frames, WALK.fps, (InjectedError(chain.name, 50, 57, offset),)
     )
-    untouched = measure(truth, WALK, inject(WALK, CHAINS, truth.errors), CHAINS)
+    untouched = measure_clip(truth, WALK, inject(WALK, CHAINS, truth.errors), CHAINS)
     np.testing.assert_allclose(
         np.degrees(untouched.errors[0].before), [0.51, 30.0, 0.51], atol=1e-6
     )
-    whole = measure(Truth("walk", "H10", 1, WALK.frames, WALK.fps, ()), WALK, WALK, CHAINS)
+    whole = measure_clip(Truth("walk", "H10", 1, WALK.frames, WALK.fps, ()), WALK, WALK, CHAINS)
     turned = len(chain.changed_joints(WALK.skeleton))
     assert len(whole.clean_change) - len(untouched.clean_change) == 7 * turned
-    repaired = measure(truth, WALK, WALK, CHAINS)
+    repaired = measure_clip(truth, WALK, WALK, CHAINS)
     assert repaired.errors[0].after.max() < 1e-9
     assert repaired.clean_change.max() < 1e-9
 
@@ -352,10 +352,10 @@ def test_what_comes_out_worse_is_counted():
 
 
 def test_the_benchmark_tells_of_new_rows_and_of_what_came_out_worse():
-    settings = Settings(("R8", "GI", "SL"), ("unroll", "pca", "slerp-oracle"), (1,))
+    settings = BenchmarkSettings(("R8", "GI", "SL"), ("unroll", "pca", "slerp-oracle"), (1,))
     result = run_clip(ASSETS / "walk.bvh", "walk.bvh", settings)
     assert not result.problems
-    summary = Summary()
+    summary = BenchmarkSummary()
     summary.add(result)
     rows = {
         (r.protocol, r.method): r.to_json()

@@ -12,11 +12,11 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.quamo import Gains, HandGains, Tracker, track, track_both_ways
 from twistcore.quamo.network import untrained, write_network
-from twistcore.quamo.response import lags, overshoots
+from twistcore.quamo.response import overshoots, steady_lags
 from twistcore.quamo.track_clip import smooth_clip
 from twistcore.quamo.weights import weights_name
 from twistcore.skeleton.rotation import geodesic_angle
-from twistcore.study.quamo.bars import Bar
+from twistcore.study.quamo.bars import BoundCheck
 from twistcore.study.quamo.sequences import read_sequence
 
 WALK, DIRTY, DANCE = (ASSETS / f"{n}.bvh" for n in ("walk", "walk_injected", "dance"))
@@ -134,7 +134,7 @@ def test_the_causal_way_says_what_it_does_not_do_and_the_other_what_it_needs(cap
     assert "needs the whole clip" in told
     before, after = read_bvh(WALK), read_bvh(out)
     dt = before.frame_time
-    late, over = lags(Gains.by_hand(dt), dt), overshoots(Gains.by_hand(dt), dt)
+    late, over = steady_lags(Gains.by_hand(dt), dt), overshoots(Gains.by_hand(dt), dt)
     assert late == pytest.approx((0.0140, 0.0184), abs=1e-4)
     assert over == pytest.approx((0.191, 0.207), abs=1e-3)
     assert len(before.values) == len(after.values)
@@ -331,12 +331,12 @@ def test_evaluate_prints_the_bars_and_every_rival(capsys, folder, weights):
 
 
 def test_what_the_task_bounds_is_told_from_what_is_missed():
-    missed = Bar("PD", "0.30", 0.45, 0.73, 0.01)
+    missed = BoundCheck("PD", "0.30", 0.45, 0.73, 0.01)
     assert missed.verdict == "**not met**"
-    bounded = Bar("PD", "0.30", 0.45, 0.73, 0.01, task_bound=0.53, task="at 80 ms")
+    bounded = BoundCheck("PD", "0.30", 0.45, 0.73, 0.01, task_bound=0.53, task="at 80 ms")
     assert bounded.verdict == "**not met**; at best 0.53 at 80 ms"
     assert not bounded.met
-    assert Bar("PD", "0.30", 0.45, 0.44, 0.01, task_bound=0.46).verdict == "met"
+    assert BoundCheck("PD", "0.30", 0.45, 0.44, 0.01, task_bound=0.46).verdict == "met"
 
 
 def test_ablation_as_json_holds_bars_rows_and_drift(capsys, folder, tmp_path):

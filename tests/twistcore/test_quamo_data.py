@@ -11,7 +11,7 @@ from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.bvh.compose import bvh_text
 from twistcore.quamo.pose_files import PosesError
 from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.resample import corrected, resampled, sample_times, slerp
+from twistcore.quamo.resample import corrected, resampled, sample_times
 from twistcore.quamo.topology import (
     ANKLES,
     CMU_UNIT,
@@ -30,6 +30,7 @@ from twistcore.skeleton.rotation import (
     logarithm,
     normalise,
     quaternion_from_axis_angle,
+    slerp,
 )
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy, wandering
 from twistcore.study.quamo.pose_errors import errors, procrustes

@@ -21,7 +21,7 @@ from twistcore.skeleton.rotation import exponential, geodesic_angle, multiply, r
 from twistcore.study.quamo.noise import LEVELS, Noise, noisy
 from twistcore.study.quamo.sequences import read_sequence
 from twistcore.study.quamo.torch_model import import_torch, make_step, unroll
-from twistcore.study.quamo.training import Settings, batches, train
+from twistcore.study.quamo.training import TrainingSettings, batches, train
 
 needs_torch = pytest.mark.skipif(
     importlib.util.find_spec("torch") is None, reason="PyTorch is an extra"
@@ -177,7 +177,7 @@ def test_other_files_are_refused(tmp_path):
 
 def test_an_epoch_of_windows_is_seeded_and_mirrored():
     s = read_sequence(ASSETS / "dance.bvh")
-    settings = Settings(window=40, batch=3)
+    settings = TrainingSettings(window=40, batch=3)
     starts = [(0, start) for start in range(0, 50, 10)]
     first, again = (list(batches([s], starts, settings, 4)) for _ in range(2))
     assert (first[0].q_hat == again[0].q_hat).all()
@@ -223,7 +223,7 @@ def test_numpy_is_torch(variant, reference):
 @needs_torch
 def test_training_lowers_the_loss_and_resumes_as_if_never_stopped(tmp_path):
     s = read_sequence(ASSETS / "dance.bvh")
-    short = Settings(epochs=4, width=8, init_width=4, window=30, batch=4)
+    short = TrainingSettings(epochs=4, width=8, init_width=4, window=30, batch=4)
     told: list[str] = []
     whole = train([s], short, tell=told.append)
     losses = [float(t.split("loss ")[1].split(",")[0]) for t in told]
@@ -250,7 +250,7 @@ def test_training_lowers_the_loss_and_resumes_as_if_never_stopped(tmp_path):
 @needs_torch
 def test_clips_too_short_for_a_window_are_refused():
     with pytest.raises(TwistError, match="at least 100 frames"):
-        train([read_sequence(ASSETS / "walk.bvh")], Settings())
+        train([read_sequence(ASSETS / "walk.bvh")], TrainingSettings())
 
 
 if __name__ == "__main__":

@@ -18,11 +18,11 @@ from twistcore.quamo.pieces import cuts_behind, pieces
 from twistcore.quamo.track_clip import (
     check_place,
     chosen_joints,
-    left_out,
     placed_joint,
     smooth_clip,
     track_by_hand,
     track_learned,
+    untracked_names,
 )
 from twistcore.review import Tracking
 
@@ -148,7 +148,7 @@ def test_the_figures_place_is_that_of_a_joint_that_carries_the_figure():
     wave = np.sin(np.arange(MOTION.frames) / 7.0)
     thumb = with_places({"LThumb": wave})
     assert names[placed_joint(thumb)] == "Hips"
-    assert left_out(thumb, JOINTS, placed_joint(thumb))[1] == ("LThumb",)
+    assert untracked_names(thumb, JOINTS, placed_joint(thumb))[1] == ("LThumb",)
     assert names[placed_joint(with_places({"LThumb": wave, "LowerBack": wave}))] == "LowerBack"
     assert names[placed_joint(with_places({"Hips": wave, "LowerBack": wave}))] == "Hips"
     at = MOTION.skeleton.index("LThumb")
@@ -166,7 +166,7 @@ def test_a_jump_out_of_or_into_a_rest_pose_is_no_way_that_a_place_goes(rest):
     jump, wave = jump[-motion.frames :], np.sin(np.arange(motion.frames) / 7.0)
     found = with_places({"Hips": jump, "LowerBack": wave}, motion=motion)
     assert motion.skeleton.names[placed_joint(found)] == "LowerBack"
-    assert left_out(found, JOINTS, None)[1] == ("LowerBack",)
+    assert untracked_names(found, JOINTS, None)[1] == ("LowerBack",)
 
 
 def test_learned_gains_refuse_a_place_that_is_not_of_their_root():

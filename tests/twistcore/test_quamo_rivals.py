@@ -10,7 +10,7 @@ from twistcore.skeleton.rotation import geodesic_angle, multiply
 from twistcore.study.quamo.methods import (
     HAND,
     hand_method,
-    lags,
+    measured_lags,
     representation_methods,
     root_in_substeps,
 )
@@ -19,7 +19,7 @@ from twistcore.study.quamo.pose_errors import errors, lag_parts
 from twistcore.study.quamo.representations import track_places
 from twistcore.study.quamo.rivals import RIVALS
 from twistcore.study.quamo.sequences import read_sequence, windows
-from twistcore.study.quamo.tables import CONDITIONS, score
+from twistcore.study.quamo.tables import CONDITIONS, score_methods
 
 DT = 0.04
 
@@ -90,7 +90,7 @@ def test_hand_gains_lag_and_what_sees_the_file_does_not(dance):
     methods = {HAND: hand_method()} | {
         r.name: (lambda _, q, p, r=r: r.run(q, p, DT)) for r in RIVALS if not r.causal
     }
-    late = lags([dance], methods)
+    late = measured_lags([dance], methods)
     # In a steady motion 10 and 20 ms; this one turns about.
     assert 8.0 < late[HAND][0] < 16.0
     assert 16.0 < late[HAND][1] < 26.0
@@ -109,7 +109,7 @@ def test_windows_are_whole_pieces_and_begin_at_the_truth(dance):
         seen.append((piece, r_hat))
         return q_hat, r_hat
 
-    score(pieces, {"look": look}, [0], CONDITIONS[:1], from_truth=True)
+    score_methods(pieces, {"look": look}, [0], CONDITIONS[:1], from_truth=True)
     for piece, r_hat in seen:
         np.testing.assert_allclose(r_hat[0, 0], piece.r[0], atol=1e-12)
         assert np.abs(r_hat[1:, 0] - piece.r[1:]).max() > 1e-3

@@ -17,7 +17,7 @@ from twistcore.export.replay import accepted_motion
 from twistcore.formats.amc import read_amc
 from twistcore.formats.clip import write_clip
 from twistcore.formats.reading import read_clip
-from twistcore.report.changes import found_again
+from twistcore.report.changes import remaining_detection
 from twistcore.report.clip_page import clip_page
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report, report_to_json
@@ -107,7 +107,7 @@ def test_what_is_left_of_a_limb_is_told_by_the_limb_and_with_what_became_of_it(t
     at = next(j.id for j in review.state.intervals if j.interval.start == CARRIED.start)
     state = Decide((at,), Decision.ACCEPTED).apply(review.state)
     report = Report(clip, chains, state, accepted_motion(clip, chains, state))
-    left = intervals_to_json(found_again(report.refined, chains, state))
+    left = intervals_to_json(remaining_detection(report.refined, chains, state))
     names = {(i["chain"], i.get("limb"), i["start"]) for i in left}
     assert ("RightUpLeg", "RightUpLeg-RightFoot", 100) in names
     page = clip_page(report_to_json(report), report)

@@ -137,7 +137,9 @@ def test_only_the_worst_have_pages_where_so_many_are_asked_for(tmp_path, kick):
 
 
 def test_without_pictures_the_page_says_why_and_is_whole(tmp_path, kick, monkeypatch):
-    monkeypatch.setattr(folder_report, "draw", lambda f: [Drawn(problem="no driver")] * len(f))
+    monkeypatch.setattr(
+        folder_report, "draw_figures", lambda f: [Drawn(problem="no driver")] * len(f)
+    )
     done = written(tmp_path, [kick], pictures=True)
     assert done.problems == ("shots/kick.bvh: no pictures: no driver",)
     page = text(tmp_path, "clips/shots/kick.bvh.html")
@@ -209,7 +211,7 @@ def test_a_job_comes_back_as_it_was_put_down(tmp_path):
 def test_a_process_that_fails_is_told_in_one_line(monkeypatch, script, told):
     monkeypatch.setattr(picture_job, "_TO_START", 0.5)
     monkeypatch.setattr(picture_job, "_TO_DRAW", 0.0)
-    (drawn,) = picture_job.draw([figure()], python=["sh", "-c", script])
+    (drawn,) = picture_job.draw_figures([figure()], python=["sh", "-c", script])
     assert drawn.pictures == ()
     assert told in drawn.problem
     assert "\n" not in drawn.problem

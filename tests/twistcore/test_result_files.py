@@ -14,7 +14,7 @@ from tests.twistcore.batch_records import done, failed, interval
 from twistcore.batch.result_files import (
     CLIP_COLUMNS,
     INTERVAL_COLUMNS,
-    clip_table,
+    clips_csv,
     write_clip_table,
     write_json_lines,
     write_parquet,
@@ -34,7 +34,7 @@ RECORDS = [WALK, CLEAN, BAD]
 
 
 def test_a_clip_is_a_line_of_the_table(tmp_path):
-    text = clip_table(RECORDS)
+    text = clips_csv(RECORDS)
     rows = list(csv.DictReader(io.StringIO(text)))
     assert list(rows[0]) == list(CLIP_COLUMNS)
     walk, clean, bad = rows

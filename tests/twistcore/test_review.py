@@ -44,7 +44,7 @@ from twistcore.review.model import (
     flattened,
     following,
     levelled,
-    overlapping,
+    overlapping_ids,
     resized,
 )
 
@@ -289,13 +289,13 @@ def test_a_session_of_another_clip_is_refused(tmp_path):
 def test_overlapping_intervals_are_named():
     review = fresh()
     first = review.state.intervals[0]
-    assert overlapping(review.state.intervals) == frozenset()
+    assert overlapping_ids(review.state.intervals) == frozenset()
     interval = first.interval
     review.do(Insert(constant(interval.chain, interval.stop - 2, interval.stop + 5, 0.1)))
     other = review.state.next_id - 1
-    assert overlapping(review.state.intervals) == {first.id, other}
+    assert overlapping_ids(review.state.intervals) == {first.id, other}
     review.do(Decide((other,), Decision.REJECTED))
-    assert overlapping(review.state.intervals) == frozenset()
+    assert overlapping_ids(review.state.intervals) == frozenset()
 
 
 def test_following_takes_a_drift_out():

@@ -33,7 +33,7 @@ from twistcore.review import (
     write_session,
 )
 from twistcore.review.model import constant, levelled
-from twistcore.review.reasons import found_again
+from twistcore.review.reasons import redetected_intervals
 from twistcore.skeleton.motion import forward_kinematics
 
 
@@ -159,8 +159,8 @@ def test_a_session_read_again_is_told_why_without_a_change(tmp_path):
     *_, moved = begin.intervals
     back.do(Edit(moved.id, replace(moved.interval, start=moved.interval.start - 1,
                                    offset=np.ones(moved.interval.frames + 1))))  # fmt: skip
-    assert found_again(analysis, back.state) == found.intervals
-    back.take_reasons(found_again(analysis, back.state))
+    assert redetected_intervals(analysis, back.state) == found.intervals
+    back.take_reasons(redetected_intervals(analysis, back.state))
     evidence = {j.id: j.interval.evidence for j in review.state.intervals}
     none = {moved.id, begin.next_id}
     assert {j.id: j.interval.evidence for j in back.state.intervals} == {
@@ -176,4 +176,6 @@ def test_a_session_read_again_is_told_why_without_a_change(tmp_path):
     same = back.state
     back.take_reasons(found)
     assert back.state is same
-    assert found_again(analyse(clip), begin)[0].kind == Kind.LIMB_FLIP  # nothing long is started
+    assert (
+        redetected_intervals(analyse(clip), begin)[0].kind == Kind.LIMB_FLIP
+    )  # nothing long is started

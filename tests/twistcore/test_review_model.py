@@ -19,7 +19,7 @@ from twistcore.review.model import (
     following,
     levelled,
     off_line,
-    overlapping,
+    overlapping_ids,
     resized,
 )
 from twistcore.skeleton.rig import AS_FOUND, Rig
@@ -178,13 +178,13 @@ def test_intervals_that_share_frames_add():
         decision = more.pop("decision", Decision.UNDECIDED)
         return Judged(k, made(chain, start, stop, **more), decision)
 
-    assert overlapping([judged(1, 0, 10), judged(2, 10, 12)]) == frozenset()
-    assert overlapping([judged(2, 9, 12), judged(1, 0, 10)]) == {1, 2}
-    assert overlapping([judged(1, 0, 10), judged(2, 5, 6), judged(3, 8, 9)]) == {1, 2, 3}
-    assert overlapping([judged(1, 0, 10), judged(2, 5, 20), judged(3, 15, 16)]) == {1, 2, 3}
-    assert overlapping([judged(1, 0, 10), judged(2, 5, 6, chain=LEG)]) == frozenset()
-    assert overlapping([judged(1, 0, 9), judged(2, 5, 6, decision=Decision.REJECTED)]) == set()
-    assert overlapping([judged(1, 0, 9), judged(2, 5, 6, kind=JUMP)]) == frozenset()
+    assert overlapping_ids([judged(1, 0, 10), judged(2, 10, 12)]) == frozenset()
+    assert overlapping_ids([judged(2, 9, 12), judged(1, 0, 10)]) == {1, 2}
+    assert overlapping_ids([judged(1, 0, 10), judged(2, 5, 6), judged(3, 8, 9)]) == {1, 2, 3}
+    assert overlapping_ids([judged(1, 0, 10), judged(2, 5, 20), judged(3, 15, 16)]) == {1, 2, 3}
+    assert overlapping_ids([judged(1, 0, 10), judged(2, 5, 6, chain=LEG)]) == frozenset()
+    assert overlapping_ids([judged(1, 0, 9), judged(2, 5, 6, decision=Decision.REJECTED)]) == set()
+    assert overlapping_ids([judged(1, 0, 9), judged(2, 5, 6, kind=JUMP)]) == frozenset()
 
 
 def test_what_nobody_says_is_nothing():

@@ -22,7 +22,7 @@ from twistcore.review import (
     Sign,
 )
 from twistcore.review.commands import Track
-from twistcore.review.left_out import joined, missing_from, spans_from_json
+from twistcore.review.left_out import joined_spans, missing_from, spans_from_json
 from twistcore.review.model import Tracking
 from twistcore.review.session import tracking_from_json, tracking_to_json
 
@@ -222,7 +222,11 @@ def test_tracking_is_written_and_read_back():
 
 
 def test_frames_left_out_are_joined_where_they_meet():
-    assert joined([(5, 8), (0, 2), (2, 3), (6, 7), (7, 9), (10, 11)]) == ((0, 3), (5, 9), (10, 11))
+    assert joined_spans([(5, 8), (0, 2), (2, 3), (6, 7), (7, 9), (10, 11)]) == (
+        (0, 3),
+        (5, 9),
+        (10, 11),
+    )
     assert spans_from_json([[0, 1], (1, 2)]) == ((0, 2),)
     for damaged in ([[1, 2, 3]], [[0, 1.0]], [[2, 1]], [[3, 3]], [[-1, 2]], {"a": 1}, ["ab"], 7):
         with pytest.raises(FormatError, match="left_out"):

@@ -16,7 +16,7 @@ from twistcore.export.exports_beside import exports_among
 from twistcore.files.kinds import BVH, kind_of
 from twistcore.files.wide_text import wide_codec, wide_text
 from twistcore.formats.amc import read_amc
-from twistcore.formats.bvh import parse_bvh, read_bvh, thinned
+from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
 from twistcore.formats.clip import rewritten
 from twistcore.skeleton.chain import find_chains
 
@@ -131,7 +131,7 @@ def test_a_bvh_of_another_name_is_recognised(codec):
 
 def test_fewer_frames_of_it_are_a_clip_again():
     clip = parse_bvh(encoded(walk(), "utf-16-le", True))
-    np.testing.assert_array_equal(thinned(clip, 4).values, clip.values[::4])
+    np.testing.assert_array_equal(decimated(clip, 4).values, clip.values[::4])
 
 
 def test_commands_keep_the_encoding(tmp_path, capsys):

@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 
 from twistcore.analysis.correction.protected_measures import (
     Hinges,
-    Measure,
+    ProtectedMeasure,
     protected_measures,
     shown_at,
 )
@@ -40,7 +40,7 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import HasMotion, Motion, forward_kinematics, motion_of
-from twistcore.skeleton.notation import Kept, notation_notes
+from twistcore.skeleton.notation import DistinctFrames, notation_notes
 from twistcore.skeleton.notes import (
     FROZEN,
     NOISE,
@@ -396,7 +396,7 @@ class ClipAnalysis:
             self._protected.setdefault(interval, left)
         return self._protected[interval] or interval
 
-    def _measures(self, interval: Interval, method: str) -> tuple[Measure, ...]:
+    def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
         """What the correction of a find changes in its limb and the neighbours."""
         if interval.kind != Kind.COUNTER_TWIST:  # of others no detector of chains is asked
             hinges = Hinges(self.motion)
@@ -439,7 +439,7 @@ class ClipAnalysis:
         names = [c.name for c in self._of_limbs]
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
-    def _hinges_by(self, method: str, kept: Kept | None) -> Hinges:
+    def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
         """The hinges of the clip, or of its kept frames, told by what no counter-twist is in."""
         key = method, kept is None
         if key not in self._hinges:
@@ -581,13 +581,13 @@ def _doubted(explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
     return {**told, "doubts": [RESTLESS_DOUBT, *told.get("doubts", ())]}
 
 
-def _kept(analysis: Analysis) -> Kept | None:
+def _kept(analysis: Analysis) -> DistinctFrames | None:
     """The frames by which a clip in coarse notation was examined; None for any other."""
     return analysis.kept if isinstance(analysis, NotatedAnalysis) else None
 
 
 def _made_worse(
-    explain: Callable[[], dict[str, Any]] | None, worse: Sequence[Measure]
+    explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
     """Why an interval was found, and what its correction would make worse."""
     told = explain() if explain else {}

@@ -15,7 +15,7 @@ from twistcore.analysis.quality.figure import figure_quality
 from twistcore.batch.how_bad import severity
 from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
-from twistcore.export.detection_json import intervals_to_json, tau_to_json
+from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
 from twistcore.formats.bvh import parse_bvh
 from twistcore.formats.clip import Clip, rewritten
 from twistcore.formats.reading import read_clip
@@ -83,7 +83,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
         "seconds": motion.frames * motion.frame_time,
         "joints": len(motion.skeleton),
         "method": found.method,
-        "tau_deg": tau_to_json(found),
+        "tau_deg": detection_tau_degrees(found),
         "intervals": intervals_to_json(found),
         "counts": {kind.value: counts[kind] for kind in Kind},
         "affected_frames": int(wrong.sum()),

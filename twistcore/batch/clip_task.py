@@ -26,7 +26,7 @@ _RACY_NS = 2_000_000_000  # a file written so lately may change again within its
 
 
 @dataclass(frozen=True)
-class Task:
+class ClipTask:
     """source: absolute path or URL; name: the clip's in the manifest; size: bytes, 0 if unknown.
 
     memory: bytes beyond what a clip of its size should need; data: the file's bytes, for a process
@@ -65,7 +65,7 @@ class Outcome:
     unseen: bool = False
 
 
-def process(task: Task) -> Outcome:
+def process(task: ClipTask) -> Outcome:
     """Carry a task out; raises nothing that has to do with the clip."""
     begin = time.perf_counter()
     forget_peak()
@@ -113,7 +113,7 @@ def has_companions(path: Path | str) -> bool:
     return Path(path).suffix.lower() == ".amc"
 
 
-def _carried_out(task: Task) -> dict[str, Any]:
+def _carried_out(task: ClipTask) -> dict[str, Any]:
     from twistcore.batch.clip_result import processed  # numpy, scipy
 
     with _on_this_disk(task) as path:
@@ -137,7 +137,7 @@ def _carried_out(task: Task) -> dict[str, Any]:
 
 
 @contextmanager
-def _on_this_disk(task: Task) -> Iterator[Path]:
+def _on_this_disk(task: ClipTask) -> Iterator[Path]:
     """The clip's file, or one with its bytes for as long as it is read."""
     data = task.data
     if data is None and "://" in task.source:

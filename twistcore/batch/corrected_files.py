@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from twistcore.batch.clip_task import signature_of
-from twistcore.batch.manifest import ClipRow
+from twistcore.batch.manifest import ManifestRow
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically, write_companions
 from twistcore.files.marks import sha256_of
@@ -18,11 +18,11 @@ FOLDER = "corrected"
 
 def write_corrected(
     folder: Path,
-    row: ClipRow,
-    known: ClipRow | None,
+    row: ManifestRow,
+    known: ManifestRow | None,
     data: bytes,
     companions: Mapping[str, bytes],
-) -> ClipRow:
+) -> ManifestRow:
     """Write a corrected clip below the folder; the row with what is known of it.
 
     known: the clip as the manifest has it; companions: what has to lie beside it. A file that is
@@ -46,7 +46,7 @@ def write_corrected(
     )
 
 
-def is_intact(folder: Path, row: ClipRow) -> bool:
+def is_intact(folder: Path, row: ManifestRow) -> bool:
     """Whether a clip's corrected file is there as it was written.
 
     By its size, time and number or, where it has been copied since, by its bytes.

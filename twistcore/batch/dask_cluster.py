@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from twistcore.batch.clip_task import Outcome, Task, process
+from twistcore.batch.clip_task import ClipTask, Outcome, process
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import read_file
 from twistcore.work.processes import Apart, ProcessEndedError
@@ -72,7 +72,7 @@ def _silence() -> Iterator[None]:
         logging.disable(before)
 
 
-def process_apart(task: Task, seconds: float) -> Outcome | Exception:
+def process_apart(task: ClipTask, seconds: float) -> Outcome | Exception:
     """Carry a task out on a worker, in a process of its thread; errors are answers."""
     if not hasattr(_own, "apart"):
         _own.apart = Apart()
@@ -81,10 +81,10 @@ def process_apart(task: Task, seconds: float) -> Outcome | Exception:
 
 
 def _in_cluster(
-    client: Any, tasks: Sequence[Task], seconds: Callable[[Task], float]
-) -> Iterator[tuple[Task, Outcome | Exception]]:
+    client: Any, tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
+) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
     todo = deque(tasks)
-    under_way: dict[str, tuple[Task, Any]] = {}
+    under_way: dict[str, tuple[ClipTask, Any]] = {}
     finished: queue.Queue[str] = queue.Queue()
     seen, looked, threads = time.monotonic(), -_LOOK_S, 0
     try:
@@ -114,9 +114,9 @@ def _in_cluster(
 
 def _send(
     client: Any,
-    task: Task,
-    seconds: Callable[[Task], float],
-    under_way: dict[str, tuple[Task, Any]],
+    task: ClipTask,
+    seconds: Callable[[ClipTask], float],
+    under_way: dict[str, tuple[ClipTask, Any]],
     finished: queue.Queue[str],
 ) -> None:
     future = client.submit(process_apart, task, seconds(task), pure=False)

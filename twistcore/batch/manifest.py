@@ -81,7 +81,7 @@ class ClipGlance:
 
 
 @dataclass(frozen=True)
-class ClipRow:
+class ManifestRow:
     """What a run needs to know of a clip, and notes of it: see ClipRecord.
 
     again: whether a failure may end otherwise; mark: of the parameters; signature: of the file,
@@ -105,7 +105,7 @@ class ClipRow:
     corrected_signature: str = ""
 
 
-_COLUMNS = tuple(ClipRow.__dataclass_fields__)
+_COLUMNS = tuple(ManifestRow.__dataclass_fields__)
 _PUT = (
     f"INSERT INTO clips ({', '.join(_COLUMNS)}) VALUES ({', '.join('?' * len(_COLUMNS))}) "
     "ON CONFLICT (source) DO UPDATE SET "
@@ -282,7 +282,7 @@ class Manifest:
                     self._connection.execute("ROLLBACK")
                 raise
 
-    def rows(self) -> dict[str, ClipRow]:
+    def rows(self) -> dict[str, ManifestRow]:
         """All clips by source."""
         with _told(self.folder / FILE):
             query = f"SELECT {', '.join(_COLUMNS)} FROM clips"
@@ -312,11 +312,11 @@ class Manifest:
             (parameters.mark, document, __version__),
         )
 
-    def put_rows(self, rows: Iterable[ClipRow]) -> None:
+    def put_rows(self, rows: Iterable[ManifestRow]) -> None:
         """Note what became of clips; inside a transaction."""
         self._connection.executemany(_PUT, (_values(row) for row in rows))
 
-    def put_result(self, row: ClipRow, result: Mapping[str, Any]) -> None:
+    def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
         """Keep a clip's result under its bytes and parameters; inside a transaction."""
         self._connection.execute(
             "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
@@ -363,16 +363,16 @@ def _text(value: Any) -> str:
     return text(value, "a document")
 
 
-def _values(row: ClipRow) -> tuple[Any, ...]:
+def _values(row: ManifestRow) -> tuple[Any, ...]:
     return tuple(
         escaped(value) if isinstance(value, str) else value
         for value in (getattr(row, column) for column in _COLUMNS)
     )
 
 
-def _row(values: tuple[Any, ...]) -> ClipRow:
+def _row(values: tuple[Any, ...]) -> ManifestRow:
     told = _columns(_COLUMNS, values)
-    return ClipRow(**{**told, "again": bool(told["again"])})
+    return ManifestRow(**{**told, "again": bool(told["again"])})
 
 
 def _record(row: tuple[Any, ...]) -> ClipRecord:

@@ -88,14 +88,14 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
     return row
 
 
-def clip_table(records: Iterable[ClipRecord]) -> str:
+def clips_csv(records: Iterable[ClipRecord]) -> str:
     """The clips as CSV, a line each in their order, under a line of names."""
     return csv_text(CLIP_COLUMNS, map(clip_row, records))
 
 
 def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
     """The same as a file; raises OSError."""
-    write_atomically(path, encoded(clip_table(records)))
+    write_atomically(path, encoded(clips_csv(records)))
 
 
 def json_line(record: ClipRecord) -> str:

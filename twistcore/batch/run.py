@@ -11,12 +11,12 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from twistcore.batch.clip_task import Outcome, Task
+from twistcore.batch.clip_task import ClipTask, Outcome
 from twistcore.batch.corrected_files import is_intact, remove_parts, write_corrected
 from twistcore.batch.inputs import Source, renamed
-from twistcore.batch.manifest import DONE, FAILED, ClipRow, Manifest, now
+from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, now
 from twistcore.batch.parameters import Parameters
-from twistcore.batch.run_plan import Plan, make_plan, shard
+from twistcore.batch.run_plan import Plan, make_plan, shard_sources
 from twistcore.errors import TwistError
 from twistcore.files.lock import lock
 from twistcore.work.memory import SPARE
@@ -35,8 +35,8 @@ class CarryOut(Protocol):
     """Ways of carrying tasks out: processes here, or a cluster."""
 
     def __call__(
-        self, tasks: Sequence[Task], seconds: Callable[[Task], float]
-    ) -> Iterator[tuple[Task, Outcome | Exception]]:
+        self, tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
+    ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
         """Every task with its outcome, as it comes, or with what kept it from one.
 
         seconds: of processor time that a task may take. Raises TwistError where no task can be
@@ -56,7 +56,7 @@ class Limits:
     seconds: float | None = None
     memory: int = SPARE
 
-    def seconds_of(self, task: Task) -> float:
+    def seconds_of(self, task: ClipTask) -> float:
         """For a task."""
         return (
             _PATIENCE_S + _PER_MEGABYTE_S * task.size / 1e6
@@ -66,7 +66,7 @@ class Limits:
 
 
 @dataclass
-class Summary:
+class RunSummary:
     """What a run did.
 
     done: clips that came out; known: that were done before; failed: a sentence for each that did
@@ -94,7 +94,7 @@ def run_batch(
     limits: Limits = Limits(),
     part: tuple[int, int] = (1, 1),
     begin: Callable[[Plan], Tell] = lambda _plan: lambda _source, _fine: None,
-) -> Summary:
+) -> RunSummary:
     """Process the clips that a folder's manifest does not know yet; the folder is made.
 
     part: which of how many shards; begin: told what is to be done, says whom to tell of each clip.
@@ -103,12 +103,12 @@ def run_batch(
     with _locked(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
         named = renamed(sources, {row.source: row.name for row in rows.values()})
-        mine = shard(named, *part)
+        mine = shard_sources(named, *part)
         plan = make_plan(manifest, mine, parameters, partial(is_intact, folder))
         with manifest.transaction():
             manifest.put_parameters(parameters)
             manifest.put_rows(plan.notes)
-        summary = Summary(known=plan.known, left=len(plan.todo))
+        summary = RunSummary(known=plan.known, left=len(plan.todo))
         summary.failed = [row.reason for row in plan.failed]
         summary.unreadable = len(plan.failed)
         if plan.todo:
@@ -128,7 +128,7 @@ class _Run:
         manifest: Manifest,
         plan: Plan,
         parameters: Parameters,
-        summary: Summary,
+        summary: RunSummary,
         tell: Tell,
     ) -> None:
         self.folder, self.manifest, self.summary, self.tell = folder, manifest, summary, tell
@@ -136,12 +136,13 @@ class _Run:
         self.rows = plan.rows
         self.todo = {source.path: source for source in plan.todo}
         self.in_vain = 0
-        self.pending: list[tuple[Source, ClipRow, Outcome]] = []
+        self.pending: list[tuple[Source, ManifestRow, Outcome]] = []
         self.noted = time.monotonic()
 
     def go(self, carry_out: CarryOut, limits: Limits) -> None:
         tasks = [
-            Task(s.path, s.name, s.size, self.parameters, limits.memory) for s in self.todo.values()
+            ClipTask(s.path, s.name, s.size, self.parameters, limits.memory)
+            for s in self.todo.values()
         ]
         found = carry_out(tasks, limits.seconds_of)
         try:
@@ -164,7 +165,7 @@ class _Run:
     def _take(self, source: Source, outcome: Outcome | Exception) -> None:
         if isinstance(outcome, Exception):
             outcome = Outcome(reason=reason(source.name, outcome), again=True)
-        row = ClipRow(
+        row = ManifestRow(
             source.path,
             source.name,
             DONE if outcome.result is not None else FAILED,
@@ -209,7 +210,7 @@ class _Run:
                 self.summary.unreadable += outcome.unseen or not row.again
             self.tell(source, fine)
 
-    def _noted_alone(self, one: tuple[Source, ClipRow, Outcome]) -> ClipRow:
+    def _noted_alone(self, one: tuple[Source, ManifestRow, Outcome]) -> ManifestRow:
         """The row as it is by now: one that could not be put down has failed."""
         source, row, _ = one
         try:
@@ -224,7 +225,7 @@ class _Run:
             self.in_vain = 0
         return row
 
-    def _put(self, some: Sequence[tuple[Source, ClipRow, Outcome]]) -> None:
+    def _put(self, some: Sequence[tuple[Source, ManifestRow, Outcome]]) -> None:
         if not some:
             return
         with self.manifest.transaction():
@@ -234,7 +235,7 @@ class _Run:
                     self.manifest.put_result(row, outcome.result)
 
 
-def _failed(row: ClipRow, why: str) -> ClipRow:
+def _failed(row: ManifestRow, why: str) -> ManifestRow:
     return replace(row, state=FAILED, reason=" ".join(why.splitlines()), again=True)
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from twistcore.batch.clip_task import has_companions
 from twistcore.batch.inputs import Source
-from twistcore.batch.manifest import DONE, FAILED, ClipRow, Manifest, now
+from twistcore.batch.manifest import DONE, FAILED, Manifest, ManifestRow, now
 from twistcore.batch.parameters import Parameters
 from twistcore.files.marks import sha256_of
 
@@ -21,18 +21,18 @@ class Plan:
     rows: those of all clips that the manifest had; notes: rows to put down as they are by now.
     """
 
-    rows: Mapping[str, ClipRow]
+    rows: Mapping[str, ManifestRow]
     todo: list[Source] = field(default_factory=list)
     known: int = 0
-    failed: list[ClipRow] = field(default_factory=list)
-    notes: list[ClipRow] = field(default_factory=list)
+    failed: list[ManifestRow] = field(default_factory=list)
+    notes: list[ManifestRow] = field(default_factory=list)
 
 
 def make_plan(
     manifest: Manifest,
     sources: Sequence[Source],
     parameters: Parameters,
-    intact: Callable[[ClipRow], bool],
+    intact: Callable[[ManifestRow], bool],
 ) -> Plan:
     """Look every clip up, by its signature or, where that says nothing, by the hash of its bytes.
 
@@ -45,7 +45,7 @@ def make_plan(
     for source in sources:
         row = plan.rows.get(source.path)
         if row is None:
-            row = ClipRow(source.path, source.name)
+            row = ManifestRow(source.path, source.name)
             plan.notes.append(row)
         found = _same_bytes(row, source) if row.mark == mark else None
         if found is None or (row.state == DONE and parameters.refine and not intact(row)):
@@ -67,7 +67,7 @@ def make_plan(
     return plan
 
 
-def shard(sources: Iterable[Source], index: int, count: int) -> list[Source]:
+def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Source]:
     """The clips of one of so many shards, 1…count, by their names alone."""
 
     def of(source: Source) -> int:
@@ -76,7 +76,7 @@ def shard(sources: Iterable[Source], index: int, count: int) -> list[Source]:
     return [source for source in sources if of(source) % count == index - 1]
 
 
-def _same_bytes(row: ClipRow, source: Source) -> ClipRow | None:
+def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
     """The row, with the file's signature, if it tells of the bytes that the file has by now."""
     if source.signature and source.signature == row.signature:
         return row
@@ -88,8 +88,8 @@ def _same_bytes(row: ClipRow, source: Source) -> ClipRow | None:
 
 
 def _of_other_name(
-    manifest: Manifest, row: ClipRow, source: Source, mark: str, sizes: frozenset[int]
-) -> ClipRow | None:
+    manifest: Manifest, row: ManifestRow, source: Source, mark: str, sizes: frozenset[int]
+) -> ManifestRow | None:
     """The row as done, where the same bytes have a result under whatever name."""
     if not source.signature or has_companions(source.path) or source.size not in sizes:
         return None
@@ -97,7 +97,7 @@ def _of_other_name(
     if not sha256 or not manifest.has_result(sha256, mark):
         return None
     signature = source.signature if source.settled else ""
-    new = ClipRow(row.source, row.name, DONE, mark=mark, sha256=sha256, bytes=source.size)
+    new = ManifestRow(row.source, row.name, DONE, mark=mark, sha256=sha256, bytes=source.size)
     return replace(new, signature=signature, finished_at=now())
 
 

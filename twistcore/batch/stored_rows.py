@@ -14,7 +14,6 @@ from twistcore.batch.parameters import Parameters
 from twistcore.detection import Kind
 from twistcore.files.document_values import (
     MOST_FRAMES,
-    each,
     flag,
     frames,
     has,
@@ -23,6 +22,7 @@ from twistcore.files.document_values import (
     one_of,
     parsed_json,
     path_text,
+    read_each,
     text,
     texts,
     unexpected,
@@ -101,7 +101,7 @@ def result_of(document: str) -> dict[str, Any]:
         if found.get(key) is not None:
             check(found[key], key)
     for key in ("intervals", "left"):
-        each(found.get(key) or [], key, lambda entry: _interval(entry, last))
+        read_each(found.get(key) or [], key, lambda entry: _interval(entry, last))
     return found
 
 

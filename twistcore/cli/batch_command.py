@@ -11,7 +11,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from twistcore.batch.clip_task import Outcome, Task, process
+from twistcore.batch.clip_task import ClipTask, Outcome, process
 from twistcore.batch.inputs import find_inputs
 from twistcore.batch.manifest import ClipRecord, Manifest
 from twistcore.batch.parameters import Parameters
@@ -29,7 +29,7 @@ _FILES = ("jsonl", "parquet", "csv", "junit")
 _MIB = 1 << 20
 
 
-def batch(arguments: argparse.Namespace) -> int:
+def batch_command(arguments: argparse.Namespace) -> int:
     """Process the clips, then write and check what was asked for."""
     rules = _rules(arguments)
     parameters = _parameters(arguments)
@@ -236,6 +236,6 @@ def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
 
 
 def _in_processes(
-    tasks: Sequence[Task], seconds: Callable[[Task], float], *, workers: int
-) -> Iterator[tuple[Task, Outcome | Exception]]:
+    tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float], *, workers: int
+) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
     return each(process, tasks, workers, apart=True, seconds=seconds)

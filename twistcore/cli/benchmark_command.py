@@ -19,7 +19,7 @@ from twistcore.files.atomic import is_stream, write_atomically
 from twistcore.files.encoding import encoded, json_bytes
 from twistcore.files.ordinary import own_folder, real_path
 from twistcore.study.benchmark.baselines import BASELINES
-from twistcore.study.benchmark.clip_run import Settings
+from twistcore.study.benchmark.clip_run import BenchmarkSettings
 from twistcore.study.benchmark.hinge import HINGE
 from twistcore.study.benchmark.markdown import benchmark_to_markdown
 from twistcore.study.benchmark.passes import all_methods
@@ -28,9 +28,9 @@ from twistcore.study.benchmark.tables import benchmark_to_json, make_rows, rows_
 from twistcore.synthesis import parse_protocol
 
 
-def benchmark(arguments: argparse.Namespace) -> int:
+def benchmark_command(arguments: argparse.Namespace) -> int:
     """Run it, print the tables, write the files; 1 where a clip failed, 2 where all did."""
-    settings = Settings(
+    settings = BenchmarkSettings(
         protocols=_protocols(arguments.protocol or ["P0"]),
         methods=_methods(_named(arguments)),
         seeds=tuple(range(arguments.seed, arguments.seed + arguments.seeds)),
@@ -60,7 +60,7 @@ def benchmark(arguments: argparse.Namespace) -> int:
     return code
 
 
-def partial_path(folder: Path, json_file: Path | None, settings: Settings) -> Path:
+def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettings) -> Path:
     """Where partial results are kept: beside the JSON, if that is a file, else in the cache."""
     if json_file and not is_stream(json_file):
         return json_file.with_name(f"{json_file.name}.partial.jsonl")

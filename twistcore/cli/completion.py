@@ -20,7 +20,7 @@ _FILES = (
 )
 
 
-def completion(arguments: argparse.Namespace) -> int:
+def completion_command(arguments: argparse.Namespace) -> int:
     """Print the script."""
     try:
         import shtab

@@ -30,10 +30,10 @@ def add_convert(subparsers: argparse._SubParsersAction[Any]) -> None:
         "--unit", type=positive, metavar="METRES", help="of one unit of OUT; FBX 0.01, else 1"
     )
     parser.add_argument("--time-limit", type=positive, metavar="SECONDS", help="default 600")
-    parser.set_defaults(run=convert)
+    parser.set_defaults(run=convert_command)
 
 
-def convert(arguments: argparse.Namespace) -> int:
+def convert_command(arguments: argparse.Namespace) -> int:
     """Write the BVH."""
     from twistcore.formats import blender as scenes  # scipy.spatial
     from twistcore.formats.bvh import write_motion

@@ -29,20 +29,20 @@ from twistcore.cli.output import (
     refuse_overwrite,
     remark,
     say,
-    shown,
     step,
+    terminal_text,
 )
 from twistcore.detection import Interval
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.compare import compare, difference_to_json
-from twistcore.export.detection_json import intervals_to_json, tau_to_json
+from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
 from twistcore.export.replay import (
     Replay,
     accepted_motion,
     correctable,
     left_to_later_versions,
     replayed,
-    uncorrected,
+    uncorrected_sentences,
 )
 from twistcore.files.atomic import is_stream
 from twistcore.files.ordinary import is_there
@@ -54,7 +54,7 @@ from twistcore.review import Review
 from twistcore.review.model import SEEN
 
 
-def refine(arguments: argparse.Namespace) -> int:
+def refine_command(arguments: argparse.Namespace) -> int:
     """Write a corrected clip, and a report if asked."""
     clip = open_clip(arguments.clip, fps=arguments.fps)
     check_ending(clip, arguments.output)
@@ -96,7 +96,7 @@ def refine(arguments: argparse.Namespace) -> int:
     count += f"{shown_only(found)}{_left(name, len(applied), found)}"
     if not found.not_examined:
         remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
-    problems, beside = uncorrected(clip, chains, applied)
+    problems, beside = uncorrected_sentences(clip, chains, applied)
     problems += not_examined(name, found)
     notes += beside
     if arguments.json:
@@ -104,7 +104,7 @@ def refine(arguments: argparse.Namespace) -> int:
     return _tell(notes, problems)
 
 
-def apply(arguments: argparse.Namespace) -> int:
+def apply_command(arguments: argparse.Namespace) -> int:
     """Replay a session, or those of a folder: the same bytes as the program's export."""
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
@@ -122,7 +122,7 @@ def apply(arguments: argparse.Namespace) -> int:
     seen = shown_only([j.interval for j in judged if j.verdict == SEEN], " seen")
     if not blind:
         remark(f"{arguments.output}: {count}{seen}{without_limbs(analysis.unexamined)}")
-    problems, beside = uncorrected(clip, chains, chosen)
+    problems, beside = uncorrected_sentences(clip, chains, chosen)
     problems += left_to_later_versions(clip, session.state)
     problems += blind
     notes += beside
@@ -174,7 +174,7 @@ def _refined_to_json(
         "missing_frames": clip.missing_frames,
         "fps": motion.fps,
         "method": found.method,
-        "tau_deg": tau_to_json(found),
+        "tau_deg": detection_tau_degrees(found),
         "min_confidence": _least(arguments.min_confidence),
         "include_open": arguments.include_open,
         "repairable": sum(i.repairable for i in found),
@@ -227,7 +227,7 @@ def _applied_to_json(
     }
 
 
-def diff(arguments: argparse.Namespace) -> int:
+def diff_command(arguments: argparse.Namespace) -> int:
     """Print what differs between two clips, or the clips of two folders."""
     if arguments.a.is_dir() or arguments.b.is_dir():
         return diff_folders(arguments)
@@ -244,11 +244,12 @@ def diff(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_json(difference_to_json(difference, *names))
         return 0
-    width = max([24, *(len(shown(j.joint)) for j in difference.joints)])
+    width = max([24, *(len(terminal_text(j.joint)) for j in difference.joints)])
     if difference.joints:
         say(f"{'joint':<{width}} {'start':>7} – {'stop':<7} rotation differs", head=True)
     for j in difference.joints:
-        say(f"{shown(j.joint):<{width}} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
+        name = f"{terminal_text(j.joint):<{width}}"
+        say(f"{name} {j.start:>7} – {j.stop:<7} up to {j.max_degrees:8.3f}°")
     for m in difference.moved:
         say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
     say(

@@ -30,10 +30,18 @@ from twistcore.cli.interval_words import (
     without_limbs,
 )
 from twistcore.cli.joint_table import names_to_json, say_names
-from twistcore.cli.output import count_of, note, print_json, problem, say, shown, tell_problems
+from twistcore.cli.output import (
+    count_of,
+    note,
+    print_json,
+    problem,
+    say,
+    tell_problems,
+    terminal_text,
+)
 from twistcore.detection import Interval, Kind
 from twistcore.detection.cuts import leading_frames, trailing_frames
-from twistcore.export.detection_json import intervals_to_json, tau_to_json
+from twistcore.export.detection_json import detection_tau_degrees, intervals_to_json
 from twistcore.formats.clip import Clip
 from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
@@ -47,7 +55,7 @@ _LABEL = 16  # and for a label
 _LISTED = 4  # joints of a part of the body by name
 
 
-def info(arguments: argparse.Namespace) -> int:
+def info_command(arguments: argparse.Namespace) -> int:
     """What clips hold: one in full, of several a row each."""
     found, failed = look_at(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
@@ -135,7 +143,7 @@ def _say_info(info: _Info) -> None:
     joints = f"{len(document['joints'])} joints, {document['channels']} channels"
     say(f"{document['clip']}: {size}, {joints}")
     if people := document["people"]:
-        say(f"  {len(people)} people: {', '.join(map(shown, people))}")
+        say(f"  {len(people)} people: {', '.join(map(terminal_text, people))}")
     entries = (*document["chains"], *document["limbs"])
     width = max([_LABEL, *(len(entry["label"]) for entry in entries)])
     if entries:
@@ -198,7 +206,7 @@ def _chain_to_json(clip: Clip, chain: Chain) -> Document:
     return entry if limb else entry | {"off_axis": children_off_axis(clip.motion, chain)}
 
 
-def detect(arguments: argparse.Namespace) -> int:
+def detect_command(arguments: argparse.Namespace) -> int:
     """Find intervals; of several clips each under its name."""
     several = len(arguments.clips) > 1
     found, failed = look_at(arguments.clips, partial(_detect_in, arguments, several=several))
@@ -248,8 +256,8 @@ def _detect_in(
 
 
 def _say_intervals(found: Detection, *, explain: bool) -> None:
-    width = max([_NAME, *(len(shown(i.joint or i.chain)) for i in found)])
-    people = {chain.name: shown(chain.person) for chain in found.chains_and_limbs}
+    width = max([_NAME, *(len(terminal_text(i.joint or i.chain)) for i in found)])
+    people = {chain.name: terminal_text(chain.person) for chain in found.chains_and_limbs}
     broad = max(map(len, people.values()), default=0)
     broad = max(broad, len("person")) + 1 if broad else 0
     if len(found):
@@ -259,7 +267,7 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
             head=True,
         )
     for i in found:
-        name = shown(i.joint or i.chain)
+        name = terminal_text(i.joint or i.chain)
         whose = f"{people[i.chain]:<{broad}}"
         say(
             f"{whose}{name:<{width}} {i.start:>7} – {i.stop:<7} {i.angle_text(2):>10}"
@@ -292,10 +300,12 @@ def _kind(interval: Interval) -> str:
         most = turn * evidence["limit_deg_s"] / evidence["speed_deg_s"]
         return f"  {interval.kind}, {turn:.0f}° in a frame where no body turns by {most:.0f}°"
     if interval.kind == Kind.NOISE_BURST:
-        joints = [*map(shown, evidence["joints"])]
+        joints = [*map(terminal_text, evidence["joints"])]
         return f"  {interval.kind}{f' in {_listed(joints)}' if len(joints) > 1 else ''}"
     if interval.kind == Kind.FROZEN:
-        return f"  {interval.kind}: {shown(evidence['part'])} stands still to the last digit"
+        return (
+            f"  {interval.kind}: {terminal_text(evidence['part'])} stands still to the last digit"
+        )
     if interval.kind == Kind.LIMB_FLIP:
         return f"  {interval.kind}, end {'carried' if interval.carried else 'kept'}"
     return f"  {interval.kind}"
@@ -383,7 +393,7 @@ def _detection_to_json(name: str, clip: Clip, found: Detection, *, explain: bool
         "missing_frames": clip.missing_frames,
         "fps": motion.fps,
         "method": found.method,
-        "tau_deg": tau_to_json(found),
+        "tau_deg": detection_tau_degrees(found),
         "intervals": intervals_to_json(found, explain=explain),
         "not_examined": found.not_examined or None,
         "unexamined": unexamined_to_json(found.analysis),

@@ -14,7 +14,7 @@ from twistcore.formats.reading import read_clip
 from twistcore.review import Decision, read_session
 
 
-def export(arguments: argparse.Namespace) -> int:
+def export_command(arguments: argparse.Namespace) -> int:
     """Write the script."""
     session = read_session(arguments.session)
     clip = read_clip(arguments.clip, fps=session.fps)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-from twistcore.cli.output import say, shown
+from twistcore.cli.output import say, terminal_text
 from twistcore.skeleton.body import Body
 from twistcore.skeleton.joint_names import JointName
 
@@ -36,12 +36,12 @@ def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
 
 def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
     """A row a joint."""
-    rows = [(shown(e["joint"]), e["taken_for"], e["by"]) for e in entries]
+    rows = [(terminal_text(e["joint"]), e["taken_for"], e["by"]) for e in entries]
     if rows:
         width = max(_WIDTH, *(len(joint) for joint, *_ in rows))
         say(f"  {'joint':<{width}} {'taken for':<24} by", head=True)
         for joint, taken, by in rows:
-            say(f"  {joint:<{width}} {taken:<24} {shown(by)}".rstrip())
+            say(f"  {joint:<{width}} {taken:<24} {terminal_text(by)}".rstrip())
 
 
 def _kind(name: JointName) -> str:

@@ -1,6 +1,6 @@
 """What commands say and where, and outputs that replace nothing.
 
-Loads neither numpy nor scipy. Everything that is printed goes through :func:`shown`.
+Loads neither numpy nor scipy. Everything that is printed goes through :func:`terminal_text`.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def is_quiet() -> bool:
     return _voices[-1].quiet
 
 
-def shown(text: object) -> str:
+def terminal_text(text: object) -> str:
     r"""A text as a terminal may have it: what it would obey is escaped, as `\x1b`."""
     return legible(text)
 
@@ -109,11 +109,11 @@ def step(text: str) -> Iterator[None]:
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
     """To be called with the name of every clip that is through; silent where that is asked for."""
     with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
-        yield lambda name: tell(shown(name))
+        yield lambda name: tell(terminal_text(name))
 
 
 def _line(text: object, stream: IO[str], colour: str = "") -> None:
-    line = shown(text)
+    line = terminal_text(text)
     print(f"\x1b[{colour}m{line}\x1b[0m" if colour and _colours(stream) else line, file=stream)
     if stream is sys.stderr:
         stream.flush()

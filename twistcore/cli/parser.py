@@ -92,7 +92,7 @@ def _looking(subparsers: Subparsers) -> None:
     add_rig(info)
     info.add_argument("--names", action="store_true", help="what each joint was taken for")
     add_json(info)
-    info.set_defaults(run=deferred("detect_commands", "info"))
+    info.set_defaults(run=deferred("detect_commands", "info_command"))
 
     detect = subparsers.add_parser("detect", help="find the intervals of errors")
     add_clips(detect)
@@ -105,7 +105,7 @@ def _looking(subparsers: Subparsers) -> None:
         help="exit 1 if more than N intervals are found, in all clips together",
     )
     add_json(detect)
-    detect.set_defaults(run=deferred("detect_commands", "detect"))
+    detect.set_defaults(run=deferred("detect_commands", "detect_command"))
 
     signals = subparsers.add_parser("signals", help="θp, θc, their increments and m(t) as CSV")
     add_clips(signals)
@@ -115,14 +115,14 @@ def _looking(subparsers: Subparsers) -> None:
     )
     add_chains(signals)
     add_json(signals)
-    signals.set_defaults(run=deferred("signals_command", "signals"))
+    signals.set_defaults(run=deferred("signals_command", "signals_command"))
 
     diff = subparsers.add_parser("diff", help="what differs between two clips or folders")
     diff.add_argument("a", type=readable, metavar="A", help="clip or folder; '-': standard input")
     diff.add_argument("b", type=readable, metavar="B", help="clip or folder; '-': standard input")
     add_json(diff)
     add_workers(diff)
-    diff.set_defaults(run=deferred("correct_commands", "diff"))
+    diff.set_defaults(run=deferred("correct_commands", "diff_command"))
 
 
 def _correcting(subparsers: Subparsers) -> None:
@@ -141,7 +141,7 @@ def _correcting(subparsers: Subparsers) -> None:
     )
     refine.add_argument("--report", type=folder, metavar="DIR", help="also write a report")
     add_json(refine)
-    refine.set_defaults(run=deferred("correct_commands", "refine"))
+    refine.set_defaults(run=deferred("correct_commands", "refine_command"))
 
     apply = subparsers.add_parser("apply", help="write what sessions have accepted")
     apply.add_argument("session", type=Path, metavar="SESSION|FOLDER")
@@ -149,7 +149,7 @@ def _correcting(subparsers: Subparsers) -> None:
     add_output(apply)
     add_workers(apply)
     add_json(apply)
-    apply.set_defaults(run=deferred("correct_commands", "apply"))
+    apply.set_defaults(run=deferred("correct_commands", "apply_command"))
 
     report = subparsers.add_parser("report", help="pages of a review, or of a batch folder")
     report.add_argument("what", type=Path, metavar="SESSION|OUTDIR")
@@ -166,7 +166,7 @@ def _correcting(subparsers: Subparsers) -> None:
         "--pages", type=count, metavar="N", help="of the N worst clips only; default all"
     )
     report.add_argument("--no-pictures", action="store_true", help="do without pictures of figures")
-    report.set_defaults(run=deferred("report_command", "report"))
+    report.set_defaults(run=deferred("report_command", "report_command"))
 
 
 def _studying(subparsers: Subparsers) -> None:
@@ -178,7 +178,7 @@ def _studying(subparsers: Subparsers) -> None:
     inject.add_argument("--protocol", default="P0", metavar="NAME", help="joined by '+'")
     inject.late = _with_protocols
     add_json(inject)
-    inject.set_defaults(run=deferred("study_commands", "inject_errors"))
+    inject.set_defaults(run=deferred("study_commands", "inject_command"))
 
     evaluate = subparsers.add_parser("evaluate", help="measure a refinement against the truth")
     for name, help_text in (
@@ -190,7 +190,7 @@ def _studying(subparsers: Subparsers) -> None:
             name, type=Path, required=True, nargs="+", metavar="FILE", help=help_text
         )
     add_json(evaluate)
-    evaluate.set_defaults(run=deferred("study_commands", "evaluate"))
+    evaluate.set_defaults(run=deferred("study_commands", "evaluate_command"))
 
     tune = subparsers.add_parser("tune", help="τ per joint, from injected errors or verdicts")
     tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
@@ -219,7 +219,7 @@ def _studying(subparsers: Subparsers) -> None:
     )
     tune.add_argument("--workers", type=workers, default=os.cpu_count() or 1, metavar="N")
     add_json(tune)
-    tune.set_defaults(run=deferred("tune_command", "tune"))
+    tune.set_defaults(run=deferred("tune_command", "tune_command"))
 
     benchmark = subparsers.add_parser("benchmark", help="compare methods on errors put into clips")
     benchmark.add_argument("folder", type=Path, metavar="FOLDER")
@@ -236,7 +236,7 @@ def _studying(subparsers: Subparsers) -> None:
     benchmark.add_argument("--resume", action="store_true", help="continue an unfinished run")
     benchmark.add_argument("--json", type=target, metavar="FILE")
     benchmark.add_argument("--csv", type=target, metavar="FILE")
-    benchmark.set_defaults(run=deferred("benchmark_command", "benchmark"))
+    benchmark.set_defaults(run=deferred("benchmark_command", "benchmark_command"))
 
 
 def _with_protocols(inject: argparse.ArgumentParser) -> None:
@@ -270,10 +270,10 @@ def _export(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--dry-run", action="store_true", help="let the script only tell what it would key"
     )
-    parser.set_defaults(run=deferred("export_command", "export"))
+    parser.set_defaults(run=deferred("export_command", "export_command"))
 
 
 def _completion(subparsers: Subparsers) -> None:
     parser = subparsers.add_parser("completion", help="print what a shell completes words by")
     parser.add_argument("shell", choices=SHELLS)
-    parser.set_defaults(run=deferred("completion", "completion"))
+    parser.set_defaults(run=deferred("completion", "completion_command"))

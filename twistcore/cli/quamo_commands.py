@@ -22,19 +22,19 @@ from twistcore.quamo.network import read_network
 from twistcore.quamo.pieces import cuts_behind
 from twistcore.quamo.pose_files import holds_poses
 from twistcore.quamo.poses_clip import read_poses
-from twistcore.quamo.response import lags, overshoots, response_words
+from twistcore.quamo.response import overshoots, response_words, steady_lags
 from twistcore.quamo.spline import usual_cutoff
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.track_clip import (
-    Tracked,
+    TrackedMotion,
     check_place,
     chosen_joints,
     joints_of_24,
-    left_out,
     placed_joint,
     smooth_clip,
     track_by_hand,
     track_learned,
+    untracked_names,
 )
 from twistcore.quamo.tracker import apart_sentence, frames_listed, snap_sentences
 from twistcore.quamo.weights import weights_file
@@ -48,7 +48,7 @@ _SPLINE_WAY = (
 )
 
 
-def refine(arguments: argparse.Namespace) -> int:
+def quamo_refine_command(arguments: argparse.Namespace) -> int:
     """Track or smooth a clip and write it; warn where twist errors stand in it."""
     clip = _read(arguments)
     read = (arguments.clip, arguments.weights, arguments.template)
@@ -88,7 +88,7 @@ def refine(arguments: argparse.Namespace) -> int:
         f"{f' and the place of {name}' if place else ''} "
         f"{_told(arguments, gains, cutoff)}"
     )
-    turning, moving = left_out(motion, joints, placed if place else None)
+    turning, moving = untracked_names(motion, joints, placed if place else None)
     for names, what in ((() if arguments.joints else turning, ""), (moving, "the place of ")):
         if names:
             left = "was left as it is" if len(names) == 1 else "were left as they are"
@@ -191,12 +191,14 @@ def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
         return "causal: a frame waits 40 ms for the next sample of 25 Hz, and lags a little more"
     words = "causal: no frame depends on a later one"
     what = ("a joint", "the place")[: 1 + place]
-    for name, late, over in zip(what, lags(gains, dt), overshoots(gains, dt), strict=False):
+    for name, late, over in zip(what, steady_lags(gains, dt), overshoots(gains, dt), strict=False):
         words += f"; {response_words(name, late, over)}"
     return words
 
 
-def _warn_of_lost(arguments: argparse.Namespace, found: Tracked, names: Sequence[str]) -> None:
+def _warn_of_lost(
+    arguments: argparse.Namespace, found: TrackedMotion, names: Sequence[str]
+) -> None:
     """Say where the tracker did not follow: joints set onto the input, passes far apart."""
     said = [*snap_sentences(found.snapped, names, causal=arguments.causal)]
     if apart := apart_sentence(found.apart, names):

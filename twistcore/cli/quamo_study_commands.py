@@ -35,7 +35,7 @@ from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 from twistcore.synthesis import generator
 
 
-def noise(arguments: argparse.Namespace) -> int:
+def quamo_noise_command(arguments: argparse.Namespace) -> int:
     """Write a clip with synthetic noise and say how large it came out."""
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output], [arguments.clip])
@@ -83,14 +83,14 @@ def noise(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def evaluate(arguments: argparse.Namespace) -> int:
+def quamo_evaluate_command(arguments: argparse.Namespace) -> int:
     """Print the tables of held-out subjects."""
     from twistcore.study.quamo.report import evaluation_report
 
     return _report(arguments, evaluation_report, ("full",))
 
 
-def ablation(arguments: argparse.Namespace) -> int:
+def quamo_ablation_command(arguments: argparse.Namespace) -> int:
     """Print steps of the method, representations and integration."""
     from twistcore.study.quamo.report import ablation_report
 
@@ -132,7 +132,7 @@ def _held_out_networks(
     return {s: read_network(p) for s, p in paths.items() if p.exists()}
 
 
-def train(arguments: argparse.Namespace) -> int:
+def quamo_train_command(arguments: argparse.Namespace) -> int:
     """Train one network for each held-out subject and write weights; continues what was begun."""
     from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
@@ -150,7 +150,7 @@ def train(arguments: argparse.Namespace) -> int:
                 f"{', '.join(sorted(known))} or {FINAL!r}"
             )
     given = {k: getattr(arguments, k) for k in ("epochs", "width")}
-    settings = training.Settings(
+    settings = training.TrainingSettings(
         variant=arguments.variant,
         seed=arguments.seed,
         **{k: v for k, v in given.items() if v is not None},

@@ -17,7 +17,7 @@ from twistcore.report.folder_report import write_folder_report
 from twistcore.review import read_session
 
 
-def report(arguments: argparse.Namespace) -> int:
+def report_command(arguments: argparse.Namespace) -> int:
     """Write the pages of what is named; 1 if some clip could not be read again."""
     if is_there(arguments.output) and not arguments.output.is_dir():
         raise TwistError(f"{arguments.output}: expected a folder for the report")

@@ -35,7 +35,7 @@ _COLUMNS = (
 _DECIMALS = 6
 
 
-def signals(arguments: argparse.Namespace) -> int:
+def signals_command(arguments: argparse.Namespace) -> int:
     """Signals of clips: one line a chain and frame, degrees; of several, with the clip's name."""
     if not (arguments.csv or arguments.json):
         raise TwistError("signals: expected --csv FILE or --json")

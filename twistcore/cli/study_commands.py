@@ -17,7 +17,7 @@ from twistcore.cli.output import (
     tell_problems,
 )
 from twistcore.errors import ClipMismatchError, TwistError
-from twistcore.formats.bvh import parse_bvh, read_bvh, thinned
+from twistcore.formats.bvh import decimated, parse_bvh, read_bvh
 from twistcore.formats.clip import rewritten, write_clip
 from twistcore.skeleton.chain import find_chains, uncorrectable_joints
 from twistcore.skeleton.limb import find_limbs
@@ -25,7 +25,7 @@ from twistcore.study.evaluation import (
     Sample,
     evaluation_to_json,
     evaluation_to_text,
-    measure,
+    measure_clip,
     summarise,
 )
 from twistcore.synthesis import (
@@ -42,7 +42,7 @@ from twistcore.synthesis import (
 )
 
 
-def inject_errors(arguments: argparse.Namespace) -> int:
+def inject_command(arguments: argparse.Namespace) -> int:
     """Put errors into a clip and write their truth."""
     protocol = parse_protocol(arguments.protocol)
     clip = read_bvh(arguments.clip)
@@ -57,7 +57,7 @@ def inject_errors(arguments: argparse.Namespace) -> int:
         chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
         rich = enrich(clip.motion, chains)
         clip = parse_bvh(rewritten(clip, rich).data, clip.path)
-    clip = thinned(clip, protocol.step)
+    clip = decimated(clip, protocol.step)
     motion = clip.motion
     rng = generator(arguments.seed, arguments.clip.name)
     targets = draw_targets(free, rng, protocol)
@@ -94,7 +94,7 @@ def inject_errors(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def evaluate(arguments: argparse.Namespace) -> int:
+def evaluate_command(arguments: argparse.Namespace) -> int:
     """Print the table of one or more refined clips."""
     counts = {len(arguments.truth), len(arguments.clean), len(arguments.refined)}
     if len(counts) != 1:
@@ -121,6 +121,6 @@ def _measured(truth: Path, clean: Path, refined: Path) -> Sample:
     chains = find_chains(source)
     base = prepare(source, chains, parse_protocol(known.protocol))
     try:
-        return measure(known, base, read_bvh(refined).motion, chains)
+        return measure_clip(known, base, read_bvh(refined).motion, chains)
     except ClipMismatchError as error:
         raise ClipMismatchError(f"{refined}: {error}") from None

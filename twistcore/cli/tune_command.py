@@ -15,8 +15,8 @@ from twistcore.cli.output import (
     progress,
     refuse_overwrite,
     say,
-    shown,
     tell_problems,
+    terminal_text,
 )
 from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
@@ -31,7 +31,7 @@ from twistcore.tuning.folder_sessions import FolderSessions, sessions_in
 from twistcore.tuning.learned_profile import LearnedProfile, learned_profile
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS
-from twistcore.tuning.verdicts_of import JudgedClip, count, judged_in
+from twistcore.tuning.verdicts_of import JudgedClip, count_verdicts, judged_in
 from twistcore.work.processes import each, reason
 
 _SEEDS = 3  # draws of errors
@@ -40,7 +40,7 @@ _ALL = "all chains"
 ByChain = Mapping[str, TauCurve]  # by the chain's name
 
 
-def tune(arguments: argparse.Namespace) -> int:
+def tune_command(arguments: argparse.Namespace) -> int:
     """Write a profile of τ per joint from a clip or all clips of a folder."""
     return _by_verdicts(arguments) if arguments.verdicts else _by_injection(arguments)
 
@@ -182,7 +182,7 @@ def _minutes(curves: ByChain) -> float:
 
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
     """A line a chain; in brackets the band of its FSR."""
-    width = max([20, *(len(shown(name)) for name in curves)])
+    width = max([20, *(len(terminal_text(name)) for name in curves)])
     yield _Line(
         f"{'chain':<{width}} {'τ':>9} {'noise':>9} {'FSR':>20} {'false alarms/min':>17}", True
     )
@@ -190,7 +190,7 @@ def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
         tau = curve.suggested(*wanted)
         cost, noise = curve.cost(tau), math.degrees(curve.floor)
         yield _Line(
-            f"{shown(name):<{width}} {math.degrees(tau):>8.2f}° {noise:>8.3f}° "
+            f"{terminal_text(name):<{width}} {math.degrees(tau):>8.2f}° {noise:>8.3f}° "
             f"{fsr_words(cost, 2):>20} {cost.rate:>17.2f}"
         )
 
@@ -204,14 +204,14 @@ def _of_both(
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
-    width = max(map(len, [*map(shown, names), _ALL])) + 2
+    width = max(map(len, [*map(terminal_text, names), _ALL])) + 2
     heads = (f"{DETECTORS.info(m).label[:40]:<42}" for m in methods)
     yield _Line(f"{'':<{width}}{'':<11}{''.join(heads)}".rstrip(), True)
     columns = f"{'τ':>8}{'FSR % (95 %)':>18}{'alarms/min':>12}    "
     yield _Line(f"{'chain':<{width}}{'':<11}{columns * len(methods)}".rstrip(), True)
     for name in (*names, _ALL):
         for kind in ("suggested", "automatic"):
-            line = f"{shown(name) if kind == 'suggested' else '':<{width}}{kind:<11}"
+            line = f"{terminal_text(name) if kind == 'suggested' else '':<{width}}{kind:<11}"
             for m in methods:
                 chosen = [
                     (c, c.suggested(*wanted) if kind == "suggested" else c.automatic)
@@ -281,7 +281,7 @@ def _tell(
 ) -> int:
     """Write and print the profile; TwistError where too little is decided for one."""
     found = common_tau(clips, *_wanted(arguments), seed=0)
-    errors, natural = count(clips)
+    errors, natural = count_verdicts(clips)
     if found.common is None:
         raise TwistError(
             f"{arguments.source}: expected {ENOUGH_ERRORS} accepted intervals or more to learn τ "
@@ -308,14 +308,14 @@ def _tell(
         )
         return 0
     say(f"{errors} accepted and {natural} rejected intervals in {len(clips)} clips")
-    width = max([20, *(len(shown(name)) for name in learnt.profile.tau)])
+    width = max([20, *(len(terminal_text(name)) for name in learnt.profile.tau)])
     say(f"{'chain':<{width}} {'τ':>8} {'accepted':>9} {'rejected':>9}   between", head=True)
     for name, tau in learnt.profile.tau.items():
         r = learnt.reasons[name]
         between = "" if math.isnan(r.low) else f"   {r.low:.2f}–{r.high:.2f}°"
         own = "   its own" if name in learnt.apart else ""
         say(
-            f"{shown(name):<{width}} {math.degrees(tau):>7.2f}° {r.accepted:>9d} "
+            f"{terminal_text(name):<{width}} {math.degrees(tau):>7.2f}° {r.accepted:>9d} "
             f"{r.rejected:>9d}{between}{own}"
         )
     for sentence in sentences:

@@ -11,7 +11,7 @@ from twistcore.detection.leading_blend import blend_end, held_frames, rest_frame
 from twistcore.detection.prediction import Mask
 from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion, once_a_motion
-from twistcore.skeleton.notation import Kept, without_held
+from twistcore.skeleton.notation import DistinctFrames, without_held
 
 SHORTEST_SEGMENT = 0.25  # seconds between cuts: in less no error can be told from motion
 JUMP = 5.0  # times a joint's own pace
@@ -45,7 +45,7 @@ def _cuts(motion: Motion) -> Mask:
     return cut
 
 
-def _among_held(cut: Mask, held: Kept) -> Mask:
+def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
     """Cuts of the frames that differ in all frames; a blend goes on while a frame is held."""
     full = np.zeros(held.frames, dtype=bool)
     full[held.first] = cut

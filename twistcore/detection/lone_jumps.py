@@ -19,7 +19,7 @@ from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.runs import runs
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion, Skeleton
-from twistcore.skeleton.notation import Kept, without_held
+from twistcore.skeleton.notation import DistinctFrames, without_held
 from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle
 
 FASTEST = math.radians(7500.0)  # a second
@@ -108,7 +108,7 @@ def _turns_too_fast(
     return found
 
 
-def _as_written(jump: Interval, held: Kept) -> Interval:
+def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
     """A jump among frames that differ, from its first to its last in the clip."""
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))

@@ -13,6 +13,6 @@ def intervals_to_json(found: Detection, *, explain: bool = False) -> list[dict[s
     return found.to_rows(explain=explain)
 
 
-def tau_to_json(found: Detection) -> dict[str, float]:
+def detection_tau_degrees(found: Detection) -> dict[str, float]:
     """τ in degrees by the name of a chain or limb."""
     return {name: math.degrees(t) for name, t in found.tau.items()}

@@ -12,7 +12,7 @@ from pathlib import Path, PurePath
 
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.exports_beside import exports_among
-from twistcore.export.replay import left_to_later_versions, replayed, uncorrected
+from twistcore.export.replay import left_to_later_versions, replayed, uncorrected_sentences
 from twistcore.files.atomic import write_atomically, write_companions
 from twistcore.files.document_values import bytes_of, parsed_json
 from twistcore.files.encoding import json_text
@@ -27,7 +27,7 @@ _SCHEMA = "twistcore.applied/1"
 
 
 @dataclass(frozen=True)
-class Pair:
+class SessionClip:
     """A session and its clip; name: the clip's path in its folder, with '/' between."""
 
     session: Path
@@ -43,7 +43,7 @@ class Pairs:
     others.
     """
 
-    pairs: tuple[Pair, ...]
+    pairs: tuple[SessionClip, ...]
     problems: tuple[str, ...]
     older: tuple[Path, ...]
     alone: tuple[str, ...]
@@ -54,7 +54,7 @@ class Replayed:
     """What became of a clip; sha256: of its corrected bytes; new: whether they were not there yet.
 
     applied, repairable: intervals; jumps: of channels, that could not be avoided; left, beside: as
-    :func:`twistcore.export.replay.uncorrected`.
+    :func:`twistcore.export.replay.uncorrected_sentences`.
     """
 
     sha256: str
@@ -97,7 +97,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
         raise TwistError(f"{sessions}: expected a folder with sessions, found none")
     ordered = {name: sorted(found[name], key=_written) for name in sorted(found)}
     return Pairs(
-        tuple(Pair(of_clip[-1], there[name], name) for name, of_clip in ordered.items()),
+        tuple(SessionClip(of_clip[-1], there[name], name) for name, of_clip in ordered.items()),
         tuple(problems),
         tuple(path for of_clip in ordered.values() for path in of_clip[:-1]),
         tuple(name for name in there if name not in found and name not in exports),
@@ -146,7 +146,7 @@ class _Clips:
         return ""
 
 
-def replay_into(output: Path, own: Mapping[str, str], pair: Pair) -> Replayed:
+def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
     """Write a clip corrected as its session says: the bytes of `apply` on the two alone.
 
     own: SHA-256 by name of what this command wrote into the folder. TwistError, and nothing
@@ -165,7 +165,7 @@ def replay_into(output: Path, own: Mapping[str, str], pair: Pair) -> Replayed:
         write_companions(replay.clip.companions, path.parent)
         write_atomically(path, patch.data)
     chosen, state = replay.session.state.chosen(), replay.session.state
-    left, beside = uncorrected(replay.clip, replay.chains, chosen)
+    left, beside = uncorrected_sentences(replay.clip, replay.chains, chosen)
     left += left_to_later_versions(replay.clip, state)
     repairable = sum(judged.interval.repairable for judged in state.intervals)
     return Replayed(mark, before != mark, len(chosen), repairable, patch.jumps, left, beside)

@@ -10,7 +10,7 @@ from twistcore.analysis.correction import children_off_axis, refine, stuck_joint
 from twistcore.detection import Interval, Kind
 from twistcore.errors import ClipMismatchError, TwistError
 from twistcore.export.tracking import check_tracking, tracked_motion
-from twistcore.files.document_values import shown
+from twistcore.files.document_values import shown_value
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Decision, ReviewState, Session, read_session
@@ -50,7 +50,7 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
     return Replay(session, clip, chains, accepted_motion(clip, chains, session.state))
 
 
-def uncorrected(
+def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Sentences: what the file lets nobody correct, and what moved that lies beside the axis."""
@@ -135,7 +135,7 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
         if chain is None or isinstance(chain, Limb) != flips:
             what = "limb" if flips else "chain"
             raise ClipMismatchError(
-                f"{clip.path}: the session names a {what} {shown(interval.chain)}"
+                f"{clip.path}: the session names a {what} {shown_value(interval.chain)}"
             )
         if interval.stop > clip.motion.frames:
             raise ClipMismatchError(f"{clip.path}: an interval ends behind the clip's last frame")

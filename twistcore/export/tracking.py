@@ -18,7 +18,7 @@ from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
 from twistcore.quamo.track_clip import (
-    Tracked,
+    TrackedMotion,
     check_place,
     chosen_joints,
     joints_of_24,
@@ -121,7 +121,7 @@ def traced_motion(
     return found.motion, Traces(found.at[there], gains[there] / share, parts[there] / share, names)
 
 
-def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool) -> Tracked:
+def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool) -> TrackedMotion:
     check_tracking(motion, tracking)
     joints, gains = _joints(motion, tracking), _gains(tracking, motion.frame_time)
     track = (

@@ -96,7 +96,7 @@ def _no_number(word: str) -> float:
     raise ValueError(f"{word} is no number")
 
 
-def shown(value: object) -> str:
+def shown_value(value: object) -> str:
     """A value in a sentence: short, on one line, with what cannot be printed escaped."""
     told = _SHOWN.repr(value)
     return told if len(told) <= 2 * _HALF else f"{told[:_HALF]}…{told[-_HALF:]}"
@@ -113,7 +113,7 @@ def shown_words(said: object) -> str:
 
 def unexpected(expected: str, what: str, value: object) -> FormatError:
     """What to raise where something else is found."""
-    return FormatError(f"expected {expected} for {what}, found {shown(value)}")
+    return FormatError(f"expected {expected} for {what}, found {shown_value(value)}")
 
 
 @contextmanager
@@ -210,7 +210,7 @@ def texts(value: Any, what: str) -> tuple[str, ...]:
     return tuple(value)
 
 
-def each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
+def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
     """A list of things, each of which is read by itself; a sentence says of which it is."""
     found = []
     for k, one in enumerate(items(value, what), start=1):

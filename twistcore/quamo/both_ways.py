@@ -21,8 +21,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from twistcore.quamo.state_space import EXACT, Parts
-from twistcore.quamo.tracker import LOST_COSINE, Controller, State, Step, Track, track
+from twistcore.quamo.state_space import EXACT, AccelerationTerms
+from twistcore.quamo.tracker import LOST_COSINE, Controller, State, Step, TrackResult, track
 from twistcore.skeleton.rotation import Array, normalise
 from twistcore.work.progress import Tell
 
@@ -38,7 +38,7 @@ def track_both_ways(
     integration: str = EXACT,
     keep_steps: bool = False,
     tell: Tell | None = None,
-) -> Track:
+) -> TrackResult:
     """Half way between the tracker forwards and the tracker backwards, frame by frame.
 
     q̂ (frames, …, joints, 4), r̂ (frames, …, 3) as for :func:`track`, which steps both directions at
@@ -58,7 +58,7 @@ def track_both_ways(
         tell=tell,
     )
     ahead, back = found.q[:, _FORWARDS], found.q[::-1, _BACKWARDS]
-    return Track(
+    return TrackResult(
         half_way(ahead, back),
         0.5 * (found.r[:, _FORWARDS] + found.r[::-1, _BACKWARDS]),
         found.snapped[:, _FORWARDS] | found.snapped[::-1, _BACKWARDS],
@@ -88,5 +88,5 @@ def _of_direction(step: Step, way: int) -> Step:
         if name != "clip"
     }
     gains = replace(step.gains, **{name: value[way] for name, value in own.items()})
-    parts = Parts(**{name: value[way] for name, value in vars(step.parts).items()})
+    parts = AccelerationTerms(**{name: value[way] for name, value in vars(step.parts).items()})
     return Step(state, step.snapped[way], gains, parts)

@@ -102,7 +102,7 @@ class NetworkController(Controller):
         if len(self._q) < 2:
             return super().start(q_hat, r_hat)
         w = self.network.weights
-        cos, sin = heading(q_hat[..., 0, :])
+        cos, sin = root_heading(q_hat[..., 0, :])
         rate = 2.0 * increment(self._q[1], self._q[0]) / NETWORK_DT
         speed = (self._r[1] - self._r[0]) / NETWORK_DT
         inputs = np.concatenate(
@@ -142,7 +142,7 @@ def control_inputs(
     w: Mapping[str, Float32], state: State, q_hat: Array, r_hat: Array
 ) -> tuple[Array, tuple[Array, Array]]:
     """What ControlNet sees, (…, CONTROL_INPUTS), and the heading (cos ψ, sin ψ)."""
-    cos, sin = heading(state.q[..., 0, :])
+    cos, sin = root_heading(state.q[..., 0, :])
     error = short_vector(multiply(q_hat, conjugate(state.q)))
     inputs = np.concatenate(
         [
@@ -191,7 +191,7 @@ def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
     return (pose - w["pose.mean"]) / w["pose.scale"]
 
 
-def heading(root: Array) -> tuple[Array, Array]:
+def root_heading(root: Array) -> tuple[Array, Array]:
     """(cos ψ, sin ψ) of the direction in which the root's z axis points over the ground."""
     w, x, y, z = (root[..., i] for i in range(4))
     sideways, ahead = 2 * (x * z + w * y), 1 - 2 * (x * x + y * y)

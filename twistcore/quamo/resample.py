@@ -6,13 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.quamo.state_space import NETWORK_DT
-from twistcore.skeleton.rotation import Array, conjugate, exponential, logarithm, multiply
-
-
-def slerp(a: Array, b: Array, share: Array) -> Array:
-    """From a to b the short way, (…, 4), share in [0, 1] of shape (…)."""
-    step = logarithm(multiply(b, conjugate(a)))
-    return multiply(exponential(share[..., None] * step), a)
+from twistcore.skeleton.rotation import Array, conjugate, multiply, slerp
 
 
 def sample_times(frames: int, dt: float) -> Array:

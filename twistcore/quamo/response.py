@@ -12,7 +12,7 @@ _STEP = np.radians(30.0)  # small enough to be linear, and what a joint may well
 _FRAMES = 200
 
 
-def lags(gains: Gains, dt: float) -> tuple[float, float]:
+def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
     """Seconds by which what moves steadily is followed late: (a joint, the root's place).
 
     2κD/κP − Δt, since the error of a rotation is sin(θ/2), and κD/κP − Δt; the largest of gains

@@ -55,7 +55,7 @@ class Gains:
 
 
 @dataclass(frozen=True, eq=False)
-class Parts:
+class AccelerationTerms:
     """What made the angular acceleration of a step, rad/s², each (…, joints, 3) [Le26 Eq. 5]."""
 
     proportional: Array
@@ -77,7 +77,7 @@ def aligned(q_hat: Array, q: Array) -> Array:
 
 def angular_acceleration(
     q: Array, omega: Array, q_hat: Array, curvature: Array | float, gains: Gains, dt: float
-) -> Parts:
+) -> AccelerationTerms:
     """The four parts of Eq. 5.
 
     curvature: δ(t+1) − δ(t), see :func:`increment`; a difference per frame², hence κA, tuned at
@@ -86,7 +86,7 @@ def angular_acceleration(
     error = short_vector(multiply(q_hat, conjugate(q)))
     ka = gains.ka * (NETWORK_DT / dt) ** 2
     shape = error.shape
-    return Parts(
+    return AccelerationTerms(
         gains.kp * error,
         -(gains.kd * omega),
         np.broadcast_to(np.asarray(gains.bias, dtype=np.float64), shape),
@@ -99,7 +99,7 @@ def increment(q_hat: Array, before: Array) -> Array:
     return short_vector(multiply(q_hat, conjugate(before)))
 
 
-def next_velocity(omega: Array, parts: Parts, dt: float, clip: float) -> Array:
+def next_velocity(omega: Array, parts: AccelerationTerms, dt: float, clip: float) -> Array:
     """ω after a step, each component within ±clip [Le26 Eq. 1, 5]."""
     rate = parts.proportional + parts.damping + parts.bias + parts.acceleration
     return np.clip(omega + dt * rate, -clip, clip)

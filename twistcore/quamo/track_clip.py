@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from twistcore.detection.cuts import leading_frames
 from twistcore.errors import TwistError
-from twistcore.files.document_values import shown
+from twistcore.files.document_values import shown_value
 from twistcore.files.encoding import legible
 from twistcore.quamo.both_ways import track_both_ways
 from twistcore.quamo.network import Network
@@ -22,7 +22,7 @@ from twistcore.quamo.resample import corrected, resampled, sample_times
 from twistcore.quamo.spline import PLACE_SHARE, smoothed, smoothed_rotations, usual_cutoff
 from twistcore.quamo.state_space import NETWORK_DT, Gains
 from twistcore.quamo.topology import find_topology, metres_per_unit
-from twistcore.quamo.tracker import HandGains, Step, Track, track
+from twistcore.quamo.tracker import HandGains, Step, TrackResult, track
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell, nobody, part
@@ -31,7 +31,7 @@ _STILL = 1e-4  # of a quaternion; of the largest way that a place moves
 
 
 @dataclass(frozen=True, eq=False)
-class Tracked:
+class TrackedMotion:
     """A tracked motion.
 
     snapped: joints set onto the input, apart: joints that two passes leave more than 90° from one
@@ -57,7 +57,7 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
     for name in names:
         if name not in skeleton.names:
             known = legible(", ".join(skeleton.names), most=600)
-            raise TwistError(f"no joint {shown(name)}; expected some of {known}")
+            raise TwistError(f"no joint {shown_value(name)}; expected some of {known}")
         if not able[skeleton.index(name)]:
             raise TwistError(f"joint {name!r} has no three rotation channels to write to")
     return np.array(sorted({skeleton.index(name) for name in names}), dtype=np.int64)
@@ -104,7 +104,7 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
         )
 
 
-def left_out(
+def untracked_names(
     motion: Motion, joints: NDArray[np.int64], placed: int | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Names of joints that turn, and of those whose place moves, and that nobody tracks.
@@ -145,7 +145,7 @@ def track_by_hand(
     first: int = 0,
     keep_steps: bool = False,
     tell: Tell | None = None,
-) -> Tracked:
+) -> TrackedMotion:
     """Hand gains at the clip's own rate, those that follow the rate if none are given.
 
     causal: False for both ways, see :func:`track_both_ways`, each of :func:`pieces` alone; place:
@@ -184,7 +184,7 @@ def track_learned(
     first: int = 0,
     keep_steps: bool = False,
     tell: Tell | None = None,
-) -> Tracked:
+) -> TrackedMotion:
     """Gains of a network: the clip at 25 Hz is tracked, the correction carried back.
 
     A frame waits for the next sample of 25 Hz. unit: metres in one unit of the clip. All 24 joints
@@ -257,7 +257,7 @@ class _Piece:
     at: when the steps were, in frames of the clip; q (frames, joints, 4), r (frames, 3): to write.
     """
 
-    found: Track
+    found: TrackResult
     at: Array
     q: Array
     r: Array
@@ -276,7 +276,7 @@ def _tracked(
     stepped: NDArray[np.int64],
     placed: int | None,
     tell: Tell,
-) -> Tracked:
+) -> TrackedMotion:
     """What `run` makes of every span; joints: to be written; stepped: those of a step."""
     snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     apart = np.zeros_like(snapped)
@@ -296,7 +296,7 @@ def _tracked(
         snapped[shown_at, stepped] = made.found.snapped
         if made.found.apart is not None:
             apart[shown_at, stepped] = made.found.apart
-    return Tracked(
+    return TrackedMotion(
         _written(motion, joints, placed, parts),
         snapped,
         apart,

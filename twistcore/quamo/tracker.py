@@ -14,8 +14,8 @@ from twistcore.errors import TwistError
 from twistcore.quamo.stability import check_stability
 from twistcore.quamo.state_space import (
     EXACT,
+    AccelerationTerms,
     Gains,
-    Parts,
     aligned,
     angular_acceleration,
     increment,
@@ -100,7 +100,7 @@ class Step:
     state: State
     snapped: NDArray[np.bool_]
     gains: Gains | None = None
-    parts: Parts | None = None
+    parts: AccelerationTerms | None = None
 
 
 class Tracker:
@@ -153,7 +153,7 @@ class Tracker:
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class TrackResult:
     """A tracked clip: q (frames, …, joints, 4), r (frames, …, 3), snapped (frames, …, joints).
 
     steps: every step with its gains and parts, if they were asked for; steps_back: likewise those
@@ -178,7 +178,7 @@ def track(
     integration: str = EXACT,
     keep_steps: bool = False,
     tell: Tell | None = None,
-) -> Track:
+) -> TrackResult:
     """Step through a whole clip; the same bits as calling :class:`Tracker` frame by frame.
 
     tell: called with the share that is done, now and then; what it raises ends the tracking.
@@ -195,7 +195,7 @@ def track(
             steps.append(step)
         if frame % _TELL_EVERY == 0:
             tell(frame / len(q_hat))
-    return Track(q, r, snapped, tuple(steps))
+    return TrackResult(q, r, snapped, tuple(steps))
 
 
 def snap_sentences(

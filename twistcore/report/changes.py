@@ -14,7 +14,7 @@ from twistcore.analysis.correction.protected_measures import (
     NAMES,
     UNITS,
     Hinges,
-    Measure,
+    ProtectedMeasure,
     protected_measures,
 )
 from twistcore.detection import Interval
@@ -45,7 +45,7 @@ class JointChange:
 
 
 @dataclass(frozen=True)
-class Kept:
+class FidelityCheck:
     """What a written file has of its source, as it was read again.
 
     what: 'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared
@@ -102,14 +102,14 @@ def protected_sums(
     applied: each is measured with the others corrected as well; finds: all intervals of the clip.
     """
     hinges = Hinges(motion, finds)
-    every: dict[str, list[tuple[Interval, Measure]]] = {name: [] for name in NAMES}
+    every: dict[str, list[tuple[Interval, ProtectedMeasure]]] = {name: [] for name in NAMES}
     for interval in applied:
         for one in protected_measures(motion, chains, interval, hinges, applied):
             every[one.name].append((interval, one))
     return tuple(_sum_of(name, found) for name, found in every.items() if found)
 
 
-def _sum_of(name: str, found: Sequence[tuple[Interval, Measure]]) -> MeasureSum:
+def _sum_of(name: str, found: Sequence[tuple[Interval, ProtectedMeasure]]) -> MeasureSum:
     least = 1e-6  # of any unit: less is rounding
     return MeasureSum(
         name,
@@ -143,7 +143,7 @@ def joint_changes(before: Motion, after: Motion, difference: Difference) -> tupl
     return tuple(out)
 
 
-def kept_in(clip: Clip, refined: Motion, written: Path) -> Kept:
+def kept_in(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
     """Read what was written and compare it with its source; raises TwistError."""
     again = read_clip(written)
     head: bool | None = None
@@ -158,7 +158,7 @@ def kept_in(clip: Clip, refined: Motion, written: Path) -> Kept:
     corrected |= (clip.motion.positions != refined.positions).any(axis=(1, 2))
     same = int((~differs.any(axis=0)).sum())
     outside = int(differs[~corrected].sum())
-    return Kept(written.name, what, differs.shape[1], same, outside, head)
+    return FidelityCheck(written.name, what, differs.shape[1], same, outside, head)
 
 
 def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
@@ -184,7 +184,7 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
     return same.reshape(shape)
 
 
-def found_again(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> Detection:
+def remaining_detection(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> Detection:
     """What is found in the corrected motion by the same detector at the same τ."""
     analysis = ClipAnalysis(refined, chains, rig=state.rig)
     found = analysis.detect(state.method, tau_radians=dict(state.tau))

@@ -16,14 +16,14 @@ from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.report.changes import (
-    found_again,
     joint_changes,
     kept_in,
+    remaining_detection,
 )
 from twistcore.report.curve_drawing import ClipCurves, weight
 from twistcore.report.document import Report, moves_to_tell
 from twistcore.report.page_templates import rendered
-from twistcore.report.picture_job import SIZE, Drawn, Figure, draw, figure_of
+from twistcore.report.picture_job import SIZE, Drawn, Figure, draw_figures, figure_of
 from twistcore.review.model import Decision, Judged
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
@@ -95,7 +95,7 @@ def figure_of_worst(report: Report) -> Figure | None:
 def pictures_of(report: Report) -> Drawn:
     """The pictures of a page, drawn now."""
     figure = figure_of_worst(report)
-    return draw([figure])[0] if figure else Drawn()
+    return draw_figures([figure])[0] if figure else Drawn()
 
 
 # -- the worst finds -------------------------------------------------------------------------------
@@ -197,7 +197,7 @@ def _evidence(report: Report) -> dict[str, Any]:
             trouble = str(error)
     left = report.left
     if left is None and changes and DETECTORS.usable(report.state.method) == report.state.method:
-        left = intervals_to_json(found_again(report.refined, report.chains, report.state))
+        left = intervals_to_json(remaining_detection(report.refined, report.chains, report.state))
     if left is not None:
         left = [
             {**e, "before": _before(e, report), "lone": not Kind(e["kind"]).repairable}

@@ -31,7 +31,7 @@ _AROUND = 0.5  # seconds before and behind an interval that is drawn large
 
 
 @dataclass(frozen=True)
-class Line:
+class CurvePath:
     """One path; look: 'same', 'before', 'after' or 'strength'."""
 
     look: str
@@ -39,7 +39,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Row:
+class CurveRow:
     """One quantity over time: its symbol, the values at the bottom and the top, degrees.
 
     tau: where the threshold is, 0 at the top to HEIGHT, None where the quantity has none.
@@ -49,7 +49,7 @@ class Row:
     meaning: str
     low: float
     high: float
-    lines: tuple[Line, ...]
+    lines: tuple[CurvePath, ...]
     tau: float | None = None
 
 
@@ -72,7 +72,7 @@ class Panel:
     start: int
     stop: int
     columns: int
-    rows: tuple[Row, ...]
+    rows: tuple[CurveRow, ...]
     bands: tuple[Band, ...]
     tau_deg: float
 
@@ -148,7 +148,7 @@ class ClipCurves:
         chain: Chain,
         span: tuple[int, int],
         columns: int,
-        rows: Sequence[Row],
+        rows: Sequence[CurveRow],
         judged: Iterable[Judged],
     ) -> Panel:
         scale = columns / (span[1] - span[0])
@@ -194,7 +194,7 @@ def weight(judged: Judged) -> float:
     return float(np.degrees(np.abs(interval.offset)).sum())
 
 
-def _two(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> Row:
+def _two(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> CurveRow:
     """A row of one curve where nothing changes, and of two where something does."""
     every = np.degrees(np.concatenate([before, after]))
     low, high = _range(float(every.min()), float(every.max()))
@@ -206,20 +206,20 @@ def _two(symbol: str, meaning: str, before: Array, after: Array, columns: int) -
     plain = _levels(np.degrees(before), low, high)
     other = _levels(np.degrees(after), low, high)
     lines = [
-        Line("same", _path(plain, edges, ~differs)),
-        Line("before", _path(plain, edges, wide)),
-        Line("after", _path(other, edges, wide)),
+        CurvePath("same", _path(plain, edges, ~differs)),
+        CurvePath("before", _path(plain, edges, wide)),
+        CurvePath("after", _path(other, edges, wide)),
     ]
-    return Row(symbol, meaning, low, high, tuple(line for line in lines if line.path))
+    return CurveRow(symbol, meaning, low, high, tuple(line for line in lines if line.path))
 
 
-def _strength(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> Row:
+def _strength(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> CurveRow:
     """On a square-root scale: τ is seen beside peaks a hundred times as high."""
     _, high = _range(0.0, max(float(values.max(initial=0.0)), 1.4 * tau))
     roots = _levels(np.sqrt(np.abs(values)), 0.0, float(np.sqrt(high)))
     path = _path(roots, _edges(len(values), columns), np.ones(columns, np.bool_))
     level = round(HEIGHT * (1.0 - float(np.sqrt(tau / high))), 1)
-    return Row(symbol, meaning, 0.0, high, (Line("strength", path),), level)
+    return CurveRow(symbol, meaning, 0.0, high, (CurvePath("strength", path),), level)
 
 
 def _range(low: float, high: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import children_off_axis, stuck_joints
 from twistcore.detection import Interval, Kind
 from twistcore.export.compare import Difference, compare, move_to_json
-from twistcore.export.replay import left_to_later_versions, uncorrected
+from twistcore.export.replay import left_to_later_versions, uncorrected_sentences
 from twistcore.files.encoding import csv_text
 from twistcore.files.version import __version__
 from twistcore.formats.clip import Clip
@@ -126,7 +126,7 @@ class Report:
     @property
     def not_corrected(self) -> tuple[str, ...]:
         """Sentences: what was accepted and could not be taken out. No folder is named in them."""
-        told, _ = uncorrected(self.clip, self.chains, self.state.chosen())
+        told, _ = uncorrected_sentences(self.clip, self.chains, self.state.chosen())
         told += left_to_later_versions(self.clip, self.state)
         return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in told)
 

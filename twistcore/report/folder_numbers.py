@@ -147,7 +147,7 @@ def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {k: v for k, v in parameters.items() if v not in (None, [], "", False)}
 
 
-def in_order(rows: Iterable[ClipRow]) -> list[ClipRow]:
+def worst_first(rows: Iterable[ClipRow]) -> list[ClipRow]:
     """What was not processed first, then worst first."""
     return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
 

@@ -21,7 +21,7 @@ _MOST_JOINTS = 60
 
 
 @dataclass(frozen=True)
-class Bar:
+class HistogramBar:
     """One bin of the histogram: degrees from, how many by kind, and in all."""
 
     start: int
@@ -78,10 +78,10 @@ def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 
 
-def _bars(numbers: FolderNumbers) -> list[Bar]:
+def _bars(numbers: FolderNumbers) -> list[HistogramBar]:
     """The histogram, empty where there is nothing to count."""
     if not numbers.sizes:
         return []
     count = len(next(iter(numbers.sizes.values())))
     by_kind = [numbers.sizes.get(kind, [0] * count) for kind in _kinds(numbers)]
-    return [Bar(k * BIN, tuple(sizes[k] for sizes in by_kind)) for k in range(count)]
+    return [HistogramBar(k * BIN, tuple(sizes[k] for sizes in by_kind)) for k in range(count)]

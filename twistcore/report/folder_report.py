@@ -17,9 +17,9 @@ from twistcore.files.encoding import encoded
 from twistcore.files.ordinary import open_to_read, real_path
 from twistcore.report.clip_page import Home, clip_page, figure_of_worst
 from twistcore.report.document import Report, report_to_json
-from twistcore.report.folder_numbers import FolderNumbers, in_order
+from twistcore.report.folder_numbers import FolderNumbers, worst_first
 from twistcore.report.folder_page import GENERATOR, folder_page, known_page
-from twistcore.report.picture_job import NOT_INSTALLED, Drawn, Figure, draw
+from twistcore.report.picture_job import NOT_INSTALLED, Drawn, Figure, draw_figures
 from twistcore.report.recorded_clip import report_of
 from twistcore.work.processes import each, reason
 from twistcore.work.progress import Counter, uncounted
@@ -64,7 +64,7 @@ def write_folder_report(
         with Manifest.open(folder) as manifest:
             records = manifest.records()
     numbers, by_name = FolderNumbers(), {record.name: record for record in records}
-    rows = in_order([numbers.add(record) for record in records])
+    rows = worst_first([numbers.add(record) for record in records])
     with_page = [row.name for row in rows if row.state == "done"][:most_pages]
     pages = {name: page_of(name) for name in with_page}
     for path in (INDEX, *pages.values()):
@@ -142,7 +142,7 @@ def _tried(make: Callable[[], Made]) -> Made | Exception:
 
 def _drawn(figures: Sequence[Figure | None]) -> list[Drawn]:
     """Pictures of the figures there are, none where there is none."""
-    pictured = iter(draw([figure for figure in figures if figure is not None]))
+    pictured = iter(draw_figures([figure for figure in figures if figure is not None]))
     return [Drawn() if figure is None else next(pictured) for figure in figures]
 
 

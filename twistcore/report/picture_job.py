@@ -40,7 +40,7 @@ _SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # it is to draw without one
 
 
 @dataclass(frozen=True)
-class Pair:
+class BeforeAfter:
     """Two pictures from one side, before and after a correction.
 
     chain: the name of what is looked at; first, second: where the two poses stand in the motion.
@@ -60,7 +60,7 @@ class Figure:
 
     motion: Motion
     chains: tuple[Chain, ...]
-    pairs: tuple[Pair, ...]
+    pairs: tuple[BeforeAfter, ...]
 
 
 @dataclass(frozen=True)
@@ -86,11 +86,13 @@ def figure_of(
         np.concatenate([p.positions for p in parts]),
         before.frame_time,
     )
-    pairs = [Pair(n, count + k, count + len(wanted) + k) for k, (n, _) in enumerate(wanted)]
+    pairs = [BeforeAfter(n, count + k, count + len(wanted) + k) for k, (n, _) in enumerate(wanted)]
     return Figure(motion, tuple(chains), tuple(pairs))
 
 
-def draw(figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)) -> list[Drawn]:
+def draw_figures(
+    figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)
+) -> list[Drawn]:
     """The pictures of every figure, all by one process; nothing is raised where it fails."""
     total = sum(len(figure.pairs) for figure in figures)
     if not total:
@@ -206,7 +208,7 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
             entry["frame_time"],
         )
     chains = tuple(_chain_from(chain) for chain in entry["chains"])
-    return Figure(motion, chains, tuple(Pair(**pair) for pair in entry["pairs"]))
+    return Figure(motion, chains, tuple(BeforeAfter(**pair) for pair in entry["pairs"]))
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from twistcore.review.model import (
     Tracking,
     as_written,
     carried_over,
-    in_order,
+    chain_places,
 )
 from twistcore.skeleton.rig import Rig
 
@@ -271,7 +271,7 @@ class ChangeChains(Command):
             for j in state.intervals
             if (name := j.interval.chain) in tau and state.rig.own(name) == self.rig.own(name)
         ]
-        state = replace(state, rig=self.rig, tau=tau, chain_order=in_order(tau))
+        state = replace(state, rig=self.rig, tau=tau, chain_order=chain_places(tau))
         return _redetected(state.with_intervals(kept), self.again, self.found)
 
 

@@ -22,11 +22,11 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import free_name, sync_folder, write_atomically
 from twistcore.files.document_values import (
     bytes_of,
-    each,
     flag,
     has,
     one_of,
     parsed_json,
+    read_each,
     text,
     texts,
     whole,
@@ -311,7 +311,7 @@ _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     **{name: (_as_is, partial(text, what=name)) for name in _TEXTS},
     **{name: (_as_is, partial(flag, what=name)) for name in ("same_clip", "in_bulk")},
     **{name: (_as_is, partial(whole, what=name)) for name in ("id", "drag")},
-    "ids": (list, partial(each, what="ids", read=partial(whole, what="an id"))),
+    "ids": (list, partial(read_each, what="ids", read=partial(whole, what="an id"))),
     "again": (list, partial(texts, what="again")),
     "rig": (rig_to_json, rig_from_json),
     "decision": (str, lambda d: Decision(one_of(d, "decision", [d.value for d in Decision]))),
@@ -320,11 +320,11 @@ _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     "tau": (tau_to_json, tau_from_json),
     "found": (
         lambda found: [interval_to_json(i) for i in found],
-        partial(each, what="found", read=interval_from_json),
+        partial(read_each, what="found", read=interval_from_json),
     ),
     "earlier": (
         lambda earlier: [judged_to_json(j) for j in earlier],
-        partial(each, what="earlier", read=judged_from_json),
+        partial(read_each, what="earlier", read=judged_from_json),
     ),
     "tracking": (
         lambda t: t and tracking_to_json(t),

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from twistcore.files.document_values import each, frames, unexpected
+from twistcore.files.document_values import frames, read_each, unexpected
 from twistcore.review.commands import Command
 from twistcore.review.model import ReviewState, Span
 
@@ -26,10 +26,10 @@ class LeaveOut(Command):
         """The state after the command."""
         if any(not 0 <= start < stop for start, stop in self.spans):
             raise ValueError("a span has at least one frame")
-        return replace(state, left_out=joined(self.spans))
+        return replace(state, left_out=joined_spans(self.spans))
 
 
-def joined(spans: Iterable[Span]) -> tuple[Span, ...]:
+def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
     """Half-open spans in order, those that meet as one."""
     out: list[Span] = []
     for start, stop in sorted(spans):
@@ -43,8 +43,8 @@ def joined(spans: Iterable[Span]) -> tuple[Span, ...]:
 def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
     """What of some spans is in none of the others."""
     out: list[Span] = []
-    taken = joined(others)
-    for start, stop in joined(spans):
+    taken = joined_spans(others)
+    for start, stop in joined_spans(spans):
         for a, b in taken:
             if start < a < stop:
                 out.append((start, a))
@@ -57,7 +57,7 @@ def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, .
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
     """Spans as files list them; FormatError where they are damaged."""
-    return joined(each(entries, "left_out", _span))
+    return joined_spans(read_each(entries, "left_out", _span))
 
 
 def _span(entry: Any) -> Span:

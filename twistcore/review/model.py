@@ -233,11 +233,13 @@ def start_review(
 ) -> ReviewState:
     """A review in which nothing is decided yet."""
     judged = [Judged(k, as_written(interval)) for k, interval in enumerate(found, start=1)]
-    state = ReviewState(method, MappingProxyType(dict(tau)), chain_order=in_order(chains), rig=rig)
+    state = ReviewState(
+        method, MappingProxyType(dict(tau)), chain_order=chain_places(chains), rig=rig
+    )
     return state.with_intervals(judged, next_id=len(judged) + 1)
 
 
-def in_order(chains: Iterable[str]) -> Mapping[str, int]:
+def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
     """Places by the names of chains."""
     return MappingProxyType({name: k for k, name in enumerate(chains)})
 
@@ -346,7 +348,7 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
     return judged.interval.chain, judged.interval.start, judged.interval.stop
 
 
-def overlapping(intervals: Sequence[Judged]) -> frozenset[int]:
+def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
     """Ids of the intervals not rejected that share frames with another of their chain: they add."""
     out: set[int] = set()
     reach: Judged | None = None  # of those before, the one that reaches furthest

@@ -10,7 +10,7 @@ from twistcore.detection import DETECTORS, Interval, Kind
 from twistcore.review.model import Judged, ReviewState
 
 
-def found_again(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
+def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
     """What the detector finds at a review's τ.
 
     Nothing long is started: of chains that this detector was not asked about, nothing is found.

@@ -20,7 +20,6 @@ from twistcore.files.document_values import (
     DEGREES,
     above_zero,
     bytes_of,
-    each,
     flag,
     frames,
     has,
@@ -28,6 +27,7 @@ from twistcore.files.document_values import (
     one_of,
     parsed_json,
     path_text,
+    read_each,
     saying,
     text,
     texts,
@@ -40,7 +40,7 @@ from twistcore.files.ordinary import is_there
 from twistcore.formats.clip import Clip
 from twistcore.review.history import Review
 from twistcore.review.left_out import spans_from_json
-from twistcore.review.model import Decision, Judged, ReviewState, Tracking, in_order
+from twistcore.review.model import Decision, Judged, ReviewState, Tracking, chain_places
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import AS_FOUND, rig_from_json, rig_to_json
@@ -234,7 +234,9 @@ def session_from_document(document: Any) -> Session:
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
     kinds = document["schema"] in _WITH_KINDS
     tau = tau_from_json(document["tau_deg"])
-    intervals = each(document["intervals"], "intervals", partial(judged_from_json, kinds=kinds))
+    intervals = read_each(
+        document["intervals"], "intervals", partial(judged_from_json, kinds=kinds)
+    )
     next_id, ids = whole(document["next_id"], "next_id"), [j.id for j in intervals]
     if len(set(ids)) != len(ids) or any(k >= next_id for k in ids):
         raise FormatError("expected intervals with ids below next_id, each its own")
@@ -243,7 +245,7 @@ def session_from_document(document: Any) -> Session:
         tau=MappingProxyType(tau),
         intervals=intervals,
         next_id=next_id,
-        chain_order=in_order(tau),
+        chain_order=chain_places(tau),
         tracking=_tracking_of(document),
         rig=rig_from_json(document["rig"]) if kinds and "rig" in document else AS_FOUND,
         left_out=spans_from_json(document.get("left_out", ())),

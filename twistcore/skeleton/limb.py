@@ -145,7 +145,7 @@ def _last_piece(chain: Chain, by_parent: Mapping[int, Chain]) -> Chain:
     return chain
 
 
-def path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
+def joint_path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
     """Joints from `above`, left out, down to `below`, its descendant."""
     out = [below]
     while (joint := int(skeleton.parents[out[-1]])) != above:
@@ -155,8 +155,8 @@ def path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
 
 def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
     """Where C and E are from P, in the frame of P's parent: two of (frames, 3), file's unit."""
-    upper = path(motion.skeleton, limb.parent, limb.child)
-    lower = path(motion.skeleton, limb.child, limb.end)
+    upper = joint_path(motion.skeleton, limb.parent, limb.child)
+    lower = joint_path(motion.skeleton, limb.child, limb.end)
     to_end = along(motion, lower)
     to_child = along(motion, upper)
     for joint in upper[::-1]:
@@ -185,8 +185,8 @@ def as_limb(motion: Motion, chain: Chain) -> Limb:
 
 def bones(motion: Motion, chain: Chain) -> tuple[float, float]:
     """Lengths of P to C and of C to E."""
-    upper = path(motion.skeleton, chain.parent, chain.child)
-    lower = path(motion.skeleton, chain.child, chain.grandchild)
+    upper = joint_path(motion.skeleton, chain.parent, chain.child)
+    lower = joint_path(motion.skeleton, chain.child, chain.grandchild)
     return _length(motion, upper), _length(motion, lower)
 
 

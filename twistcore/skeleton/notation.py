@@ -78,7 +78,7 @@ def _middle(frames: int) -> slice:
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class DistinctFrames:
     """The frames of a clip that say it all: those that differ, or linear keys.
 
     motion: these alone, at their own rate; first: where each is in the clip, (kept,); frames: of
@@ -134,7 +134,7 @@ class Kept:
 
 
 @once_a_motion
-def without_held(motion: Motion) -> Kept | None:
+def without_held(motion: Motion) -> DistinctFrames | None:
     """The motion without repeated frames, where most frames are repeated by a rule; else None.
 
     A frame in which anything differs from the one before is kept, so that an error begins in its
@@ -154,7 +154,7 @@ def without_held(motion: Motion) -> Kept | None:
     ]
     first = np.concatenate(kept).astype(np.intp)
     own = replace(motion.at(first), frame_time=motion.frame_time * often)
-    return Kept(own, first, motion.frames)
+    return DistinctFrames(own, first, motion.frames)
 
 
 def _run_starts(rotations: Array) -> Frames:
@@ -192,13 +192,13 @@ class Keys:
         mask: Mask = (np.arange(frames) - self.first) % self.spacing == 0
         return mask
 
-    def alone(self, motion: Motion) -> Kept:
+    def alone(self, motion: Motion) -> DistinctFrames:
         """The keys of a motion; its first frame is a key, too."""
         first = np.flatnonzero(self.mask(motion.frames))
         if first[0] > 0:
             first = np.concatenate([[0], first])
         own = replace(motion.at(first), frame_time=motion.frame_time * self.spacing)
-        return Kept(own, first, motion.frames, even=True)
+        return DistinctFrames(own, first, motion.frames, even=True)
 
 
 @once_a_motion

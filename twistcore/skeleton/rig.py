@@ -15,12 +15,12 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     bytes_of,
-    each,
     has,
     one_of,
     parsed_toml,
+    read_each,
     saying,
-    shown,
+    shown_value,
     text,
     texts,
 )
@@ -29,7 +29,7 @@ from twistcore.skeleton.body import Body, find_body
 from twistcore.skeleton.chain import VARYING, Chain, find_chains, make_chain
 from twistcore.skeleton.helper import find_helpers
 from twistcore.skeleton.joint_names import joint_as_said
-from twistcore.skeleton.limb import Limb, along, as_limb, bones, find_limbs, path
+from twistcore.skeleton.limb import Limb, along, as_limb, bones, find_limbs, joint_path
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import normalise
@@ -76,7 +76,7 @@ class OwnChain:
             _check_below(skeleton, above, joint)
         parent, child, below = (*joints, -1)[:3]
         if not self.limb and skeleton.parents[child] != parent:
-            between = skeleton.names[path(skeleton, parent, child)[0]]
+            between = skeleton.names[joint_path(skeleton, parent, child)[0]]
             raise TwistError(
                 f"{self.joints[1]} is no child of {self.joints[0]}, but {between} is: that turns "
                 "back where an error twists its parent"
@@ -145,12 +145,14 @@ class Rig:
         names = {chain.name for chain in found}
         for name in self.remove:
             if name not in names:
-                raise TwistError(f"no chain {shown(name)} to remove in this skeleton")
+                raise TwistError(f"no chain {shown_value(name)} to remove in this skeleton")
         chains = [chain for chain in found if chain.name not in self.remove]
         for own in self.add:
             made = own.made(motion)
             if any(chain.name == made.name for chain in chains):
-                raise TwistError(f"there is a chain {shown(made.name)} already: remove that first")
+                raise TwistError(
+                    f"there is a chain {shown_value(made.name)} already: remove that first"
+                )
             chains.append(made)
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
 
@@ -214,7 +216,7 @@ def rig_to_json(rig: Rig) -> dict[str, Any]:
 def rig_from_json(entry: Any) -> Rig:
     """The reverse; FormatError where it is damaged."""
     rig = has(entry, what="rig")
-    add, remove = each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
+    add, remove = read_each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
     names = {k: text(v, k) for k, v in has(rig.get("names", {}), what="names").items()}
     return Rig(add, tuple(dict.fromkeys(texts(remove, "remove")))).with_names(names)
 
@@ -240,7 +242,7 @@ def read_rig(path: Path) -> Rig:
     with saying(path):
         document = parsed_toml(bytes_of(path))
         if unknown := sorted(document.keys() - {"skeleton", "remove", "chain", "names"}):
-            raise FormatError(f"{_EXPECTED}; found {shown(unknown[0])}")
+            raise FormatError(f"{_EXPECTED}; found {shown_value(unknown[0])}")
         try:
             rig = rig_from_json(
                 {
@@ -278,7 +280,7 @@ def _joint(skeleton: Skeleton, name: str) -> int:
     try:
         return skeleton.index(name)
     except KeyError:
-        raise TwistError(f"no joint {shown(name)} in this skeleton") from None
+        raise TwistError(f"no joint {shown_value(name)} in this skeleton") from None
 
 
 def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
@@ -295,7 +297,7 @@ def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain
 
     Without it where it has no length.
     """
-    bone = along(motion, path(motion.skeleton, chain.child, grandchild))
+    bone = along(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:
         return replace(chain, grandchild=-1)
     directions = normalise(bone)

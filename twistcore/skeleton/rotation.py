@@ -122,6 +122,12 @@ def logarithm(q: ArrayLike) -> Array:
     return vector
 
 
+def slerp(p: ArrayLike, q: ArrayLike, share: ArrayLike) -> Array:
+    """Return the shorter arc from p to q, (…, 4) each, at a share of it in [0, 1], (…)."""
+    step = logarithm(multiply(q, conjugate(p)))
+    return multiply(exponential(np.asarray(share)[..., None] * step), p)
+
+
 def matrix_from_quaternion(q: ArrayLike) -> Array:
     """Rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
     q = np.asarray(q, dtype=np.float64)

@@ -19,20 +19,20 @@ from twistcore.files.atomic import write_atomically
 from twistcore.files.document_values import (
     DEGREES,
     bytes_of,
-    each,
     frames,
     has,
     number,
     one_of,
     parsed_json,
     path_text,
+    read_each,
     saying,
     text,
     unexpected,
 )
 from twistcore.files.encoding import csv_text, json_bytes
 from twistcore.review import Decision, Judged
-from twistcore.study.exercise import score
+from twistcore.study.exercise import score_exercise
 from twistcore.synthesis import InjectedError
 
 EXERCISE = "twistcore.exercise/1"
@@ -87,7 +87,7 @@ def read_exercise(path: Path) -> ClassExercise:
             name,
             text(document["sha256"], "sha256"),
             one_of(document["kind"], "kind", KINDS),
-            _few(each(document["intervals"], "intervals", _interval)),
+            _few(read_each(document["intervals"], "intervals", _interval)),
         )
 
 
@@ -110,7 +110,7 @@ def read_handed_in(path: Path) -> HandedIn:
     """Read what a student handed in; raises TwistError in one sentence."""
     with saying(path):
         document = has(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
-        verdicts = _few(each(document["verdicts"], "verdicts", _verdict))
+        verdicts = _few(read_each(document["verdicts"], "verdicts", _verdict))
         own = has(document["exercise"], "clip", "sha256", what="exercise")
         return HandedIn(
             text(document["name"], "name"),
@@ -125,7 +125,7 @@ def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> 
     """CSV with a row a student, by name: what the verdicts come to against the truth."""
     rows = []
     for student in sorted(handed, key=lambda h: h.name):
-        result = score(errors, student.verdicts)
+        result = score_exercise(errors, student.verdicts)
         counts = (
             _in_cell(student.name), len(result.hits), len(result.misses),
             len(result.false_accepted), len(result.false_rejected), result.left,

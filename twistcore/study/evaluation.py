@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.errors import ClipMismatchError
-from twistcore.files.document_values import shown
+from twistcore.files.document_values import shown_value
 from twistcore.skeleton.chain import SEGMENTS, Chain
 from twistcore.skeleton.limb import Limb, find_limbs
 from twistcore.skeleton.motion import Motion
@@ -43,7 +43,7 @@ class Sample:
 
 
 @dataclass(frozen=True)
-class Row:
+class EvaluationRow:
     """A line of the table, named as in JSON; rer: the share of the error left [Choi26 §4.2.2]."""
 
     side: str
@@ -61,13 +61,13 @@ class Row:
 class Evaluation:
     """The table: rows by segment, the overall row, and the damage to clean (joint, frame) pairs."""
 
-    rows: tuple[Row, ...]
-    overall: Row
+    rows: tuple[EvaluationRow, ...]
+    overall: EvaluationRow
     damage_share: float
     damage_mean: float
 
 
-def measure(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
+def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
     """Compare one refined clip with its clean source.
 
     The input is made again from the clean clip and the truth, so damage is what the refinement
@@ -85,7 +85,9 @@ def measure(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain
     by_name = {chain.name: chain for chain in every}
     unknown = sorted({e.chain for e in truth.errors} - by_name.keys())
     if unknown:
-        raise ClipMismatchError(f"the clip has no chain {shown(unknown[0])} that the truth names")
+        raise ClipMismatchError(
+            f"the clip has no chain {shown_value(unknown[0])} that the truth names"
+        )
     dirty = inject(clean, every, truth.errors)
     wrong = np.zeros((clean.frames, len(clean.skeleton)), dtype=bool)
     frames_of: dict[str, set[int]] = {}
@@ -105,7 +107,7 @@ def measure(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain
                 error_angle(clean.rotations[at], refined.rotations[at], chain),
             )
         )
-    joints = joints_of(every)
+    joints = chain_joints(every)
     change = geodesic_angle(dirty.rotations[:, joints], refined.rotations[:, joints])
     return Sample(tuple(errors), change[~wrong[:, joints]])
 
@@ -136,7 +138,7 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
     )
 
 
-def joints_of(chains: Sequence[Chain]) -> NDArray[np.int64]:
+def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
     """Parents and children of chains, first joints and ends of limbs, ascending, each once."""
     ends = {(c.parent, c.end if isinstance(c, Limb) else c.child) for c in chains}
     return np.array(sorted({joint for pair in ends for joint in pair}), dtype=np.int64)
@@ -154,13 +156,13 @@ def segment_order(segment: str) -> tuple[int, str]:
     return _ORDER.index(segment) if segment in _ORDER else len(_ORDER), segment
 
 
-def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> Row:
+def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> EvaluationRow:
     before = np.degrees(np.concatenate([e.before for e in errors])) if errors else np.zeros(0)
     after = np.degrees(np.concatenate([e.after for e in errors])) if errors else np.zeros(0)
     if not len(before):
-        return Row(side, segment, 0)
+        return EvaluationRow(side, segment, 0)
     mae_before, mae_after = float(before.mean()), float(after.mean())
-    return Row(
+    return EvaluationRow(
         side=side,
         segment=segment,
         frames=len(before),

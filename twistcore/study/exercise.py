@@ -21,7 +21,7 @@ _CHOICE = 10  # one of so many liveliest moments, not always the very liveliest
 
 
 @dataclass(frozen=True)
-class Score:
+class ExerciseScore:
     """What a review came to against the hidden errors.
 
     hits: errors accepted; misses: errors that no accepted interval covers; false_accepted:
@@ -97,14 +97,14 @@ def _lively(
     return int(rng.choice(lively)) if len(lively) else None
 
 
-def score(errors: Sequence[InjectedError], review: Iterable[Judged]) -> Score:
+def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) -> ExerciseScore:
     """Compare verdicts with the truth: one interval answers for one error of its chain."""
     judged = tuple(review)
     accepted = [j.interval for j in judged if j.decision == Decision.ACCEPTED]
     rejected = [j.interval for j in judged if j.decision == Decision.REJECTED]
     found = _matched(errors, accepted)
     missed = _matched(errors, rejected)
-    return Score(
+    return ExerciseScore(
         hits=tuple(e for k, e in enumerate(errors) if k in found),
         misses=tuple(e for k, e in enumerate(errors) if k not in found),
         false_accepted=tuple(i for k, i in enumerate(accepted) if k not in found.values()),

@@ -2,10 +2,10 @@
 
 from twistcore.synthesis.injection import (
     InjectedError,
-    apart,
     draw_errors,
     draw_targets,
     generator,
+    independent_chains,
     inject,
 )
 from twistcore.synthesis.protocol import (
@@ -23,11 +23,11 @@ __all__ = [
     "InjectedError",
     "Protocol",
     "Truth",
-    "apart",
     "draw_errors",
     "draw_targets",
     "enrich",
     "generator",
+    "independent_chains",
     "inject",
     "parse_protocol",
     "prepare",

@@ -20,7 +20,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
-from twistcore.synthesis.offset_shape import Place, filled, filter_reach, shaped, spells
+from twistcore.synthesis.offset_shape import Place, aligned_spells, filled, filter_reach, shaped
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
 
 _APART = 2  # frames between two intervals of a chain
@@ -86,7 +86,7 @@ def draw_targets(
     if protocol.clean or not chains:
         return ()
     if protocol.together > 1:
-        return apart(chains, int(rng.integers(len(chains))), protocol.together)
+        return independent_chains(chains, int(rng.integers(len(chains))), protocol.together)
     pairs = [
         (a, b)
         for k, a in enumerate(chains)
@@ -98,7 +98,7 @@ def draw_targets(
     return pairs[int(rng.integers(len(pairs)))]
 
 
-def apart(chains: Sequence[Chain], first: int, most: int) -> tuple[Chain, ...]:
+def independent_chains(chains: Sequence[Chain], first: int, most: int) -> tuple[Chain, ...]:
     """Up to `most` chains from that at `first` on, around, that turn no joint of each other."""
     chosen: list[Chain] = []
     for k in range(len(chains)):
@@ -131,7 +131,7 @@ def draw_errors(
     shared: list[Place] = []
     for chain in () if protocol.clean else chains:
         if protocol.straight:
-            places = spells(motion, chain, first)
+            places = aligned_spells(motion, chain, first)
         elif shared:
             places = iter(shared)
         else:

@@ -11,7 +11,7 @@ import numpy as np
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, rotate
-from twistcore.synthesis.protocol import Protocol, twist_increments
+from twistcore.synthesis.protocol import Protocol, chain_increments
 
 Place: TypeAlias = tuple[int, int]
 
@@ -79,14 +79,14 @@ def filter_reach(protocol: Protocol, fps: float) -> int:
 def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
     """What P's twist lacks over a gap, radians, where it is 'held' or 'interpolated'."""
     start, stop = place
-    twist = np.cumsum(twist_increments(motion, chain)[0])[start - 1 : stop + 1]
+    twist = np.cumsum(chain_increments(motion, chain)[0])[start - 1 : stop + 1]
     given = np.full(len(twist), twist[0])
     if how == "interpolated":
         given = np.linspace(twist[0], twist[-1], len(twist))
     return np.asarray((given - twist)[1:-1])
 
 
-def spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
+def aligned_spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
     """Frames [start, stop) of the spells in which C's bone keeps to P's; none of a whole clip."""
     if chain.grandchild < 0:
         return

@@ -182,7 +182,7 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
     clipped to ±0.2 rad a frame, accumulated. Chains without another side stay as they are.
     """
     rotations = motion.rotations.copy()
-    increments = {c.name: twist_increments(motion, c) for c in chains}
+    increments = {c.name: chain_increments(motion, c) for c in chains}
     for chain in chains:
         own = [c for c in chains if c.person == chain.person]
         others = [c for c in own if c.segment == chain.segment and c.side != chain.side]
@@ -201,7 +201,7 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
     return motion.with_rotations(normalise(rotations))
 
 
-def twist_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
+def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
     """Twist increments of a chain's parent and child about the bone, radians, (frames,) each.
 
     Of relative rotations: the parent's in its own frame, the child's in its parent's; 0 in frame 0.

@@ -17,7 +17,6 @@ from twistcore.files.document_values import (
     MOST_FRAMES,
     above_zero,
     bytes_of,
-    each,
     flag,
     has,
     items,
@@ -25,6 +24,7 @@ from twistcore.files.document_values import (
     one_of,
     parsed_json,
     path_text,
+    read_each,
     saying,
     text,
     unexpected,
@@ -112,7 +112,7 @@ def _protocol(name: Any) -> str:
 def _errors(entries: Any, frames: int) -> tuple[InjectedError, ...]:
     if len(items(entries, "errors")) > _MOST_ERRORS:
         raise FormatError(f"expected at most {_MOST_ERRORS} errors, found {len(entries)}")
-    return each(entries, "errors", partial(_error, frames=frames))
+    return read_each(entries, "errors", partial(_error, frames=frames))
 
 
 def _error(entry: Any, frames: int) -> InjectedError:

@@ -12,7 +12,7 @@ from twistcore.detection import DEFAULT_METHOD
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.formats.reading import read_clip
 from twistcore.review import read_session
-from twistcore.review.left_out import joined
+from twistcore.review.left_out import joined_spans
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
@@ -87,7 +87,7 @@ def clip_tuning(
     for detector in (method, AUDITOR):  # before a clip is split into chains
         clean.by(detector)
     ends = [span for span in ((0, first), (stop, motion.frames)) if span[0] < span[1]]
-    return ClipTuning(name, clean, method, seeds, first, joined([*ends, *left_out]))
+    return ClipTuning(name, clean, method, seeds, first, joined_spans([*ends, *left_out]))
 
 
 def capture(motion: Motion) -> Span:

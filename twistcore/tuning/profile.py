@@ -18,7 +18,7 @@ from twistcore.files.document_values import (
     one_of,
     parsed_toml,
     saying,
-    shown,
+    shown_value,
     text,
     unexpected,
     whole,
@@ -129,7 +129,7 @@ def _profile(document: Mapping[str, Any]) -> Profile:
         raise FormatError(f"{expected}, found none")
     for name, table in document.items():
         if not (isinstance(table, dict) and "tau_deg" in table):
-            raise FormatError(f"{expected}, found none for {shown(name)}")
+            raise FormatError(f"{expected}, found none for {shown_value(name)}")
     tables = list(document.values())
     tau = {unescaped(name): _tau(t["tau_deg"], name) for name, t in document.items()}
     methods = {one_of(t["detector"], "detector", DETECTORS) for t in tables if "detector" in t}
@@ -149,7 +149,7 @@ def _profile(document: Mapping[str, Any]) -> Profile:
 
 def _tau(degrees: Any, name: str) -> float:
     """Radians."""
-    place = f"tau_deg of {shown(name)}"
+    place = f"tau_deg of {shown_value(name)}"
     if not number(degrees, place, 0.0, 180.0):
         raise unexpected("a number above 0", place, degrees)
     return math.radians(degrees)

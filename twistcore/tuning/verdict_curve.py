@@ -202,7 +202,7 @@ def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
 
 
 @dataclass(frozen=True)
-class Score:
+class VerdictScore:
     """Of decided intervals: errors, how many are found; natural ones, how many raise an alarm."""
 
     errors: int
@@ -221,7 +221,9 @@ class Score:
         return _between(self.found, self.errors)
 
 
-def score(clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None) -> Score:
+def verdict_score(
+    clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None
+) -> VerdictScore:
     """What is found at these τ, radians by chain; of one chain or of all that have one."""
     place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}
     told = [
@@ -231,7 +233,7 @@ def score(clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | No
         if v.chain in place and chain in (None, v.chain)
     ]
     errors, natural = ([found for error, found in told if error == kind] for kind in (True, False))
-    return Score(len(errors), sum(errors), len(natural), sum(natural))
+    return VerdictScore(len(errors), sum(errors), len(natural), sum(natural))
 
 
 def _between(part: int, whole: int) -> tuple[float, float, float]:

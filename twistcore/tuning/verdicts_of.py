@@ -23,7 +23,7 @@ from twistcore.errors import TwistError
 from twistcore.formats.clip import Clip
 from twistcore.formats.reading import read_clip
 from twistcore.review import Decision, Judged, ReviewState, Session, read_session
-from twistcore.review.left_out import joined
+from twistcore.review.left_out import joined_spans
 from twistcore.review.model import APPLIED
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.rig import skeleton_mark
@@ -110,7 +110,7 @@ def judged_clip(
     verdicts = [v for n in names if n in decided for v in _told(detector, n, decided[n])]
     reviewed, shares = _looked_at(detector, state, [n for n in names if n in state.tau], verdicts)
     motion = analysis.motion
-    spans = joined(state.left_out)
+    spans = joined_spans(state.left_out)
     left_out = sum(max(min(stop, motion.frames) - start, 0) for start, stop in spans)
     return JudgedClip(
         analysis.name,
@@ -277,7 +277,7 @@ def of_what_is_there(clip: Clip, session: Session) -> None:
             raise TwistError(f"{clip.name}: its session names a chain {name!r}, which is not there")
 
 
-def count(clips: Iterable[JudgedClip]) -> tuple[int, int]:
+def count_verdicts(clips: Iterable[JudgedClip]) -> tuple[int, int]:
     """Errors and natural intervals that were decided."""
     said = [v.error for clip in clips for v in clip.verdicts]
     return sum(said), len(said) - sum(said)

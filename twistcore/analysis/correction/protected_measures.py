@@ -22,7 +22,7 @@ from twistcore.detection.lone_jumps import may_be_too_fast, own_axis, too_fast, 
 from twistcore.skeleton.body import ancestors
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, bones, path, places
+from twistcore.skeleton.limb import Limb, bones, joint_path, places
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, multiply, rotate
 
@@ -38,7 +38,7 @@ _BENT = 30.0  # degrees: below it a straight limb is told by its course, not by 
 
 
 @dataclass(frozen=True)
-class Measure:
+class ProtectedMeasure:
     """One measure of one correction.
 
     name: one of NAMES; unit: of UNITS; before, after: as captured and corrected; worse: whether it
@@ -126,7 +126,7 @@ def protected_measures(
     interval: Interval,
     hinges: Hinges | None = None,
     others: Sequence[Interval] = (),
-) -> tuple[Measure, ...]:
+) -> tuple[ProtectedMeasure, ...]:
     """What a correction changes in the limb and its neighbours.
 
     Measured, with how much of it is not yet worse:
@@ -193,7 +193,7 @@ class _Around:
         self.both = before, after
         self.skeleton = motion.skeleton
         self.next_joint = chain.grandchild if isinstance(chain, Limb) else chain.child
-        self.joints = chain.parent, *path(motion.skeleton, chain.parent, self.next_joint)
+        self.joints = chain.parent, *joint_path(motion.skeleton, chain.parent, self.next_joint)
 
     @cached_property
     def own(self) -> Array:
@@ -235,11 +235,13 @@ class _Around:
         assert isinstance(self.chain, Limb)
         return [places(m, self.chain) for m in self.both]
 
-    def measure(self, name: str, before: float, after: float, joint: int) -> Measure:
+    def measure(self, name: str, before: float, after: float, joint: int) -> ProtectedMeasure:
         """What was measured at a joint, with whether it is worse."""
         worse = after > before + max(TOLERANCE[name], SHARE.get(name, 0.0) * before)
         joint_name = self.skeleton.names[joint]
-        return Measure(name, UNITS[name], before, after, worse, joint_name, self._word(joint))
+        return ProtectedMeasure(
+            name, UNITS[name], before, after, worse, joint_name, self._word(joint)
+        )
 
     def _word(self, joint: int) -> str:
         """What people call a joint of the limb."""
@@ -258,7 +260,7 @@ def _within(interval: Interval, low: int, high: int) -> Interval:
     return interval.with_offset(start - low, offset)
 
 
-def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Measure | None:
+def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
     """Degrees by which the joint that is turned is off its exact hinge, while the limb is bent."""
     interval = around.interval
     chain = next((c for c in chains if _turns_in(c, around.next_joint)), None)
@@ -285,7 +287,7 @@ def _turns_in(chain: Chain, joint: int) -> bool:
     return not isinstance(chain, Limb | Helper) and chain.child == joint and chain.grandchild >= 0
 
 
-def _impossible(around: _Around) -> Measure:
+def _impossible(around: _Around) -> ProtectedMeasure:
     """Frames in which a joint of the limb turns about its own axis faster than any body does."""
     counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
     if may_be_too_fast(around.turns, fps).any():  # which is seldom, and soon known
@@ -296,7 +298,7 @@ def _impossible(around: _Around) -> Measure:
     return around.measure(TURNS, float(before), float(after), joint)
 
 
-def _roll(around: _Around) -> Measure | None:
+def _roll(around: _Around) -> ProtectedMeasure | None:
     """The fastest turn of the next joint about its own bone, in its parent's frame."""
     if not around.axes[-1].any():
         return None
@@ -304,7 +306,7 @@ def _roll(around: _Around) -> Measure | None:
     return around.measure(ROLL, before, after, around.next_joint)
 
 
-def _path(around: _Around) -> Measure | None:
+def _path(around: _Around) -> ProtectedMeasure | None:
     """The length of the middle joint's path in the frame of the limb's parent, % of the limb."""
     if not isinstance(limb := around.chain, Limb):
         return None
@@ -316,7 +318,7 @@ def _path(around: _Around) -> Measure | None:
     return around.measure(PATH, before, after, limb.child)
 
 
-def _ends(around: _Around) -> Measure:
+def _ends(around: _Around) -> ProtectedMeasure:
     """How far a joint moves that the correction should leave in its place, % of the height."""
     chain, skeleton = around.chain, around.skeleton
     largest: dict[int, float] = {}

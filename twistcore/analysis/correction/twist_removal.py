@@ -14,7 +14,7 @@ from twistcore.detection.interval import Interval
 from twistcore.errors import TwistError
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
-from twistcore.skeleton.limb import Limb, path, places
+from twistcore.skeleton.limb import Limb, joint_path, places
 from twistcore.skeleton.motion import HasMotion, Motion, motion_of
 from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import (
@@ -277,7 +277,7 @@ def _turn_limb(
     there = length > _FOLDED * motion.skeleton.height
     offset, kept = np.where(there, offset, 0.0), np.where(there, kept, 0.0)
     above = rotations[at, limb.parent]
-    for joint in path(motion.skeleton, limb.parent, limb.end)[:-1]:
+    for joint in joint_path(motion.skeleton, limb.parent, limb.end)[:-1]:
         above = multiply(above, rotations[at, joint])
     back = quaternion_from_axis_angle(line, -offset)
     ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)

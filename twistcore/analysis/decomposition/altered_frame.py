@@ -7,7 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from twistcore.analysis.correction import remove_twist
-from twistcore.analysis.decomposition.directions import angle_between, at_frame, beside, direction
+from twistcore.analysis.decomposition.directions import (
+    angle_between,
+    at_frame,
+    direction,
+    perpendicular,
+)
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
@@ -104,7 +109,7 @@ def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
         across, angle = np.cross(axis, w), angle_between(axis, w)
         normal = direction(across) if direction(across).any() else normal
     if not normal.any():
-        normal = beside(axis)
+        normal = perpendicular(axis)
     if what_if.swing is not None:
         angle = what_if.swing
     if what_if.swing is not None or what_if.toward is not None:
@@ -117,7 +122,7 @@ def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
     v = rotate(q, chain.arm)
     normal = direction(np.cross(chain.axis, v))
     if not normal.any():
-        normal = beside(chain.axis)
+        normal = perpendicular(chain.axis)
     if what_if.bend is not None:
         turn = what_if.bend - angle_between(chain.axis, v)
         q = multiply(quaternion_from_axis_angle(normal, turn), q)

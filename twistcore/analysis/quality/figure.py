@@ -21,7 +21,7 @@ CONTACT_MM = 30.0
 
 
 @dataclass(frozen=True)
-class Quality:
+class FigureQuality:
     """What can be told without a truth; none of it is an error.
 
     deviation: mean distance from the input, mm, root-aligned, or None for the input itself; jitter:
@@ -34,10 +34,10 @@ class Quality:
     foot_slide: float
 
 
-def quality(places: Array, given: Array | None = None) -> Quality:
+def quality(places: Array, given: Array | None = None) -> FigureQuality:
     """Evidence of quality of positions (frames, 24, 3) in mm; given: the input to compare with."""
     third = np.diff(places, n=3, axis=0)
-    return Quality(
+    return FigureQuality(
         None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
         float(np.linalg.norm(third, axis=-1).mean()) if len(third) else 0.0,
         foot_slide(places, in_contact(places)),
@@ -46,7 +46,7 @@ def quality(places: Array, given: Array | None = None) -> Quality:
 
 def quality_before_and_after(
     before: Motion, after: Motion, unit: float | None = None
-) -> tuple[Quality, Quality] | None:
+) -> tuple[FigureQuality, FigureQuality] | None:
     """Jitter, foot slide and deviation at 25 Hz in mm; None where the 24 joints are not there."""
     try:
         topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
@@ -57,7 +57,7 @@ def quality_before_and_after(
     return quality(given), quality(found, given)
 
 
-def figure_quality(motion: Motion) -> Quality | None:
+def figure_quality(motion: Motion) -> FigureQuality | None:
     """Of a motion by itself, at 25 Hz in mm; None where the 24 joints are not there."""
     try:
         topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from twistcore.analysis.why_not.given_up import BESIDE, SoftErrors, soft_below
-from twistcore.analysis.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
+from twistcore.analysis.why_not.reason import AskedFrame, EdgesIn, Reason, Why, signed_degrees, size
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.detection.counter_twist.counter_rotation import AGREE_SHARE, SIGNIFICANT
@@ -43,7 +43,7 @@ class _Edge:
 
 
 def no_counter_twist(
-    place: Place,
+    place: AskedFrame,
     analysis: ConsistencyAnalysis,
     edges_in: EdgesIn,
     chains: Sequence[Chain],
@@ -79,12 +79,12 @@ def no_counter_twist(
     return _single(place, edge) or _unpaired(place, own, edge, soft)
 
 
-def _motion(place: Place, interval: Interval) -> Reason:
+def _motion(place: AskedFrame, interval: Interval) -> Reason:
     """The joints turn against each other, but all the evidence speaks for motion."""
     told = interval.evidence or {}
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
-    because = f"all the evidence takes {signed(interval.shown)} in {frames} for motion"
+    because = f"all the evidence takes {signed_degrees(interval.shown)} in {frames} for motion"
     return place.reason(
         Why.MOTION,
         f"{because}: {why}" if why else because,
@@ -94,7 +94,7 @@ def _motion(place: Place, interval: Interval) -> Reason:
     )
 
 
-def _cut(place: Place, cut: Mask) -> str:
+def _cut(place: AskedFrame, cut: Mask) -> str:
     """What stands at a frame that no motion leads into."""
     t = place.frame
     low, high = t, t + 1
@@ -113,7 +113,7 @@ def _cut(place: Place, cut: Mask) -> str:
 
 
 def _below(
-    place: Place,
+    place: AskedFrame,
     analysis: ConsistencyAnalysis,
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
@@ -137,15 +137,15 @@ def _below(
         return place.reason(Why.UNEQUAL, f"the turns do not cancel ({beyond})", **numbers)
     if min(abs(x), abs(y)) >= place.tau and x * y < 0.0:
         because = (
-            f"{_turns(place, x, y)}, but their motion predicts it to within {signed(rx)} and "
-            f"{signed(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
+            f"{_turns(place, x, y)}, but their motion predicts it to within "
+            f"{signed_degrees(rx)} and {signed_degrees(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
     return place.reason(Why.BELOW, f"{beyond} beyond their motion", **numbers)
 
 
 def _error_beside(
-    place: Place,
+    place: AskedFrame,
     analysis: ConsistencyAnalysis,
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
@@ -165,7 +165,7 @@ def _error_beside(
     if not jumps:
         return ""
     label = max(jumps, key=lambda name: abs(jumps[name]))
-    return f"the jump of {label} there ({signed(jumps[label])})"
+    return f"the jump of {label} there ({signed_degrees(jumps[label])})"
 
 
 def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
@@ -185,7 +185,7 @@ def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
 # --- past τ ---------------------------------------------------------------------------------------
 
 
-def _edge_at(place: Place, own: ChainAnalysis, table: PairTable) -> _Edge | None:
+def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
     """The reading past τ that the curve has at the frame, else the clearest over it."""
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
@@ -200,14 +200,14 @@ def _edge_at(place: Place, own: ChainAnalysis, table: PairTable) -> _Edge | None
     return _Edge(table, k, span.start, span.stop, jump, sigma, gain, x, y)
 
 
-def _image(place: Place, near: Sequence[tuple[Interval, Chain]], edge: _Edge | None) -> Reason:
+def _image(place: AskedFrame, near: Sequence[tuple[Interval, Chain]], edge: _Edge | None) -> Reason:
     interval, other = near[0]
     because = f"it belongs to {place.error(interval, other)}"
     numbers = _numbers(edge) if edge else {}
     return place.reason(Why.IMAGE, because, of=interval.chain, **numbers)
 
 
-def _thinned(place: Place, own: ChainAnalysis) -> Reason:
+def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
     """A frame past τ in a run that as a whole is not."""
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
@@ -215,11 +215,11 @@ def _thinned(place: Place, own: ChainAnalysis) -> Reason:
         return place.reason(Why.MOTION, "it is no edge")
     k = int(at[np.argmax(np.abs(e.jump[at]))])
     span = place.span(int(e.start[k]), int(e.stop[k]))
-    because = f"over {span} as a whole only {signed(float(e.jump[k]))} are left"
+    because = f"over {span} as a whole only {signed_degrees(float(e.jump[k]))} are left"
     return place.reason(Why.MOTION, because, jump_deg=math.degrees(e.jump[k]))
 
 
-def _single(place: Place, edge: _Edge) -> Reason | None:
+def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     """One joint alone, two that do not cancel, or motion: what is no counter-twist at all."""
     turns = _turns(place, edge.x, edge.y)
     span = place.span(edge.start, edge.stop) if edge.stop - edge.start > 1 else ""
@@ -241,7 +241,7 @@ def _single(place: Place, edge: _Edge) -> Reason | None:
             "both joints turn the same way" if edge.x * edge.y > 0.0 else "the turns do not cancel"
         )
         alike = f"{alike} over {span}" if span else alike
-        because = f"{alike} ({turns}; {signed(open_by)} left)"
+        because = f"{alike} ({turns}; {signed_degrees(open_by)} left)"
         return place.reason(Why.UNEQUAL, because, open_deg=math.degrees(open_by), **numbers)
     taken = "it is taken for motion"
     taken = f"{taken} over {span}" if span else taken
@@ -252,7 +252,7 @@ def _single(place: Place, edge: _Edge) -> Reason | None:
     return place.reason(Why.MOTION, because, **numbers)
 
 
-def _unpaired(place: Place, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
+def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
     """A clear jump: no other takes it back, or one does that serves another interval."""
     e, numbers = edge.table.edges, _numbers(edge)
     turns = _turns(place, edge.x, edge.y)
@@ -262,7 +262,9 @@ def _unpaired(place: Place, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -
         first, last = sorted((edge.index, best), key=lambda k: int(e.start[k]))
         span = int(e.start[first]), int(e.stop[last])
         rivals = [i for i in own.intervals(place.tau) if i.start < span[1] and span[0] <= i.stop]
-        partner = f"its best partner, {signed(float(e.jump[best]))} at {_peak(place, e, best)}"
+        partner = (
+            f"its best partner, {signed_degrees(float(e.jump[best]))} at {_peak(place, e, best)}"
+        )
         if not rivals:
             given = (i for i in soft.given_up() if i.start < span[1] and span[0] <= i.stop)
             return soft.instead_of(next(given, None), numbers, f"{partner},")
@@ -282,31 +284,33 @@ def _unpaired(place: Place, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -
         return place.reason(Why.NO_PARTNER, because, **numbers)
     k = int(asked[np.lexsort((np.abs(e.peak[asked] - place.frame), np.abs(back[asked])))[0]])
     rest, away = float(back[k]), abs(int(e.peak[k]) - place.frame)
-    partner = f"{signed(float(e.jump[k]))} at {_peak(place, e, k)}"
+    partner = f"{signed_degrees(float(e.jump[k]))} at {_peak(place, e, k)}"
     if abs(rest) > ONE_JOINT * abs(edge.jump):
-        because = f"no jump takes it back ({turns}): the nearest, {partner}, leaves {signed(rest)}"
+        left = signed_degrees(rest)
+        because = f"no jump takes it back ({turns}): the nearest, {partner}, leaves {left}"
     else:
         because = (
-            f"the jump that would take it back ({turns}), {partner}, leaves {signed(rest)} and is "
-            f"{away} frames away: evidence {edge.gain:.0f} and {float(e.gain[k]):.0f} are too "
+            f"the jump that would take it back ({turns}), {partner}, leaves "
+            f"{signed_degrees(rest)} and is {away} frames away: "
+            f"evidence {edge.gain:.0f} and {float(e.gain[k]):.0f} are too "
             f"little for an interval"
         )
     numbers |= {"partner": int(e.peak[k]), "open_deg": math.degrees(rest)}
     return place.reason(Why.NO_PARTNER, f"{because}; {alone}", **numbers)
 
 
-def _passes(place: Place, edges: Edges, k: int) -> bool:
+def _passes(place: AskedFrame, edges: Edges, k: int) -> bool:
     return abs(float(edges.jump[k])) >= place.tau
 
 
-def _peak(place: Place, edges: Edges, k: int) -> str:
+def _peak(place: AskedFrame, edges: Edges, k: int) -> str:
     return place.called(int(edges.peak[k]))
 
 
-def _turns(place: Place, x: float, y: float) -> str:
+def _turns(place: AskedFrame, x: float, y: float) -> str:
     """What both joints do."""
     parent, child = place.joints
-    return f"{parent} {signed(x)}, {child} {signed(y)}"
+    return f"{parent} {signed_degrees(x)}, {child} {signed_degrees(y)}"
 
 
 def _numbers(edge: _Edge) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -12,8 +13,7 @@ from twistcore.analysis.clip_analysis import REPAIRED, Detection
 from twistcore.analysis.why_not.counter_twist import no_counter_twist
 from twistcore.analysis.why_not.given_up import BESIDE
 from twistcore.analysis.why_not.limb_flip import no_limb_flip
-from twistcore.analysis.why_not.paper_event import no_event
-from twistcore.analysis.why_not.reason import EdgesIn, Place, Reason, Why, signed
+from twistcore.analysis.why_not.reason import AskedFrame, EdgesIn, Reason, Why, signed_degrees
 from twistcore.detection import Interval, Kind
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.consistency.notated import NotatedAnalysis
@@ -21,6 +21,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
+from twistcore.skeleton.signals import TwistSignals
 
 _ENOUGH = 0.5  # of a strength: by so much a soft error must change to account for it
 
@@ -37,7 +38,7 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
     names = clip.motion.skeleton.names
     joints = names[chain.parent], names[chain.child]
     strength = float(detector.strength(name)[frame])
-    place = Place(chain, joints, frame, strength, tau, clip.motion.fps, first)
+    place = AskedFrame(chain, joints, frame, strength, tau, clip.motion.fps, first)
     if (own := _at(found, name, frame)) is not None:
         return _in_interval(place, own)
     for interval in clip.detector(found.method, REPAIRED).intervals(name, tau):
@@ -54,10 +55,24 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
         return _in_notation(place, analysis, near, clip.chains)
     if isinstance(analysis, ConsistencyAnalysis):
         return no_counter_twist(place, analysis, near, clip.chains)
-    return no_event(place, clip.signals[name])
+    return _no_event(place, clip.signals[name])
 
 
-def _no_helper_roll(place: Place, own: float) -> Reason:
+def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
+    """Why m(t) of the paper's detector is no event: any event opens an interval."""
+    p, c = float(signals.dtheta_p[place.frame]), float(signals.dtheta_c[place.frame])
+    parent, child = place.joints
+    numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
+    turns = f"{parent} twists {signed_degrees(p)}, the azimuth of {child} {signed_degrees(c)}"
+    if place.strength >= place.tau:  # a review with other intervals than the detector's
+        return place.reason(Why.NO_PARTNER, f"no interval of it is left: {turns}", **numbers)
+    if p * c < 0.0:
+        return place.reason(Why.BELOW, turns, **numbers)
+    alike = "not against each other"
+    return place.reason(Why.BELOW, f"{turns}, {alike}", **numbers)
+
+
+def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
     """Why a helper has no edge at a frame; own: its turn that nothing explains, radians."""
     helper, driver = place.joints
     if place.strength < place.tau:
@@ -68,7 +83,7 @@ def _no_helper_roll(place: Place, own: float) -> Reason:
 
 
 def _in_notation(
-    place: Place, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
+    place: AskedFrame, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
 ) -> Reason:
     """The reason as the kept frames have it, or all frames where linear keys do not tell it."""
     kept, frame = analysis.kept, place.frame
@@ -123,7 +138,7 @@ def _at(found: Detection, name: str, frame: int) -> Interval | None:
     return min(there, key=lambda i: (not i.start <= frame < i.stop, i.frames), default=None)
 
 
-def _in_interval(place: Place, interval: Interval) -> Reason:
+def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
     lone = not interval.repairable
     strength, tau = place.strength, place.tau
     reason = place.reason(Why.INTERVAL, "", start=interval.start, stop=interval.stop)
@@ -131,7 +146,7 @@ def _in_interval(place: Place, interval: Interval) -> Reason:
     if interval.start <= place.frame < interval.stop:
         frames = place.span(interval.start, interval.stop).partition(" ")[2]
         called = place.called(place.frame).capitalize()
-        size = signed(interval.shown)
+        size = signed_degrees(interval.shown)
         told = {"frames": frames, "size": size, "joint": interval.joint}
         what = interval.kind.info.here.format(**told)
         side = f"{here} is above τ" if past else f"{here} is below τ"

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from twistcore.analysis.why_not.reason import Place, Reason, Why, signed
+from twistcore.analysis.why_not.reason import AskedFrame, Reason, Why, signed_degrees
 from twistcore.detection import Interval
 from twistcore.detection.consistency.chain_analysis import ChainAnalysis, ConsistencyAnalysis
 from twistcore.skeleton.chain import Chain
@@ -18,7 +18,7 @@ BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
 class SoftErrors:
     """What is given up in a chain, and the soft errors of it and its neighbours that stand."""
 
-    place: Place
+    place: AskedFrame
     analysis: ConsistencyAnalysis
     chains: Sequence[Chain]
 
@@ -65,11 +65,11 @@ class SoftErrors:
                     yield s.interval, c
 
 
-def soft_below(place: Place, own: ChainAnalysis) -> Reason | None:
+def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
     """Where the curve at a frame is the size of a whole error: it is below τ."""
     for s in own.standing:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)
-            because = f"that is all of the error of {span} ({signed(s.interval.shown)})"
+            because = f"that is all of the error of {span} ({signed_degrees(s.interval.shown)})"
             return place.reason(Why.BELOW, because, start=s.interval.start, stop=s.interval.stop)
     return None

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from twistcore.analysis.why_not.reason import EdgesIn, Place, Reason, Why, signed, size
+from twistcore.analysis.why_not.reason import AskedFrame, EdgesIn, Reason, Why, signed_degrees, size
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.detection.limb_flips.explanation import LONGEST, NEVER_CLOSED
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.skeleton.rotation import wrap
 
 
-def no_limb_flip(place: Place, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
+def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
     """Why no flip has its edge at a frame; edges_in: of others."""
     t = place.frame
     numbers: dict[str, Any] = {
@@ -46,25 +46,26 @@ def _scale(flips: LimbFlips, frame: int) -> float:
 
 
 def _below(
-    place: Place, flips: LimbFlips, jumps: Sequence[Jump], numbers: dict[str, Any]
+    place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], numbers: dict[str, Any]
 ) -> Reason:
     soft = [j for j in jumps if not j.sharp and j.start <= place.frame < j.stop]
     if soft:
         whole = max(soft, key=lambda j: abs(j.turn))
         because = (
-            f"over {place.span(whole.start, whole.stop)} the limb turns {signed(whole.turn)} about "
-            f"its line, but no sharp jump nearby takes that back at less than it costs"
+            f"over {place.span(whole.start, whole.stop)} the limb turns "
+            f"{signed_degrees(whole.turn)} about its line, "
+            f"but no sharp jump nearby takes that back at less than it costs"
         )
         return place.reason(Why.BELOW, because, soft_deg=math.degrees(whole.turn), **numbers)
     because = (
-        f"the limb turns {signed(float(flips.departures[place.frame]))} about its line beyond what "
-        f"it does around (σ {size(_scale(flips, place.frame))})"
+        f"the limb turns {signed_degrees(float(flips.departures[place.frame]))} about its line "
+        f"beyond what it does around (σ {size(_scale(flips, place.frame))})"
     )
     return place.reason(Why.BELOW, because, **numbers)
 
 
 def _left(
-    place: Place, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
+    place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
     """A jump past τ that stays: what it costs so, and what the best flip with it would."""
     left = flips.left(jumps, jump)
@@ -93,7 +94,7 @@ def _left(
 
 
 def _no_partner(
-    place: Place,
+    place: AskedFrame,
     flips: LimbFlips,
     jumps: Sequence[Jump],
     jump: Jump,
@@ -111,7 +112,7 @@ def _no_partner(
         return place.reason(Why.NO_PARTNER, because, **numbers)
     open_by, best = min(others, key=lambda o: o[0])
     because = (
-        f"no jump takes it back: the nearest in size, {signed(best.turn)} at "
+        f"no jump takes it back: the nearest in size, {signed_degrees(best.turn)} at "
         f"{place.called(best.start)}, leaves {size(open_by)}"
     )
     if open_by < NEVER_CLOSED:

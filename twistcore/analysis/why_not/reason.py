@@ -11,7 +11,7 @@ from typing import Any
 from twistcore.detection import Interval
 from twistcore.detection.lone_jumps import limit
 from twistcore.skeleton.chain import Chain
-from twistcore.skeleton.notation import Kept
+from twistcore.skeleton.notation import DistinctFrames
 
 
 class Why(StrEnum):
@@ -72,7 +72,7 @@ class Reason:
 
 
 @dataclass(frozen=True)
-class Place:
+class AskedFrame:
     """A frame that is asked about.
 
     joints: names of the chain's parent and child; first: what people call the clip's first frame;
@@ -86,7 +86,7 @@ class Place:
     tau: float
     fps: float
     first: int = 0
-    kept: Kept | None = None
+    kept: DistinctFrames | None = None
 
     def in_clip(self, frame: int) -> int:
         """A frame as the clip counts it, from 0."""
@@ -94,7 +94,7 @@ class Place:
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
         """The sentence: the strength against τ as the curve has it, then the cause."""
-        strength, tau = apart(self.strength, self.tau)
+        strength, tau = distinct_sizes(self.strength, self.tau)
         past = self.strength >= self.tau
         here = self.called(self.frame)
         text = (
@@ -128,7 +128,7 @@ class Place:
 
     def named(self, interval: Interval) -> str:
         """An interval, or what has no offset by its kind and joint."""
-        span, size = self.span(interval.start, interval.stop), signed(interval.shown)
+        span, size = self.span(interval.start, interval.stop), signed_degrees(interval.shown)
         if named := interval.kind.info.named:
             return named.format(span=span, size=size, joint=interval.joint)
         return f"the interval of {span} ({size})"
@@ -138,10 +138,10 @@ class Place:
         if not interval.repairable:
             return self.named(interval)
         span = self.span(interval.start, interval.stop)
-        return f"the error of {other.label} in {span} ({signed(interval.shown)})"
+        return f"the error of {other.label} in {span} ({signed_degrees(interval.shown)})"
 
 
-def signed(angle: float) -> str:
+def signed_degrees(angle: float) -> str:
     """Radians as '+1.2°'."""
     return f"{math.degrees(angle):+.1f}°".replace("-", "−")
 
@@ -151,7 +151,7 @@ def size(angle: float, digits: int = 1) -> str:
     return f"{abs(math.degrees(angle)):.{digits}f}°"
 
 
-def apart(one: float, other: float) -> tuple[str, str]:
+def distinct_sizes(one: float, other: float) -> tuple[str, str]:
     """Two sizes in as many digits as tell them apart."""
     for digits in range(1, 6):
         said = size(one, digits), size(other, digits)

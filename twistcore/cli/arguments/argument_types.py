@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
-from twistcore.cli.output import shown
+from twistcore.cli.output import terminal_text
 from twistcore.detection.kind import Kind
 from twistcore.files.atomic import STANDARD_OUTPUT
 from twistcore.formats.suffixes import CLIP_SUFFIXES, not_written
@@ -32,7 +32,7 @@ class Parser(argparse.ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End the program with the message."""
-        self.exit(2, f"{shown(f'{self.prog}: {message}')}\n")
+        self.exit(2, f"{terminal_text(f'{self.prog}: {message}')}\n")
 
     def format_help(self) -> str:
         """The help, completed."""

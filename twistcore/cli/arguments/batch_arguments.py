@@ -94,7 +94,7 @@ def add_batch(parser: argparse.ArgumentParser) -> None:
         metavar="RULE",
         help="exit 1 where a rule holds, as 'severity>5' (again for more; docs/gates.md)",
     )
-    parser.set_defaults(run=deferred("batch_command", "batch"))
+    parser.set_defaults(run=deferred("batch_command", "batch_command"))
 
 
 def shard(text: str) -> tuple[int, int]:

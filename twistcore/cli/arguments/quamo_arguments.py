@@ -38,7 +38,7 @@ def add_quamo(parser: argparse.ArgumentParser) -> None:
         study.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
         study.add_argument("--seed", type=seed, default=0, metavar="N", help="the first seed")
         add_json(study)
-        study.set_defaults(run=deferred("quamo_study_commands", name))
+        study.set_defaults(run=deferred("quamo_study_commands", f"quamo_{name}_command"))
     _train(subparsers.add_parser("train", help="train the networks (PyTorch)"))
 
 
@@ -76,7 +76,7 @@ def _refine(refine: argparse.ArgumentParser) -> None:
         "--up", choices=("y", "z", "-y"), help="of a file of poses (--up=-y); default: as it stands"
     )
     refine.add_argument("--person", metavar="ID", help="whom to take from a file of poses")
-    refine.set_defaults(run=deferred("quamo_commands", "refine"))
+    refine.set_defaults(run=deferred("quamo_commands", "quamo_refine_command"))
 
 
 def _noise(noise: argparse.ArgumentParser) -> None:
@@ -88,7 +88,7 @@ def _noise(noise: argparse.ArgumentParser) -> None:
     noise.add_argument("--seed", type=seed, default=0, metavar="N")
     noise.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
     add_json(noise)
-    noise.set_defaults(run=deferred("quamo_study_commands", "noise"))
+    noise.set_defaults(run=deferred("quamo_study_commands", "quamo_noise_command"))
 
 
 def _train(train: argparse.ArgumentParser) -> None:
@@ -102,4 +102,4 @@ def _train(train: argparse.ArgumentParser) -> None:
     train.add_argument("--width", type=count, metavar="N", help="units of a hidden layer")
     train.add_argument("--seed", type=seed, default=0, metavar="N")
     train.add_argument("--compile", action="store_true", help="fuse the step; needs a C++ compiler")
-    train.set_defaults(run=deferred("quamo_study_commands", "train"))
+    train.set_defaults(run=deferred("quamo_study_commands", "quamo_train_command"))

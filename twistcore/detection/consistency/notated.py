@@ -16,7 +16,7 @@ import numpy as np
 
 from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.interval import Interval
-from twistcore.skeleton.notation import Kept
+from twistcore.skeleton.notation import DistinctFrames
 from twistcore.skeleton.rotation import Array
 
 CLEAR = 0.5  # confidence
@@ -29,7 +29,7 @@ class NotatedAnalysis:
     coarse: of the kept frames; fine: of all frames, jumps alone, None where frames are held.
     """
 
-    kept: Kept
+    kept: DistinctFrames
     coarse: ConsistencyAnalysis
     fine: ConsistencyAnalysis | None = None
     _known: dict[Interval, Interval] = field(default_factory=dict)  # τ moves: most stay
@@ -95,7 +95,7 @@ def _meet(one: Interval, other: Interval) -> bool:
     return one.start < other.stop and other.start < one.stop
 
 
-def _explained(kept: Kept, interval: Interval) -> dict[str, Any]:
+def _explained(kept: DistinctFrames, interval: Interval) -> dict[str, Any]:
     """The evidence with frames of the clip."""
     evidence = dict(interval.evidence or {})
     if "transition" in evidence:
@@ -105,7 +105,7 @@ def _explained(kept: Kept, interval: Interval) -> dict[str, Any]:
     return evidence
 
 
-def _edge(kept: Kept, edge: Mapping[str, Any]) -> dict[str, Any]:
+def _edge(kept: DistinctFrames, edge: Mapping[str, Any]) -> dict[str, Any]:
     """An edge's frames: from the first that changes to the kept frame that is changed in full."""
     start, stop = kept.begin(edge["start"]), kept.end(edge["stop"] - 1) + 1
     return {**edge, "start": start, "stop": stop}

@@ -26,7 +26,7 @@ from twistcore.detection.limb_flips.swivel import Swivel, swivel_of
 from twistcore.detection.noise_bursts import noise_near
 from twistcore.detection.prediction import Index, Mask
 from twistcore.skeleton.chain import by_person
-from twistcore.skeleton.limb import Limb, path
+from twistcore.skeleton.limb import Limb, joint_path
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import (
     Array,
@@ -245,7 +245,7 @@ def analyse_limbs(
 
 
 def _joints(motion: Motion, limb: Limb) -> tuple[int, ...]:
-    return limb.parent, *path(motion.skeleton, limb.parent, limb.end)
+    return limb.parent, *joint_path(motion.skeleton, limb.parent, limb.end)
 
 
 def _of_limb(limb: Limb, swivel: Swivel, border: Mask, noisy: Mask, fps: float) -> LimbFlips:

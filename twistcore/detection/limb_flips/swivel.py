@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.detection.prediction import Mask
-from twistcore.skeleton.limb import Limb, path, places
+from twistcore.skeleton.limb import Limb, joint_path, places
 from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
@@ -65,7 +65,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     line, aside = rotate(above, line), rotate(above, aside)
     upper = multiply(above, motion.rotations[:, limb.parent])
     lower = upper
-    for joint in path(motion.skeleton, limb.parent, limb.end)[:-1]:
+    for joint in joint_path(motion.skeleton, limb.parent, limb.end)[:-1]:
         lower = multiply(lower, motion.rotations[:, joint])
     jump = _jump(upper, lower, line, aside, height)
     jump[1:][~(lined[1:] & lined[:-1])] = 0.0

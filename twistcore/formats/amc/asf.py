@@ -15,8 +15,8 @@ from twistcore.errors import AmcError
 from twistcore.files.ordinary import read_file
 from twistcore.files.wide_text import wide_instead
 from twistcore.formats.bvh.channels import JointChannels
-from twistcore.formats.bvh.header import shown
-from twistcore.formats.bvh.numbers import LARGEST, number
+from twistcore.formats.bvh.header import quoted
+from twistcore.formats.bvh.numbers import LARGEST, decimal_value
 from twistcore.formats.clip import ClipWarning, some_of
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, quaternion_from_euler
@@ -92,9 +92,9 @@ class _Read:
         return AmcError(self.path, expected, line=word.line, column=word.column)
 
     def number(self, word: _Word, what: str) -> float:
-        value = number(word.text.encode("utf-8", "surrogateescape"))
+        value = decimal_value(word.text.encode("utf-8", "surrogateescape"))
         if not abs(value) < LARGEST:
-            raise self.fail(f"expected a number for {what}, found {shown(word.text)}", word)
+            raise self.fail(f"expected a number for {what}, found {quoted(word.text)}", word)
         return value
 
     def numbers(self, line: Sequence[_Word], count: int) -> tuple[float, ...]:
@@ -151,7 +151,7 @@ def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list
             head, lines = words, []
         elif head is None:
             expected = "expected a keyword of an ASF such as ':version'"
-            raise read.fail(f"{expected}, found {shown(words[0].text)}", words[0])
+            raise read.fail(f"{expected}, found {quoted(words[0].text)}", words[0])
         else:
             lines.append(words)
     if head is not None:
@@ -180,7 +180,7 @@ def _read_units(read: _Read, lines: list[list[_Word]]) -> None:
 def _is_radians(read: _Read, word: _Word) -> bool:
     said = word.text.lower()
     if not said.startswith(("deg", "rad")):
-        raise read.fail(f"expected deg or rad as the unit of angles, found {shown(said)}", word)
+        raise read.fail(f"expected deg or rad as the unit of angles, found {quoted(said)}", word)
     return said.startswith("rad")
 
 
@@ -209,7 +209,7 @@ def _read_root(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> None
 def _order(read: _Read, word: _Word) -> str:
     order = word.text.upper()
     if order not in _ORDERS:
-        raise read.fail(f"expected an order of axes such as XYZ, found {shown(word.text)}", word)
+        raise read.fail(f"expected an order of axes such as XYZ, found {quoted(word.text)}", word)
     return order
 
 
@@ -220,7 +220,7 @@ def _dofs(read: _Read, line: list[_Word], known: tuple[str, ...]) -> tuple[str, 
         dof = word.text.lower()
         if dof not in known or dof in out:
             wanted = "rx, ry or rz" if known == _TURNS else "TX, TY, TZ, RX, RY or RZ"
-            raise read.fail(f"expected {wanted}, each once, found {shown(word.text)}", word)
+            raise read.fail(f"expected {wanted}, each once, found {quoted(word.text)}", word)
         out.append(dof)
     return tuple(out)
 
@@ -238,7 +238,7 @@ def _read_bones(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> Non
             part.append(line)
         else:
             wanted = "'begin' of a bone" if part is None else "'end' of this bone"
-            raise read.fail(f"expected {wanted}, found {shown(line[0].text)}", line[0])
+            raise read.fail(f"expected {wanted}, found {quoted(line[0].text)}", line[0])
     if part is not None:
         raise read.fail("expected 'end' of the last bone of :bonedata", lines[-1][0])
     if len(read.bones) == 1:
@@ -250,17 +250,17 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
     for line in lines:
         key = line[0].text.lower()
         if key not in _OF_BONE and key[:1] not in "(-+.0123456789":  # the limits go on below
-            text = f"{shown(line[0].text)} of a bone is not understood and not used."
+            text = f"{quoted(line[0].text)} of a bone is not understood and not used."
             read.warnings.append(ClipWarning(text, line[0].line))
     if len(named := by_key.get("name", [])) != 2:
         raise read.fail("expected 'name' with one word in this bone", (named or [end])[0])
     name = named[1]
     if name.text in read.bones:
-        raise read.fail(f"expected another name: {shown(name.text)} stands twice", name)
+        raise read.fail(f"expected another name: {quoted(name.text)} stands twice", name)
     bone = read.bones[name.text] = _Bone(name)
     for key in ("direction", "length"):
         if key not in by_key:
-            raise read.fail(f"expected {key!r} in the bone {shown(name.text)}", end)
+            raise read.fail(f"expected {key!r} in the bone {quoted(name.text)}", end)
     bone.direction = read.numbers(by_key["direction"], 3)
     (bone.length,) = read.numbers(by_key["length"], 1)
     if bone.length and not any(bone.direction):
@@ -273,7 +273,7 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
     if (dofs := by_key.get("dof")) is not None:
         bone.dofs = _dofs(read, dofs, _TURNS)
     if bone.order != "XYZ" and any(bone.axis):
-        text = f"The axes of {shown(name.text)} are turned in the order {bone.order}, as written."
+        text = f"The axes of {quoted(name.text)} are turned in the order {bone.order}, as written."
         read.warnings.append(ClipWarning(text, name.line))
 
 
@@ -283,10 +283,10 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
     for line in lines[1:-1]:
         for word in line:
             if word.text not in read.bones:
-                raise read.fail(f"expected a bone of :bonedata, found {shown(word.text)}", word)
+                raise read.fail(f"expected a bone of :bonedata, found {quoted(word.text)}", word)
         for word in line[1:]:
             if word.text in read.parents or word.text == ROOT:
-                raise read.fail(f"expected one parent of {shown(word.text)}, found another", word)
+                raise read.fail(f"expected one parent of {quoted(word.text)}, found another", word)
             read.parents[word.text] = line[0].text
 
 
@@ -301,7 +301,7 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
         waiting += reversed(children.get(name, []))
     there = set(names)
     if left := [name for name in read.bones if name not in there]:
-        raise read.fail(f"expected {shown(left[0])} to hang on the root in :hierarchy", hierarchy)
+        raise read.fail(f"expected {quoted(left[0])} to hang on the root in :hierarchy", hierarchy)
     bones = [read.bones[name] for name in names]
     at = {name: joint for joint, name in enumerate(names)}
     above = [at[read.parents[name]] if name != ROOT else -1 for name in names]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.formats.amc.asf import Asf
-from twistcore.formats.bvh.channels import motion_of
+from twistcore.formats.bvh.channels import motion_from_channels
 from twistcore.formats.bvh.clip import token_spans
 from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numbers
 from twistcore.formats.clip import Clip, Patch
@@ -53,7 +53,9 @@ class AmcClip(Clip):
 
     def read_motion(self) -> Motion:
         """What the numbers mean."""
-        motion = motion_of(self.skeleton, self.asf.channels, self.values, self.frame_time)
+        motion = motion_from_channels(
+            self.skeleton, self.asf.channels, self.values, self.frame_time
+        )
         rotations = motion.rotations
         for joint in np.flatnonzero((self.asf.axes != _UNTURNED).any(axis=1)).tolist():
             axes = self.asf.axes[joint]

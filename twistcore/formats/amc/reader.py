@@ -15,8 +15,8 @@ from twistcore.files.ordinary import read_file
 from twistcore.files.wide_text import wide_instead
 from twistcore.formats.amc.asf import Asf, read_asf
 from twistcore.formats.amc.clip import AmcClip
-from twistcore.formats.bvh.header import shown
-from twistcore.formats.bvh.numbers import LARGEST, BadNumberError, number, read_numbers
+from twistcore.formats.bvh.header import quoted
+from twistcore.formats.bvh.numbers import LARGEST, BadNumberError, decimal_value, read_numbers
 from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, some_of, too_few_numbers
 from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell, nobody
@@ -179,7 +179,7 @@ class _Rows:
         if self._number is not None:
             missing = [name for name, (k, _) in self._bones.items() if not self._frame[k]]
             if missing:
-                bone = shown(missing[0].decode("utf-8", "replace"))
+                bone = quoted(missing[0].decode("utf-8", "replace"))
                 raise self.fail(f"expected {bone} in frame {self._number} before this", line)
             self._put(words, places)
             text = f"Frame {number_} stands after frame {self._number}; they are read as they come."
@@ -215,7 +215,7 @@ class _Rows:
 
     def _wrong_bone(self, own: list[bytes], line: int) -> AmcError:
         _, count = self._bones[own[0]]
-        bone = shown(own[0].decode("utf-8", "replace"))
+        bone = quoted(own[0].decode("utf-8", "replace"))
         if len(own) != count + 1:
             numbers = "1 number" if count == 1 else f"{count} numbers"
             expected = f"expected {numbers} for {bone}, found {len(own) - 1}"
@@ -227,7 +227,7 @@ class _Rows:
         if not own[0].startswith(b":") or self._number is not None:
             known = f"a bone of {self._asf.path.name} with degrees of freedom, or a frame's number"
             wanted = "the number of a first frame" if self._number is None else known
-            found = shown(own[0].decode("utf-8", "replace"))
+            found = quoted(own[0].decode("utf-8", "replace"))
             raise self.fail(f"expected {wanted}, found {found}", line)
         words = iter(enumerate(own))
         for place, word in words:
@@ -236,12 +236,12 @@ class _Rows:
                 self.radians = key == b":RADIANS"
             elif key == b":SAMPLES-PER-SECOND":
                 _, said = next(words, (0, b""))
-                fps = number(said)
+                fps = decimal_value(said)
                 if not 1.0 / LONGEST <= fps <= 1.0 / SHORTEST:
                     raise self.fail("expected frames a second, such as 120", line, place + 1)
                 self.fps = fps
             elif key != b":FULLY-SPECIFIED":
-                text = f"{shown(word.decode('utf-8', 'replace'))} is not understood and not used."
+                text = f"{quoted(word.decode('utf-8', 'replace'))} is not understood and not used."
                 self.warnings.append(ClipWarning(text, line))
 
     def _values(self, words: list[bytes], which: NDArray[np.int64]) -> Array:
@@ -251,7 +251,7 @@ class _Rows:
             at = int(which.ravel()[b" ".join(words)[: error.offset].count(b" ")])
             offset = [found.start() for found in _SOLID.finditer(self._data)][at]
             before = (self._data[:offset] + b"x").splitlines()
-            found = shown(error.token.decode("utf-8", "replace"))
+            found = quoted(error.token.decode("utf-8", "replace"))
             expected = f"expected a finite number (below {LARGEST:g}), found {found}"
             place = len(before), len(before[-1])
             raise AmcError(self._path, expected, line=place[0], column=place[1]) from None

@@ -2,7 +2,7 @@
 
 from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.compose import write_motion
-from twistcore.formats.bvh.lower_rate import thinned
+from twistcore.formats.bvh.lower_rate import decimated
 from twistcore.formats.bvh.reader import parse_bvh, read_bvh
 
-__all__ = ["BvhClip", "parse_bvh", "read_bvh", "thinned", "write_motion"]
+__all__ = ["BvhClip", "decimated", "parse_bvh", "read_bvh", "write_motion"]

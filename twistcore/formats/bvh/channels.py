@@ -34,7 +34,7 @@ class JointChannels:
         return len(self.order) == 3 and len(set(self.order)) == 3
 
 
-def motion_of(
+def motion_from_channels(
     skeleton: Skeleton, channels: tuple[JointChannels, ...], values: Array, frame_time: float
 ) -> Motion:
     """What numbers in rows mean; values: degrees and length units, (frames, columns)."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.files.wide_text import WideText
-from twistcore.formats.bvh.channels import JointChannels, motion_of
+from twistcore.formats.bvh.channels import JointChannels, motion_from_channels
 from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numbers
 from twistcore.formats.clip import Clip, Patch
 from twistcore.skeleton.motion import Motion
@@ -47,7 +47,7 @@ class BvhClip(Clip):
 
     def read_motion(self) -> Motion:
         """What the numbers mean."""
-        return motion_of(self.skeleton, self.channels, self.values, self.frame_time)
+        return motion_from_channels(self.skeleton, self.channels, self.values, self.frame_time)
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from twistcore.errors import BvhError
 from twistcore.formats.bvh.channels import JointChannels
-from twistcore.formats.bvh.numbers import LARGEST, number
+from twistcore.formats.bvh.numbers import LARGEST, decimal_value
 from twistcore.formats.clip import ClipWarning, some_of
 from twistcore.skeleton.motion import Skeleton
 
@@ -73,15 +73,15 @@ class _Words:
 
     def number(self, what: str) -> float:
         word = self.next()
-        value = number((word or "").encode("utf-8", "surrogateescape"))
+        value = decimal_value((word or "").encode("utf-8", "surrogateescape"))
         if not abs(value) < LARGEST:
             bound = "" if math.isnan(value) else f" below {LARGEST:g}"
-            expected = f"expected a number{bound} for {what}, found {shown(word)}"
+            expected = f"expected a number{bound} for {what}, found {quoted(word)}"
             raise self.fail(no_number(expected, word))
         return value
 
 
-def shown(word: str | None) -> str:
+def quoted(word: str | None) -> str:
     """A word for a message: quoted, short, and on one line whatever it holds."""
     return "the end of the file" if word is None else ascii(word[:40])
 
@@ -95,7 +95,7 @@ def no_number(expected: str, word: str | None) -> str:
     """The sentence about a word in place of a number, or one that names its decimal comma."""
     if has_comma(word):
         return (
-            f"expected a decimal point, found a comma in {shown(word)}: replace it in all numbers"
+            f"expected a decimal point, found a comma in {quoted(word)}: replace it in all numbers"
         )
     return expected
 
@@ -107,7 +107,7 @@ def parse_header(
     words = _Words(path, text)
     word = words.next()
     if word is None or word.upper() != "HIERARCHY":
-        raise words.fail(f"expected HIERARCHY, found {shown(word)}")
+        raise words.fail(f"expected HIERARCHY, found {quoted(word)}")
     joints: list[_Joint] = []
     ends: list[tuple[int, tuple[float, float, float]]] = []
     stack: list[int | None] = []  # None marks an End Site
@@ -120,7 +120,7 @@ def parse_header(
                 raise words.fail("expected '}' before another joint: an End Site has no children")
             joints.append(_Joint(name, parent, line))
             stack.append(len(joints) - 1)
-            _expect_brace(words, f"joint {shown(name)}")
+            _expect_brace(words, f"joint {quoted(name)}")
         elif key == "END":
             words.rest_of_line()
             if not stack or stack[-1] is None:
@@ -138,7 +138,7 @@ def parse_header(
             else:
                 joint = joints[stack[-1]]
                 if joint.placed:
-                    text = f"{shown(joint.name)} has a second OFFSET; the last one counts."
+                    text = f"{quoted(joint.name)} has a second OFFSET; the last one counts."
                     warnings.append(ClipWarning(text, words.line()))
                 joint.offset, joint.placed = offset, True
         elif key == "CHANNELS":
@@ -150,7 +150,7 @@ def parse_header(
         else:
             raise words.fail(
                 "expected ROOT, JOINT, End Site, OFFSET, CHANNELS, '}' or MOTION, "
-                f"found {shown(word)}"
+                f"found {quoted(word)}"
             )
     if stack:
         raise words.fail(f"expected {len(stack)} more '}}' before MOTION")
@@ -165,14 +165,14 @@ def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipW
     if closed is None or joints[closed].placed:
         return
     joint = joints[closed]
-    text = f"{shown(joint.name)} has no OFFSET; it is read as one at its parent's place (0 0 0)."
+    text = f"{quoted(joint.name)} has no OFFSET; it is read as one at its parent's place (0 0 0)."
     warnings.append(ClipWarning(text, joint.line))
 
 
 def _expect_brace(words: _Words, what: str) -> None:
     word = words.next()
     if word != "{":
-        raise words.fail(f"expected '{{' after {what}, found {shown(word)}")
+        raise words.fail(f"expected '{{' after {what}, found {quoted(word)}")
 
 
 def _read_channels(
@@ -182,7 +182,7 @@ def _read_channels(
         raise words.fail("expected CHANNELS inside a joint only")
     joint = joints[stack[-1]]
     if joint.channels:
-        text = f"{shown(joint.name)} has CHANNELS twice; both are read, one after the other."
+        text = f"{quoted(joint.name)} has CHANNELS twice; both are read, one after the other."
         warnings.append(ClipWarning(text, words.line()))
     count = words.number("CHANNELS")
     if count != int(count) or not 0 <= count <= _MOST_CHANNELS:
@@ -192,7 +192,7 @@ def _read_channels(
         kind = (word or "").lower()
         if kind[:1] not in _AXES or kind[1:] not in ("rotation", "position"):
             raise words.fail(
-                f"expected a channel such as Xrotation or Yposition, found {shown(word)}"
+                f"expected a channel such as Xrotation or Yposition, found {quoted(word)}"
             )
         joint.channels.append(kind)
 
@@ -240,6 +240,6 @@ def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
     repeated = [name for name, count in seen.items() if count > 1]
     if repeated:
         count = "1 name stands" if len(repeated) == 1 else f"{len(repeated)} names stand"
-        text = f"{count} more than once, such as {shown(repeated[0])}; "
+        text = f"{count} more than once, such as {quoted(repeated[0])}; "
         warnings.append(ClipWarning(text + "the later ones are shown with a number."))
     return tuple(out)

@@ -6,7 +6,7 @@ from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.reader import parse_bvh, timing_fields
 
 
-def thinned(clip: BvhClip, step: int) -> BvhClip:
+def decimated(clip: BvhClip, step: int) -> BvhClip:
     """Every step-th frame of a clip, beginning with frame 0, at fps / step."""
     if step == 1:
         return clip

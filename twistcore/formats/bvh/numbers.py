@@ -45,7 +45,7 @@ class BadNumberError(ValueError):
         self.offset, self.token = offset, token
 
 
-def number(token: bytes) -> float:
+def decimal_value(token: bytes) -> float:
     """A decimal number's value; NaN for what float() would also take: 1_000, inf, other digits."""
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 
@@ -128,7 +128,7 @@ def _exact(data: bytes, start: int, stop: int) -> Numbers:
     values, marks = [], []
     for found in _TOKEN.finditer(data, start, stop):
         token = found.group()
-        value = number(token)
+        value = decimal_value(token)
         if not abs(value) < LARGEST:
             raise BadNumberError(found.start(), token)
         values.append(value)

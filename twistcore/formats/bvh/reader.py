@@ -15,7 +15,7 @@ from twistcore.files.kinds import BVH, found_instead
 from twistcore.files.ordinary import read_file
 from twistcore.files.wide_text import WideText, wide_text
 from twistcore.formats.bvh.clip import BvhClip
-from twistcore.formats.bvh.header import has_comma, no_number, parse_header, shown
+from twistcore.formats.bvh.header import has_comma, no_number, parse_header, quoted
 from twistcore.formats.bvh.numbers import LARGEST, BadNumberError, Numbers, read_numbers
 from twistcore.formats.clip import LONGEST, SHORTEST, ClipWarning, too_few_numbers
 from twistcore.formats.suffixes import clip_suffix
@@ -125,7 +125,7 @@ def parse_bvh(
     except BadNumberError as error:
         line, column = _place(text, error.offset)
         word = error.token.decode("utf-8", "replace")
-        expected = f"expected a finite number (below {LARGEST:g}), found {shown(word)}"
+        expected = f"expected a finite number (below {LARGEST:g}), found {quoted(word)}"
         raise BvhError(name, no_number(expected, word), line=line, column=column) from None
     _check_rows(name, text, start, numbers, columns)
     rows = len(numbers.values) // columns
@@ -221,16 +221,16 @@ def _frame_time(
     line = _line_of(data, found.start(1))
     if has_comma(word):
         written = written.replace(b",", b".")
-        text = f"Frame Time {shown(word)} has a decimal comma, which is read as a point."
+        text = f"Frame Time {quoted(word)} has a decimal comma, which is read as a point."
         warnings.append(ClipWarning(text, line))
     seconds = float(written) if _SECONDS.fullmatch(written) else math.nan
     if SHORTEST <= seconds <= LONGEST:
         return seconds
-    text = f"Frame Time {shown(word)} is not usable; {_ASSUMED_FPS:g} frames a second are assumed."
+    text = f"Frame Time {quoted(word)} is not usable; {_ASSUMED_FPS:g} frames a second are assumed."
     if LONGEST < seconds <= 1.0 / SHORTEST:
         rate = _meant_rate(seconds)
         text = (
-            f"Frame Time {shown(word)} is {seconds:g} seconds a frame, and 1/{rate:.5g} = "
+            f"Frame Time {quoted(word)} is {seconds:g} seconds a frame, and 1/{rate:.5g} = "
             f"{1.0 / rate:.3g} was probably meant: the commands' --fps {rate:.5g} reads it so. "
             f"Without it {_ASSUMED_FPS:g} frames a second are assumed."
         )

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from twistcore.errors import NpzError
 from twistcore.files.kinds import NPZ, found_instead
-from twistcore.formats.bvh.header import shown
+from twistcore.formats.bvh.header import quoted
 
 LARGEST = 1 << 31  # bytes that are taken into memory
 # What may come out of a file, in bytes: some, whatever its size, and a multiple of that. Motion
@@ -91,7 +91,7 @@ class Archive:
             raise self._damaged(name) from None
 
     def _damaged(self, name: str) -> NpzError:
-        return NpzError(f"{self.path}: expected a whole array {shown(name)}")
+        return NpzError(f"{self.path}: expected a whole array {quoted(name)}")
 
     def _member(self, name: str) -> tuple[bytes, NDArray[Any], bool]:
         """Its header, its values and whether these stand column by column."""
@@ -105,7 +105,7 @@ class Archive:
             raise self._damaged(name) from None
         if dtype.hasobject:
             raise NpzError(
-                f"{self.path}: expected numbers in {shown(name)}, found objects, which only a "
+                f"{self.path}: expected numbers in {quoted(name)}, found objects, which only a "
                 "program that is run could unpack"
             )
         if _NUMBER * values.size > room(len(self.data)):
@@ -184,7 +184,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
     if odd := [info for info in infos if info.compress_type not in _AS_NUMPY]:
         raise NpzError(
             f"{path}: expected arrays stored or deflated, as numpy does, found another compression "
-            f"of {shown(odd[0].filename)}"
+            f"of {quoted(odd[0].filename)}"
         )
     if (total := sum(info.file_size for info in infos)) > room(size):
         raise _too_much(path, total, size)

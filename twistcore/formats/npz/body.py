@@ -52,7 +52,7 @@ _ENDS: dict[str, Triple] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class BodyModel:
     """A model's joints and what is known of their lengths without its files.
 
     names; parents, (joints,); offsets: from the joint above at rest, metres, (joints, 3); ends: of
@@ -84,7 +84,7 @@ def _of(name: str, shares: dict[str, Triple]) -> Triple | None:
     return (x if left == name else -x), y, z
 
 
-def _model(below: list[tuple[str, str]]) -> Body:
+def _model(below: list[tuple[str, str]]) -> BodyModel:
     """The body with these joints, each with the one above, behind its 22."""
     names = (*_BODY_NAMES, *(name for name, _ in below))
     parents = (*_BODY_PARENTS, *(names.index(above) for _, above in below))
@@ -94,7 +94,7 @@ def _model(below: list[tuple[str, str]]) -> Body:
         for j, name in enumerate(names)
         if (end := _of(name, _ENDS)) is not None and (j not in parents or name == "head")
     )
-    return Body(names, np.array(parents, dtype=np.int64), np.array(offsets), ends)
+    return BodyModel(names, np.array(parents, dtype=np.int64), np.array(offsets), ends)
 
 
 _HANDS = [*_hand("left"), *_hand("right")]

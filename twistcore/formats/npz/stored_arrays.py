@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from twistcore.errors import NpzError
 from twistcore.files.kinds import PICKLE, found_instead
-from twistcore.formats.bvh.header import shown
+from twistcore.formats.bvh.header import quoted
 from twistcore.formats.npz.archive import described_names
 from twistcore.formats.npz.pickled_arrays import Places, read_pickle_places
 
@@ -68,7 +68,7 @@ class PickledDict:
         )
         values = np.asarray(found) if numbers else found
         if not isinstance(values, np.ndarray):
-            raise NpzError(f"{self.path}: expected numbers in {shown(name)}, found something else")
+            raise NpzError(f"{self.path}: expected numbers in {quoted(name)}, found something else")
         return values
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:

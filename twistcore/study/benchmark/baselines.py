@@ -15,9 +15,7 @@ from scipy import interpolate, signal
 from twistcore.skeleton.rotation import (
     Array,
     continuous,
-    multiply,
-    normalise,
-    quaternion_from_axis_angle,
+    slerp,
 )
 
 CUTOFF = 6.0  # Hz, the usual choice for gait
@@ -124,16 +122,6 @@ def _outside(frames: int, gaps: Sequence[Gap]) -> np.typing.NDArray[np.int64]:
     for start, stop in gaps:
         wrong[start:stop] = True
     return np.flatnonzero(~wrong)
-
-
-def slerp(p: Array, q: Array, share: Array) -> Array:
-    """The shorter arc from p to q, (…, 4) each; share 0…1, (…)."""
-    turn = multiply(p * np.array([1.0, -1.0, -1.0, -1.0]), q)
-    turn = np.where(turn[..., :1] < 0.0, -turn, turn)
-    sine = np.linalg.norm(turn[..., 1:], axis=-1)
-    axis = turn[..., 1:] / np.maximum(sine, 1e-300)[..., None]
-    angle = share * 2.0 * np.arctan2(sine, turn[..., 0])
-    return normalise(multiply(p, quaternion_from_axis_angle(axis, angle)))
 
 
 BASELINES: Mapping[str, Baseline] = {

@@ -11,7 +11,7 @@ from twistcore.detection import DETECTORS
 from twistcore.detection.natural_events import NaturalEvent
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
-from twistcore.study.benchmark.clip_scene import AUDITOR, Scene, make_scene
+from twistcore.study.benchmark.clip_scene import AUDITOR, CleanScene, make_scene
 from twistcore.study.benchmark.filtering_cost import Fidelity, fidelity
 from twistcore.study.benchmark.passes import (
     CleanRun,
@@ -25,7 +25,7 @@ from twistcore.synthesis import parse_protocol
 
 
 @dataclass(frozen=True)
-class Settings:
+class BenchmarkSettings:
     """What the numbers depend on, beside the clips."""
 
     protocols: tuple[str, ...] = ("P0",)
@@ -88,7 +88,7 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
     )
 
 
-def run_clip(path: Path, name: str, settings: Settings) -> ClipResult:
+def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
     """All of one clip; name: what results call it, and its stem is what seeds depend on."""
     problems: list[str] = []
     try:
@@ -97,8 +97,8 @@ def run_clip(path: Path, name: str, settings: Settings) -> ClipResult:
     except TwistError as error:
         # The sentence has the clip's name in place of this machine's path to it.
         return ClipResult(name, problems=(str(error).replace(str(path), name),))
-    prepared: dict[tuple[bool, int], Scene] = {(False, 1): base}
-    scenes: list[Scene] = []
+    prepared: dict[tuple[bool, int], CleanScene] = {(False, 1): base}
+    scenes: list[CleanScene] = []
     for text in settings.protocols:
         protocol = parse_protocol(text)
         how = protocol.rich, protocol.step

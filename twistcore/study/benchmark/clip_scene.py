@@ -21,8 +21,8 @@ from twistcore.errors import TwistError
 from twistcore.skeleton.chain import Chain, find_chains, limbs, uncorrectable_joints
 from twistcore.skeleton.limb import Limb, find_limbs
 from twistcore.skeleton.motion import Motion
-from twistcore.study.evaluation import joints_of
-from twistcore.synthesis import Protocol, apart, prepare
+from twistcore.study.evaluation import chain_joints
+from twistcore.synthesis import Protocol, independent_chains, prepare
 
 SHORTEST = 16  # frames: room for two intervals and something around them
 AUDITOR = DEFAULT_METHOD
@@ -30,7 +30,7 @@ STRAIGHTENS = ("", "Arm", "UpLeg")  # segments whose child is an elbow or a knee
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class CleanScene:
     """The clean motion that errors are put into, with its correctable chains and limbs.
 
     dropped: leading frames of the file that are no capture; events: the audit's findings.
@@ -59,7 +59,7 @@ class Scene:
     @cached_property
     def joints(self) -> NDArray[np.int64]:
         """Parents and children of all chains, and ends of limbs, ascending."""
-        return joints_of((*self.chains, *self.limbs))
+        return chain_joints((*self.chains, *self.limbs))
 
     @cached_property
     def eventful(self) -> frozenset[str]:
@@ -72,7 +72,7 @@ class Scene:
             return ()
         if self.protocol.together > 1:
             chains, many = self.chains, self.protocol.together
-            return tuple((k, apart(chains, k, many)) for k in range(len(chains)))
+            return tuple((k, independent_chains(chains, k, many)) for k in range(len(chains)))
         if not self.protocol.both:
             return tuple((k, (target,)) for k, target in enumerate(self.targets))
         return tuple(
@@ -83,7 +83,7 @@ class Scene:
         )
 
 
-def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR) -> Scene:
+def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR) -> CleanScene:
     """Drop the leading frames, prepare, find the chains, audit them; TwistError where none is.
 
     Also where fewer than 16 frames are left.
@@ -106,4 +106,4 @@ def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUD
     events = tuple(
         replace(e, start=dropped + e.start * step, stop=dropped + e.stop * step) for e in found
     )
-    return Scene(name, protocol, prepared, chains, whole, dropped, events)
+    return CleanScene(name, protocol, prepared, chains, whole, dropped, events)

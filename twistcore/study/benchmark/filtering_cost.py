@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from twistcore.skeleton.rotation import Array, geodesic_angle
-from twistcore.study.benchmark.clip_scene import Scene
-from twistcore.study.evaluation import joints_of
+from twistcore.study.benchmark.clip_scene import CleanScene
+from twistcore.study.evaluation import chain_joints
 
 LONGEST_LAG = 0.25  # seconds
 LASTING = 0.05  # seconds: a peak is a mean over them, or noise of one frame would be the fastest
@@ -29,7 +29,7 @@ class Fidelity:
     lag_frames: int
 
 
-def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
+def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     """Compare angular speeds of the chains' joints before and after; refined: (frames, joints, 4).
 
     Joints of chains with a natural event stay out, so that the peak is motion and not an error.
@@ -37,7 +37,7 @@ def fidelity(scene: Scene, refined: Array) -> Fidelity | None:
     and what is left of that joint's own. Lag: of the highest cross-correlation of the speeds less
     their means, summed over the joints, refined to a fraction of a frame by a parabola.
     """
-    eventful = joints_of([c for c in scene.chains if c.name in scene.eventful])
+    eventful = chain_joints([c for c in scene.chains if c.name in scene.eventful])
     joints = np.setdiff1d(scene.joints, eventful)
     motion = scene.motion
     if not joints.size or motion.frames < 8:

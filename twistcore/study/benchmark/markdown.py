@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from twistcore.detection import DETECTORS
-from twistcore.study.benchmark.clip_run import Settings
-from twistcore.study.benchmark.runner import Summary
+from twistcore.study.benchmark.clip_run import BenchmarkSettings
+from twistcore.study.benchmark.runner import BenchmarkSummary
 from twistcore.study.benchmark.tables import (
     OVERALL,
-    Row,
+    BenchmarkRow,
     fidelity_rows,
     label_of,
     make_rows,
@@ -58,7 +58,9 @@ what the clean clip shows as well is left out. Alarms: intervals found in the cl
 chains together. Oracles know the true frames."""
 
 
-def benchmark_to_markdown(summary: Summary, settings: Settings, source: str) -> str:
+def benchmark_to_markdown(
+    summary: BenchmarkSummary, settings: BenchmarkSettings, source: str
+) -> str:
     """The whole page."""
     rows = make_rows(summary, settings)
     minutes = summary.micros / 6e7
@@ -83,7 +85,9 @@ def benchmark_to_markdown(summary: Summary, settings: Settings, source: str) -> 
     return "\n\n".join(part.rstrip() for part in parts) + "\n"
 
 
-def _protocol_parts(protocol: str, rows: Sequence[Row], settings: Settings) -> list[str]:
+def _protocol_parts(
+    protocol: str, rows: Sequence[BenchmarkRow], settings: BenchmarkSettings
+) -> list[str]:
     title = "P0 (P0-all)" if protocol == "P0" else protocol
     parts = [f"## {title}: {protocol_text(protocol)}"]
     parts.append(_overall(rows, audited=False))
@@ -103,13 +107,13 @@ def _protocol_parts(protocol: str, rows: Sequence[Row], settings: Settings) -> l
     return parts
 
 
-def _overall(rows: Sequence[Row], *, audited: bool) -> str:
+def _overall(rows: Sequence[BenchmarkRow], *, audited: bool) -> str:
     place = (audited, "", OVERALL)
     chosen = (r for r in rows if (r.audited, r.side, r.segment) == place)
     return _listed(["method"], (([label_of(r.method)], r.to_json()) for r in chosen), _COLUMNS)
 
 
-def _by_segment(rows: Sequence[Row], settings: Settings) -> str:
+def _by_segment(rows: Sequence[BenchmarkRow], settings: BenchmarkSettings) -> str:
     known: dict[tuple[str, str], dict[str, Any]] = {}
     for row in rows:
         if not row.audited:
@@ -122,7 +126,7 @@ def _by_segment(rows: Sequence[Row], settings: Settings) -> str:
     return table(["side", "segment", *(label_of(m) for m in settings.methods)], lines)
 
 
-def _paper_layout(method: str, rows: Sequence[Row]) -> list[str]:
+def _paper_layout(method: str, rows: Sequence[BenchmarkRow]) -> list[str]:
     """Tables 1 and 2 and Fig. 6 of [Choi26], from our run."""
     by_place = {(row.side, row.segment): row.to_json() for row in rows}
     if ("", OVERALL) not in by_place:
@@ -145,7 +149,7 @@ def _paper_layout(method: str, rows: Sequence[Row]) -> list[str]:
         f"### {name}, as in the paper's Table 2",
         second,
         f"### {name}, as in the paper's Fig. 6: MAE before (░) and after (█), degrees",
-        bars(segments),
+        bar_chart(segments),
     ]
 
 
@@ -154,7 +158,7 @@ def _change(metric: str, before: float, after: float) -> list[str]:
     return [metric, f"{before:.2f}", f"{after:.2f}", better]
 
 
-def bars(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
+def bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
     """Two bars a segment, before and after, in a block of fixed width."""
     highest = max(
         (v[k] for v in segments.values() for k in ("mae_before_deg", "mae_after_deg")), default=0.0
@@ -170,7 +174,7 @@ def bars(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
     return "\n".join(["```text", *lines, "```"])
 
 
-def _fidelity_parts(summary: Summary, settings: Settings) -> list[str]:
+def _fidelity_parts(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[str]:
     rows = fidelity_rows(summary, settings)
     if not rows:
         return []
@@ -184,7 +188,7 @@ def _fidelity_parts(summary: Summary, settings: Settings) -> list[str]:
     ]
 
 
-def _event_parts(summary: Summary) -> list[str]:
+def _event_parts(summary: BenchmarkSummary) -> list[str]:
     if not summary.events:
         return []
     lines = [

@@ -24,14 +24,14 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, continuous, geodesic_angle
 from twistcore.study.benchmark.baselines import BASELINES, Baseline, Gap
-from twistcore.study.benchmark.clip_scene import Scene
+from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.benchmark.hinge import HINGE, hinge_offsets
 from twistcore.study.benchmark.tally import Key, Tallies, Tally, add_tallies, error_tally, micro
 from twistcore.study.evaluation import (
     COUNTED,
     DAMAGE,
+    chain_joints,
     error_angle,
-    joints_of,
     match_intervals,
     segment_of,
 )
@@ -47,7 +47,7 @@ def all_methods() -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class MethodResult:
     """What a method made of a motion: its rotations, and the intervals found, by chain."""
 
     rotations: Array
@@ -61,7 +61,7 @@ class CleanRun:
     change: radians, (frames, scene.joints).
     """
 
-    outcome: Outcome
+    outcome: MethodResult
     change: Array
 
 
@@ -71,7 +71,7 @@ def apply_method(
     chains: Sequence[Chain],
     wrong: Sequence[InjectedError] = (),
     tau: Taus = AUTOMATIC,
-) -> Outcome:
+) -> MethodResult:
     """The motion as the method leaves it; only joints of `chains` differ.
 
     chains: limbs too, where their flips are looked for; wrong: the truth, for the oracles; tau:
@@ -79,10 +79,10 @@ def apply_method(
     are applied unasked, or what the detector's analysis says itself, as the paper's running sum.
     """
     if method in BASELINES:
-        return Outcome(_filtered(BASELINES[method], motion, chains, wrong), {})
+        return MethodResult(_filtered(BASELINES[method], motion, chains, wrong), {})
     bones = tuple(c for c in chains if not isinstance(c, Limb))
     if method == HINGE:
-        return Outcome(remove_twist(motion, bones, hinge_offsets(motion, bones)).rotations, {})
+        return MethodResult(remove_twist(motion, bones, hinge_offsets(motion, bones)).rotations, {})
     clip = ClipAnalysis(motion, chains if DETECTORS.info(method).limb_flips else bones)
     given = {c.name: tau[c.name] for c in clip.chains_and_limbs if c.name in tau}
     found_at = clip.detect(method, kinds=REPAIRED, tau_radians=given)
@@ -95,7 +95,7 @@ def apply_method(
     found: dict[str, list[Gap]] = {chain.name: [] for chain in chains}
     for i in intervals:
         found.setdefault(i.chain, []).append((i.start, i.stop))
-    return Outcome(remove_twist(motion, chains, offsets, carried).rotations, found)
+    return MethodResult(remove_twist(motion, chains, offsets, carried).rotations, found)
 
 
 def _filtered(
@@ -110,7 +110,7 @@ def _filtered(
                 rotations = _replaced(rotations, joints, baseline, motion.fps, gaps)
         return rotations
     bones = [c for c in chains if not isinstance(c, Limb)]
-    return _replaced(motion.rotations, joints_of(bones), baseline, motion.fps, ())
+    return _replaced(motion.rotations, chain_joints(bones), baseline, motion.fps, ())
 
 
 def _replaced(
@@ -129,13 +129,13 @@ def _replaced(
     return out
 
 
-def clean_run(scene: Scene, method: str, tau: Taus = AUTOMATIC) -> CleanRun:
+def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun:
     """The method on the clean motion."""
     outcome = apply_method(method, scene.motion, (*scene.chains, *scene.limbs), tau=tau)
     return CleanRun(outcome, _change(scene.motion.rotations, outcome.rotations, scene.joints))
 
 
-def clean_tallies(scene: Scene, method: str, clean: CleanRun) -> Tallies:
+def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
     """False alarms by chain and limb; where nothing is injected also what is changed all the same.
 
     What is no target of the protocol has an entry only where there is something to tell.
@@ -146,7 +146,7 @@ def clean_tallies(scene: Scene, method: str, clean: CleanRun) -> Tallies:
         tally = Tally(alarms=len(clean.outcome.found.get(chain.name, [])))
         if scene.protocol.clean:
             # A joint that two chains share counts once, with the chain that comes first.
-            own = [j for j in joints_of([chain]).tolist() if j not in counted]
+            own = [j for j in chain_joints([chain]).tolist() if j not in counted]
             counted.update(own)
             change = clean.change[:, np.isin(scene.joints, own)]
             large = change > DAMAGE
@@ -163,7 +163,7 @@ def clean_tallies(scene: Scene, method: str, clean: CleanRun) -> Tallies:
 
 
 def run_item(
-    scene: Scene,
+    scene: CleanScene,
     method: str,
     seed: int,
     clean: CleanRun | None = None,
@@ -177,14 +177,14 @@ def run_item(
     clean = clean or clean_run(scene, method, tau)
     total: Tallies = {}
     for index, targets in scene.passes():
-        errors = draw(scene, index, targets, seed)
+        errors = draw_pass_errors(scene, index, targets, seed)
         if errors:
             add_tallies(total, _run_pass(scene, method, clean, targets, errors, tau))
     return total
 
 
-def draw(
-    scene: Scene, index: int, targets: Sequence[Chain], seed: int
+def draw_pass_errors(
+    scene: CleanScene, index: int, targets: Sequence[Chain], seed: int
 ) -> tuple[InjectedError, ...]:
     """The errors of a pass, from the seed, the clip's name, the chain and the protocol alone."""
     rng = generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
@@ -192,7 +192,7 @@ def draw(
 
 
 def _run_pass(
-    scene: Scene,
+    scene: CleanScene,
     method: str,
     clean: CleanRun,
     targets: Sequence[Chain],
@@ -229,7 +229,7 @@ def _run_pass(
     return {replace(key, audited=audited): tally for key, tally in total.items()}
 
 
-def _without_own_flips(scene: Scene, clean: CleanRun) -> Array:
+def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
     """Rotations as they should come out: of limbs, without the flips that the clip itself has.
 
     Where a limb's flip is taken out of the clean clip, taking it out of the other is no error.
@@ -244,7 +244,7 @@ def _without_own_flips(scene: Scene, clean: CleanRun) -> Array:
     return truth
 
 
-def _reach(scene: Scene, method: str, targets: Sequence[Chain]) -> tuple[Chain, ...]:
+def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Chain, ...]:
     """The chains and limbs whose joints may come out otherwise than in the clean run."""
     if method in BASELINES and BASELINES[method].whole_body:
         return (*scene.chains, *scene.limbs)
@@ -254,7 +254,7 @@ def _reach(scene: Scene, method: str, targets: Sequence[Chain]) -> tuple[Chain, 
 
 
 def _interval_tally(
-    outcome: Outcome, clean: CleanRun, chain: Chain, true: Sequence[InjectedError]
+    outcome: MethodResult, clean: CleanRun, chain: Chain, true: Sequence[InjectedError]
 ) -> Tally:
     """Found intervals against true ones; those of the clean clip count for nothing."""
     if chain.name not in outcome.found:
@@ -267,7 +267,7 @@ def _interval_tally(
 
 
 def _damage_tally(
-    scene: Scene,
+    scene: CleanScene,
     clean: CleanRun,
     reach: Sequence[Chain],
     targets: Sequence[Chain],
@@ -276,7 +276,7 @@ def _damage_tally(
     wrong: NDArray[np.bool_],
 ) -> Tally:
     """Clean pairs changed by more than 1°: like in the clean clip (natural), or not (damage)."""
-    near = np.isin(scene.joints, joints_of(reach))
+    near = np.isin(scene.joints, chain_joints(reach))
     joints = scene.joints[near]
     change = _change(dirty, refined, joints)
     alike = _change(clean.outcome.rotations, refined, joints) <= DAMAGE
@@ -285,7 +285,7 @@ def _damage_tally(
     away = clean.change[:, ~near]
     away = away[away > DAMAGE]
     pairs = len(dirty) * len(scene.joints) - int(wrong[:, scene.joints].sum())
-    own = joints_of(targets)
+    own = chain_joints(targets)
     return Tally(
         passes=1,
         pairs=pairs,
@@ -307,6 +307,6 @@ def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
     return out
 
 
-def _key(scene: Scene, method: str, chain: Chain) -> Key:
+def _key(scene: CleanScene, method: str, chain: Chain) -> Key:
     audited = chain.name not in scene.eventful
     return Key(scene.protocol.name, method, chain.side, segment_of(chain), audited)

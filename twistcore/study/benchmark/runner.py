@@ -15,7 +15,12 @@ from twistcore.errors import FormatError
 from twistcore.files.document_values import parsed_json
 from twistcore.files.encoding import escaped
 from twistcore.formats.clip_files import BVH, clips_by_name
-from twistcore.study.benchmark.clip_run import ClipResult, Settings, result_from_json, run_clip
+from twistcore.study.benchmark.clip_run import (
+    BenchmarkSettings,
+    ClipResult,
+    result_from_json,
+    run_clip,
+)
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.tally import Tallies, add_tallies
 from twistcore.work.processes import each, reason
@@ -25,7 +30,7 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 
 
 @dataclass
-class Summary:
+class BenchmarkSummary:
     """Everything that the tables need, in memory that grows by a line a clip.
 
     Sums are integers, so the order in which clips arrive does not matter; the lists are sorted
@@ -69,13 +74,13 @@ def find_clips(folder: Path) -> dict[str, Path]:
 
 def run_benchmark(
     clips: dict[str, Path],
-    settings: Settings,
+    settings: BenchmarkSettings,
     *,
     workers: int,
     partial: Path | None = None,
     resume: bool = False,
     counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_counter,
-) -> Summary:
+) -> BenchmarkSummary:
     """Run every clip that `partial` does not hold yet; Ctrl+C ends early with what is done.
 
     partial: a JSON-lines file, one line a clip, flushed as they come; resume: continue it, else it
@@ -83,7 +88,7 @@ def run_benchmark(
     :func:`~twistcore.work.progress.clip_counter`. Summary.missing says how many clips are not in.
     FormatError where the file belongs to other settings.
     """
-    summary = Summary()
+    summary = BenchmarkSummary()
     stamps = {name: _stamp(path) for name, path in clips.items()}
     known: set[str] = set()
     if partial and resume and partial.exists():
@@ -115,7 +120,7 @@ def run_benchmark(
 
 
 def _results(
-    todo: Sequence[str], clips: dict[str, Path], settings: Settings, workers: int
+    todo: Sequence[str], clips: dict[str, Path], settings: BenchmarkSettings, workers: int
 ) -> Iterator[ClipResult]:
     """Results as they come; a clip that fails must not end a run of thousands: it is listed."""
     items = [(clips[name], name) for name in todo]
@@ -126,7 +131,7 @@ def _results(
             yield result
 
 
-def _run_item(settings: Settings, item: tuple[Path, str]) -> ClipResult:
+def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult:
     return run_clip(*item, settings)
 
 
@@ -140,7 +145,7 @@ def _stamp(path: Path) -> tuple[int, int]:
 
 
 def read_partial(
-    path: Path, settings: Settings, stamps: dict[str, tuple[int, int]]
+    path: Path, settings: BenchmarkSettings, stamps: dict[str, tuple[int, int]]
 ) -> Iterator[ClipResult]:
     """Results of unchanged clips without problems; a last line cut short is no harm.
 
@@ -169,7 +174,7 @@ def read_partial(
 
 @contextmanager
 def _partial_file(
-    path: Path | None, settings: Settings, *, append: bool
+    path: Path | None, settings: BenchmarkSettings, *, append: bool
 ) -> Iterator[IO[str] | None]:
     if path is None:
         yield None

@@ -12,12 +12,12 @@ from twistcore.detection import DETECTORS
 from twistcore.files.encoding import csv_text
 from twistcore.files.version import __version__
 from twistcore.study.benchmark.baselines import BASELINES
-from twistcore.study.benchmark.clip_run import Settings
+from twistcore.study.benchmark.clip_run import BenchmarkSettings
 from twistcore.study.benchmark.filtering_cost import Fidelity
 from twistcore.study.benchmark.hinge import HINGE
 from twistcore.study.benchmark.hinge import LABEL as HINGE_LABEL
 from twistcore.study.benchmark.hinge import WHY as HINGE_WHY
-from twistcore.study.benchmark.runner import Summary
+from twistcore.study.benchmark.runner import BenchmarkSummary
 from twistcore.study.benchmark.tally import MICRO, Key, Tally
 from twistcore.study.evaluation import segment_order
 from twistcore.synthesis import parse_protocol
@@ -28,7 +28,7 @@ FAST_SHARE = 0.1
 
 
 @dataclass(frozen=True)
-class Row:
+class BenchmarkRow:
     """One line: a method under a protocol, in a side and segment ('' is both sides)."""
 
     protocol: str
@@ -77,7 +77,7 @@ class Row:
         }
 
 
-def make_rows(summary: Summary, settings: Settings) -> list[Row]:
+def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
     """All rows: per protocol all clips, then audited; per method sides × segments and totals."""
     minutes = summary.micros / MICRO / 60.0
     rows = []
@@ -96,7 +96,9 @@ def make_rows(summary: Summary, settings: Settings) -> list[Row]:
                         if side in ("", k.side) and segment in (OVERALL, k.segment)
                     ]
                     tally = sum(own, Tally())
-                    rows.append(Row(protocol, method, audited, side, segment, tally, minutes))
+                    rows.append(
+                        BenchmarkRow(protocol, method, audited, side, segment, tally, minutes)
+                    )
     return rows
 
 
@@ -123,7 +125,7 @@ def _percent(part: int, whole: int) -> float | None:
     return round(100.0 * part / whole, 6) if whole else None
 
 
-def fidelity_rows(summary: Summary, settings: Settings) -> list[dict[str, Any]]:
+def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
     """Lag and peak speed on the clean clips: medians over all, and over the fastest tenth."""
     out = []
     for method in settings.methods:
@@ -180,7 +182,9 @@ def protocol_text(name: str) -> str:
     return f"{protocol.text}; each {'limb' if protocol.limb else 'chain'} in turn, one a pass"
 
 
-def benchmark_to_json(summary: Summary, settings: Settings, source: str) -> dict[str, Any]:
+def benchmark_to_json(
+    summary: BenchmarkSummary, settings: BenchmarkSettings, source: str
+) -> dict[str, Any]:
     """The whole benchmark as one document."""
     return {
         "schema": SCHEMA,
@@ -210,7 +214,7 @@ def benchmark_to_json(summary: Summary, settings: Settings, source: str) -> dict
     }
 
 
-def rows_to_csv(rows: Iterable[Row]) -> str:
+def rows_to_csv(rows: Iterable[BenchmarkRow]) -> str:
     """Every row, one line each; empty where nothing counts."""
     documents = [row.to_json() for row in rows]
     return csv_text(documents[0], documents) if documents else ""

@@ -17,7 +17,7 @@ from twistcore.study.quamo.methods import (
 )
 from twistcore.study.quamo.pose_errors import METRICS
 from twistcore.study.quamo.representations import REPRESENTATIONS
-from twistcore.study.quamo.tables import Condition, Scores
+from twistcore.study.quamo.tables import NoiseCondition, Scores
 
 # [Le26 Table 3] as ratios to its input, in the order of METRICS; it lists no GRE.
 PAPER_STEPS = (
@@ -59,7 +59,7 @@ class Demand(NamedTuple):
     task: TaskBound | None = None
     plain: bool = False
 
-    def bar_at(self, condition: Condition) -> float | None:
+    def bar_at(self, condition: NoiseCondition) -> float | None:
         """The bar under this noise."""
         if condition.systematic and self.systematic is not None:
             return self.systematic
@@ -115,7 +115,7 @@ TURNS = tuple(
 
 
 @dataclass(frozen=True)
-class Bar:
+class BoundCheck:
     """A line of the table: a ratio with its bound; above: it must be at least the bound.
 
     bound: None where the ratio is shown and nothing is demanded of it. task_bound: the best that
@@ -159,7 +159,9 @@ class Bar:
         )
 
 
-def bars(scores: Scores, c: Condition, demands: Sequence[Demand]) -> Iterator[Bar]:
+def bound_checks(
+    scores: Scores, c: NoiseCondition, demands: Sequence[Demand]
+) -> Iterator[BoundCheck]:
     """A line for every demand whose two methods were run."""
     for d in demands:
         if d.plain and c.systematic:
@@ -168,14 +170,14 @@ def bars(scores: Scores, c: Condition, demands: Sequence[Demand]) -> Iterator[Ba
             values = scores.ratios(d.over, c, d.under)[:, METRICS.index(d.metric)]
             spread = float(values.std(ddof=1)) if len(values) > 1 else 0.0
             check, value, bound = f"{c}: {d.what}, {d.metric}", float(values.mean()), d.bar_at(c)
-            bar = Bar(check, d.paper, bound, value, spread, d.above)
+            bar = BoundCheck(check, d.paper, bound, value, spread, d.above)
             best, given = (d.task or {}).get(c.level, (0.0, ""))
             if bound is not None and bound < best < value:
                 bar = replace(bar, task_bound=best, task=given)
             yield bar
 
 
-def bar_table(lines: Sequence[Bar]) -> str:
+def bar_table(lines: Sequence[BoundCheck]) -> str:
     """The table in Markdown."""
     head = "| check | in the paper | bar | here | |\n|---|---|---|---|---|\n"
     return head + "\n".join(bar.line() for bar in lines) + "\n"

@@ -108,12 +108,14 @@ def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False
     return run
 
 
-def turning(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
+def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
     """Clips whose root turns through a discontinuity of some representation."""
     return tuple(s for s in sequences if full_turns(s.q))
 
 
-def lags(sequences: Sequence[Sequence24], methods: Mapping[str, Method]) -> dict[str, Array]:
+def measured_lags(
+    sequences: Sequence[Sequence24], methods: Mapping[str, Method]
+) -> dict[str, Array]:
     """Milliseconds by which each method lags on the clips as they are: joints, root's place.
 
     Joints relative to the root, over all clips together.

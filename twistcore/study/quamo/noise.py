@@ -20,7 +20,7 @@ DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera sees depth
 
 
 @dataclass(frozen=True)
-class Level:
+class NoiseLevel:
     """Sizes of the noise: degrees per joint and axis, metres of the root.
 
     smooth: a bias that wanders over about a second; white: new in every frame, at 25 Hz;
@@ -33,7 +33,10 @@ class Level:
     root_white: float
 
 
-LEVELS = {"A": Level(3.6, 0.5, (0.10, 0.16), 0.0155), "B": Level(3.0, 0.24, (0.07, 0.11), 0.006)}
+LEVELS = {
+    "A": NoiseLevel(3.6, 0.5, (0.10, 0.16), 0.0155),
+    "B": NoiseLevel(3.0, 0.24, (0.07, 0.11), 0.006),
+}
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class Noise:
     its input (it freezes, then jumps back).
     """
 
-    level: Level
+    level: NoiseLevel
     systematic: bool = False
     bursts: float = 0.0
 

@@ -20,9 +20,9 @@ from twistcore.study.quamo.bars import (
     PAPER_STEPS,
     STEPS,
     TURNS,
-    Bar,
+    BoundCheck,
     bar_table,
-    bars,
+    bound_checks,
 )
 from twistcore.study.quamo.methods import (
     BOTH_WAYS,
@@ -33,10 +33,10 @@ from twistcore.study.quamo.methods import (
     baseline_methods,
     hand_both_ways,
     hand_methods,
-    lags,
     learned_method,
+    measured_lags,
     representation_methods,
-    turning,
+    turning_clips,
 )
 from twistcore.study.quamo.pose_errors import METRICS
 from twistcore.study.quamo.representations import open_loop_drift
@@ -48,7 +48,7 @@ from twistcore.study.quamo.tables import (
     Scores,
     markdown_table,
     ratios_to_markdown,
-    score,
+    score_methods,
     scores_to_json,
     scores_to_markdown,
 )
@@ -60,7 +60,7 @@ WINDOW = 100  # frames [Le26 §4.2]
 
 
 @dataclass(frozen=True, eq=False)
-class Report:
+class StudyReport:
     """The same content twice."""
 
     markdown: str
@@ -69,18 +69,20 @@ class Report:
 
 def evaluation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
-) -> Report:
+) -> StudyReport:
     """Learned and hand gains beside their rivals, every condition, and the bars they must meet.
 
     Of the clips only those whose subject some network of the variant 'full' was trained without.
     """
     sequences = _known(sequences, networks)
     methods = _evaluated(sequences, networks)
-    scores = score(sequences, methods, seeds, tell=tell)
-    late = lags(sequences, {name: methods[name] for name in methods if name != "constant offset"})
-    lines = [bar for c in CONDITIONS for bar in bars(scores, c, MAIN)]
+    scores = score_methods(sequences, methods, seeds, tell=tell)
+    late = measured_lags(
+        sequences, {name: methods[name] for name in methods if name != "constant offset"}
+    )
+    lines = [bar for c in CONDITIONS for bar in bound_checks(scores, c, MAIN)]
     lines += [
-        Bar(f"{name}, lag of {what} in ms", "–", 1.0, abs(float(late[name][k])), 0.0)
+        BoundCheck(f"{name}, lag of {what} in ms", "–", 1.0, abs(float(late[name][k])), 0.0)
         for name in (BOTH_WAYS, SPLINE)
         for k, what in enumerate(("joints", "the root"))
     ]
@@ -96,12 +98,12 @@ def evaluation_report(
     if pieces:
         tell(f"{len(pieces)} windows of {WINDOW} frames")
         apart = [c for c in CONDITIONS if not c.systematic]
-        cut = score(pieces, methods, seeds, apart, from_truth=True)
+        cut = score_methods(pieces, methods, seeds, apart, from_truth=True)
         for c in apart:
             title = f"noise {c}, {len(pieces)} windows of {WINDOW} frames, ratios"
             parts.append(ratios_to_markdown(title, cut, list(methods), c))
         document["windows"] = scores_to_json(cut)
-    return Report("\n".join(parts), document)
+    return StudyReport("\n".join(parts), document)
 
 
 def _evaluated(sequences: Sequence[Sequence24], networks: Networks) -> dict[str, Method]:
@@ -127,7 +129,7 @@ def _lag_table(late: Mapping[str, Array]) -> str:
 
 def ablation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
-) -> Report:
+) -> StudyReport:
     """Steps of [Le26 Table 3], representations on turning clips, integration, acceleration.
 
     Steps are compared on the clips for which every trained variant has a network.
@@ -138,17 +140,17 @@ def ablation_report(
         f"learned, {v}": learned_method(networks[v]) for v in VARIANTS if networks.get(v)
     }
     steps = {**hand_methods(), **learned}
-    scores = score(sequences, steps, seeds, tell=tell)
-    turns = turning(everything)
+    scores = score_methods(sequences, steps, seeds, tell=tell)
+    turns = turning_clips(everything)
     others = representation_methods()
     shown = {HAND: hand_methods()[HAND], **others}
     tell(f"representations on {len(turns)} turning clips")
-    turned = score(turns, shown, seeds, tell=tell) if turns else None
-    lines: list[Bar] = []
+    turned = score_methods(turns, shown, seeds, tell=tell) if turns else None
+    lines: list[BoundCheck] = []
     for condition in CONDITIONS:
-        lines += bars(scores, condition, STEPS)
+        lines += bound_checks(scores, condition, STEPS)
         if turned:
-            lines += bars(turned, condition, TURNS)
+            lines += bound_checks(turned, condition, TURNS)
     parts = [_heading(sequences, seeds), bar_table(lines)]
     parts.append(_paper_steps())
     parts += _tables(scores, steps)
@@ -162,7 +164,7 @@ def ablation_report(
     if turned:
         document["turning"] = scores_to_json(turned)
     document["drift_deg"] = [{"rad_s": s, "exact": e, "first_order": f} for _, s, e, f in drift]
-    return Report("\n".join(parts), document)
+    return StudyReport("\n".join(parts), document)
 
 
 def _known(sequences: Sequence[Sequence24], networks: Networks) -> tuple[Sequence24, ...]:
@@ -206,7 +208,7 @@ def _drift() -> list[tuple[str, float, float, float]]:
 
 
 def _document(
-    kind: str, scores: Scores, lines: Sequence[Bar], seeds: Sequence[int]
+    kind: str, scores: Scores, lines: Sequence[BoundCheck], seeds: Sequence[int]
 ) -> dict[str, Any]:
     return {
         "schema": f"twistcore.quamo-{kind}/1",

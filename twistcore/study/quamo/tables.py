@@ -22,7 +22,7 @@ _ORDER = tuple(LEVELS.values())
 
 
 @dataclass(frozen=True)
-class Condition:
+class NoiseCondition:
     """Noise of a table: a level with or without its systematic part."""
 
     level: str
@@ -37,26 +37,26 @@ class Condition:
         return Noise(LEVELS[self.level], self.systematic)
 
 
-CONDITIONS = tuple(Condition(level, s) for level in LEVELS for s in (False, True))
+CONDITIONS = tuple(NoiseCondition(level, s) for level in LEVELS for s in (False, True))
 
 
 @dataclass(frozen=True, eq=False)
 class Scores:
     """Metrics by method and condition, one row a seed, (seeds, len(METRICS)); frames weigh."""
 
-    by_method: Mapping[tuple[str, Condition], Array]
+    by_method: Mapping[tuple[str, NoiseCondition], Array]
     clips: tuple[str, ...]
 
-    def mean(self, method: str, condition: Condition) -> Array:
+    def mean(self, method: str, condition: NoiseCondition) -> Array:
         """Over seeds, in the order of METRICS."""
         mean: Array = self.by_method[method, condition].mean(axis=0)
         return mean
 
-    def ratio(self, method: str, condition: Condition) -> Array:
+    def ratio(self, method: str, condition: NoiseCondition) -> Array:
         """Mean over the input's mean, in the order of METRICS; where that is 0, 1."""
         return _ratio(self.mean(method, condition), self.mean("input", condition))
 
-    def ratios(self, method: str, condition: Condition, base: str = "input") -> Array:
+    def ratios(self, method: str, condition: NoiseCondition, base: str = "input") -> Array:
         """Method over base seed by seed, (seeds, len(METRICS))."""
         return _ratio(self.by_method[method, condition], self.by_method[base, condition])
 
@@ -65,11 +65,11 @@ def _ratio(over: Array, under: Array) -> Array:
     return np.divide(over, under, out=np.ones_like(over), where=under > 0.0)
 
 
-def score(
+def score_methods(
     sequences: Sequence[Sequence24],
     methods: Mapping[str, Method],
     seeds: Sequence[int],
-    conditions: Sequence[Condition] = CONDITIONS,
+    conditions: Sequence[NoiseCondition] = CONDITIONS,
     tell: Callable[[str], None] = lambda _: None,
     *,
     from_truth: bool = False,
@@ -126,7 +126,7 @@ def scores_to_json(scores: Scores) -> dict[str, Any]:
     }
 
 
-def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: Condition) -> str:
+def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseCondition) -> str:
     """One condition: metrics of each method, the input in numbers, the others also as ratios."""
     rows = []
     for method in methods:
@@ -139,7 +139,7 @@ def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: Condit
 
 
 def ratios_to_markdown(
-    title: str, scores: Scores, methods: Sequence[str], condition: Condition
+    title: str, scores: Scores, methods: Sequence[str], condition: NoiseCondition
 ) -> str:
     """One condition: ratios to the input alone."""
     rows = [(m, *(f"{r:.2f}" for r in scores.ratio(m, condition))) for m in methods]

@@ -37,7 +37,7 @@ from twistcore.study.quamo.torch_model import (
 
 
 @dataclass(frozen=True)
-class Settings:
+class TrainingSettings:
     """What a training depends on beside the clips; defaults as the shipped weights have them."""
 
     variant: str = "full"
@@ -65,7 +65,7 @@ class Batch:
 
 def train(
     sequences: Sequence[Sequence24],
-    settings: Settings,
+    settings: TrainingSettings,
     checkpoint: Path | None = None,
     compiled: bool = False,
     tell: Callable[[str], None] = print,
@@ -122,7 +122,7 @@ def train(
 def batches(
     sequences: Sequence[Sequence24],
     starts: Sequence[tuple[int, int]],
-    settings: Settings,
+    settings: TrainingSettings,
     epoch: int,
 ) -> Iterator[Batch]:
     """An epoch's windows in random order, every clip mirrored or not, turned, with fresh noise.
@@ -144,7 +144,7 @@ def batches(
         yield Batch(q_hat, r_hat - origin, q, r - origin, offsets)
 
 
-def _starts(sequences: Sequence[Sequence24], settings: Settings) -> list[tuple[int, int]]:
+def _starts(sequences: Sequence[Sequence24], settings: TrainingSettings) -> list[tuple[int, int]]:
     return [
         (c, start)
         for c, sequence in enumerate(sequences)
@@ -153,7 +153,7 @@ def _starts(sequences: Sequence[Sequence24], settings: Settings) -> list[tuple[i
 
 
 def _pose_statistics(
-    sequences: Sequence[Sequence24], settings: Settings
+    sequences: Sequence[Sequence24], settings: TrainingSettings
 ) -> dict[str, NDArray[np.float32]]:
     """Mean and deviation of pose inputs under the noise of training."""
     rng = np.random.default_rng([settings.seed, 3])
@@ -214,7 +214,7 @@ def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> T
 
 
 def _keep(
-    torch: Any, path: Path, settings: Settings, weights: Any, optimiser: Any, epoch: int
+    torch: Any, path: Path, settings: TrainingSettings, weights: Any, optimiser: Any, epoch: int
 ) -> None:
     state = {
         "settings": repr(settings),
@@ -227,7 +227,9 @@ def _keep(
     write_atomically(path, buffer.getvalue())
 
 
-def _resume(torch: Any, path: Path, settings: Settings, weights: Any, optimiser: Any) -> int:
+def _resume(
+    torch: Any, path: Path, settings: TrainingSettings, weights: Any, optimiser: Any
+) -> int:
     state = torch.load(path, weights_only=True)
     if state["settings"] != repr(settings):
         raise TwistError(f"{path}: a checkpoint of other settings; expected {settings!r}")
