@@ -32,3 +32,6 @@ if not TYPE_CHECKING:
         if name == "Interval":
             return import_module(f"{__name__}.interval").Interval
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__})
