@@ -213,11 +213,16 @@ def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> T
     return total
 
 
+def _settings_text(settings: TrainingSettings) -> str:
+    """The settings as checkpoints keep them: by the class's first name, so that old ones count."""
+    return repr(settings).removeprefix("Training")
+
+
 def _keep(
     torch: Any, path: Path, settings: TrainingSettings, weights: Any, optimiser: Any, epoch: int
 ) -> None:
     state = {
-        "settings": repr(settings),
+        "settings": _settings_text(settings),
         "epoch": epoch,
         "weights": {k: v.detach() for k, v in weights.items()},
         "optimiser": optimiser.state_dict(),
@@ -231,8 +236,8 @@ def _resume(
     torch: Any, path: Path, settings: TrainingSettings, weights: Any, optimiser: Any
 ) -> int:
     state = torch.load(path, weights_only=True)
-    if state["settings"] != repr(settings):
-        raise TwistError(f"{path}: a checkpoint of other settings; expected {settings!r}")
+    if state["settings"] != (expected := _settings_text(settings)):
+        raise TwistError(f"{path}: a checkpoint of other settings; expected {expected}")
     with torch.no_grad():
         for name, values in weights.items():
             values.copy_(state["weights"][name])
