@@ -150,7 +150,8 @@ class Costs(QObject):
             self._pipe.close()
             self._process.kill()
             self._process.join(1.0)
-            self._process.close()
+            if self._process.exitcode is not None:  # a busy machine may take longer to end it
+                self._process.close()
         self._process = self._pipe = None
 
     def _check(self) -> None:
