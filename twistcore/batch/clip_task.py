@@ -18,6 +18,7 @@ from typing import Any, TypeAlias
 from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
 from twistcore.files.marks import sha256_of
+from twistcore.formats.suffixes import known_formats
 from twistcore.work.memory import SPARE, forget_peak, limited_memory, peak_memory
 
 Bytes: TypeAlias = bytes  # an outcome has a number of them by that name
@@ -95,9 +96,9 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
     those of the skeletons in its folder, of which it needs one.
     """
     states = [Path(path).stat()]
-    if has_companions(path):
+    if companion := _companion(path):
         with os.scandir(Path(path).parent) as entries:
-            beside = sorted((e.name, e) for e in entries if e.name.lower().endswith(".asf"))
+            beside = sorted((e.name, e) for e in entries if e.name.lower().endswith(companion))
         for _, entry in beside:
             with suppress(OSError):  # a link astray is no skeleton
                 states.append(entry.stat())
@@ -110,7 +111,13 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 def has_companions(path: Path | str) -> bool:
     """Whether a clip is more than the bytes of its file: an AMC, whose skeleton lies beside it."""
-    return Path(path).suffix.lower() == ".amc"
+    return bool(_companion(path))
+
+
+def _companion(path: Path | str) -> str:
+    """Return the suffix of the files that a clip needs from its folder; '' for none."""
+    known = known_formats().get(Path(path).suffix.lower())
+    return known.companion if known else ""
 
 
 def _carried_out(task: ClipTask) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from twistcore.batch.manifest import FILE, is_batch_folder
 from twistcore.errors import TwistError
 from twistcore.export.exports_beside import exports_in
 from twistcore.files.ordinary import read_file
-from twistcore.formats.suffixes import CLIP_SUFFIXES
+from twistcore.formats.suffixes import CLIP_SUFFIXES, known_formats
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,8 @@ def _is_passed_over(folder: Path, root: Path) -> bool:
 
 def _other(path: str) -> bool:
     """Whether what has a clip's name holds something else: bodies' shapes lie beside AMASS's."""
-    if not path.lower().endswith((".npz", ".pkl")) or not os.path.isfile(path):  # noqa: PTH113
+    known = known_formats().get(os.path.splitext(path)[1].lower())  # noqa: PTH122
+    if known is None or not known.without_motion:
         return False
     from twistcore.formats.reading import is_other_data  # numpy
 

@@ -2,44 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from twistcore.errors import AmcError, ClipError
-from twistcore.files.ordinary import is_file, open_to_read
-from twistcore.formats.bvh import read_bvh
+from twistcore.files.ordinary import is_file
 from twistcore.formats.clip import Clip
-from twistcore.formats.suffixes import CLIP_SUFFIXES, clip_suffix
+from twistcore.formats.suffixes import CLIP_SUFFIXES, FormatInfo, clip_suffix, known_formats
 from twistcore.work.progress import Tell
 
-
-# What reads the other formats is loaded when such a clip comes: most clips are BVH.
-def _read_npz(path: str | Path, **how: Any) -> Clip:
-    from twistcore.formats.npz import read_npz
-
-    return read_npz(path, **how)
-
-
-def _read_pkl(path: str | Path, **how: Any) -> Clip:
-    from twistcore.formats.npz import read_pkl
-
-    return read_pkl(path, **how)
-
-
-def _read_amc(path: str | Path, **how: Any) -> Clip:
-    from twistcore.formats.amc import read_amc
-
-    return read_amc(path, **how)
-
-
-_READERS: Mapping[str, Callable[..., Clip]] = {
-    ".bvh": read_bvh,
-    ".npz": _read_npz,
-    ".amc": _read_amc,
-    ".pkl": _read_pkl,
-}
-_HEAD = 1 << 16  # bytes of a pickle in which its names are looked for
 CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # as file dialogs have them
 
 
@@ -56,39 +29,35 @@ def own_name(path: str | Path) -> str:
     05_05.amc.bvh keeps its ending, too.
     """
     path = Path(path)
-    return path.stem if _reader(path) is read_bvh and not is_clip(path.stem) else path.name
+    return path.stem if _format(path) is _format("") and not is_clip(path.stem) else path.name
 
 
 def same_format(one: str | Path, other: str | Path) -> bool:
     """Whether two files are of one format by their names."""
-    return _reader(one) is _reader(other)
+    return _format(one) is _format(other)
 
 
-def _reader(path: str | Path) -> Callable[..., Clip]:
-    """By the name; a BVH's where that says nothing."""
-    return _READERS.get(Path(path).suffix.lower(), read_bvh)
+def _format(path: str | Path) -> FormatInfo:
+    """Return the format of a name; BVH where the name says nothing."""
+    formats = known_formats()
+    return formats.get(Path(path).suffix.lower(), formats[".bvh"])
+
+
+def _named(function: str) -> Callable[..., Any]:
+    """Return a function by 'module:function', loaded when it is needed."""
+    module, _, name = function.partition(":")
+    found: Callable[..., Any] = getattr(import_module(module), name)
+    return found
 
 
 def is_other_data(path: str | Path) -> bool:
-    """Whether a file is an .npz or a pickle without poses: a body's shape, say, or a model.
+    """Whether a file named as a clip holds none: a body's shape in an .npz, say, or a model.
 
     Reads an archive's directory and a pickle's beginning; a damaged archive is none, so that
     reading it says what is wrong, and no device is, which to open might wait for good.
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in (".npz", ".pkl") or not is_file(path):
-        return False
-    from twistcore.formats.npz.archive import names_in
-    from twistcore.formats.npz.pose_names import SMPL_POSES, has_pose_names
-
-    if suffix == ".npz":
-        names = names_in(Path(path))
-        return names is not None and not has_pose_names(names)
-    try:
-        with open_to_read(path) as file:
-            return SMPL_POSES.encode() not in file.read(_HEAD)
-    except OSError:
-        return False
+    asked = _format(path).without_motion
+    return bool(asked) and is_file(path) and bool(_named(asked)(Path(path)))
 
 
 def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> Clip:
@@ -130,4 +99,5 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
         raise AmcError(str(path), "expected a clip, found a skeleton without motion; open its .amc")
     if Path(path).is_dir():
         raise ClipError(str(path), "expected a clip, found a folder; `batch` takes folders")
-    return _reader(path)(path, fps=fps, tell=tell)
+    clip: Clip = _named(_format(path).read)(path, fps=fps, tell=tell)
+    return clip

@@ -3,10 +3,50 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib import import_module
 from pathlib import PurePath
+from pkgutil import iter_modules
 from types import MappingProxyType
 
-CLIP_SUFFIXES = (".bvh", ".npz", ".amc", ".pkl")
+
+@dataclass(frozen=True)
+class FormatInfo:
+    """A format of clips, as its file in `known/` announces it.
+
+    Parameters
+    ----------
+    suffix : str
+        How its names end, in small letters, with the dot.
+    read : str
+        The reader as 'module:function'; it takes a path, `fps` and `tell`, and returns a Clip.
+    place : int
+        Where it comes in lists, from the usual to the rare.
+    without_motion : str
+        As 'module:function', what tells of a file of this name whether it holds other data; ""
+        for a format whose files are all clips.
+    companion : str
+        The suffix of a file in the same folder that belongs to a clip; "" for none.
+    """
+
+    suffix: str
+    read: str
+    place: int
+    without_motion: str = ""
+    companion: str = ""
+
+
+@cache
+def known_formats() -> Mapping[str, FormatInfo]:
+    """Return all formats by suffix: those of the files of `known/`."""
+    folder = import_module("twistcore.formats.known")
+    names = [module.name for module in iter_modules(folder.__path__)]
+    infos = [import_module(f"{folder.__name__}.{name}").FORMAT for name in names]
+    return {info.suffix: info for info in sorted(infos, key=lambda info: info.place)}
+
+
+CLIP_SUFFIXES = tuple(known_formats())
 # Other files of motion, by name: none of them is written, whatever is asked for.
 _OTHERS: Mapping[str, str] = MappingProxyType(
     {

@@ -1,0 +1,5 @@
+"""Acclaim's motion, whose skeleton is an .asf in the same folder."""
+
+from twistcore.formats.suffixes import FormatInfo
+
+FORMAT = FormatInfo(".amc", read="twistcore.formats.amc:read_amc", place=30, companion=".asf")

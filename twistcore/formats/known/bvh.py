@@ -1,0 +1,5 @@
+"""Biovision's text of a skeleton and its angles, the format of most clips."""
+
+from twistcore.formats.suffixes import FormatInfo
+
+FORMAT = FormatInfo(".bvh", read="twistcore.formats.bvh:read_bvh", place=10)

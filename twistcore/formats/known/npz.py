@@ -1,0 +1,10 @@
+"""AMASS and SMPL: poses of a body model in a numpy archive."""
+
+from twistcore.formats.suffixes import FormatInfo
+
+FORMAT = FormatInfo(
+    ".npz",
+    read="twistcore.formats.npz:read_npz",
+    place=20,
+    without_motion="twistcore.formats.npz.other_data:archive_without_poses",
+)

@@ -1,0 +1,10 @@
+"""AIST++ and ROMP: SMPL poses in a pickle, which is read and never run."""
+
+from twistcore.formats.suffixes import FormatInfo
+
+FORMAT = FormatInfo(
+    ".pkl",
+    read="twistcore.formats.npz:read_pkl",
+    place=40,
+    without_motion="twistcore.formats.npz.other_data:pickle_without_poses",
+)

@@ -1,0 +1,26 @@
+"""Archives and pickles without poses: a body's shape, say, or a model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from twistcore.files.ordinary import open_to_read
+from twistcore.formats.npz.archive import names_in
+from twistcore.formats.npz.pose_names import SMPL_POSES, has_pose_names
+
+_HEAD = 1 << 16  # bytes of a pickle in which its names are looked for
+
+
+def archive_without_poses(path: Path) -> bool:
+    """True if an archive's directory names no poses; False for a damaged one."""
+    names = names_in(path)
+    return names is not None and not has_pose_names(names)
+
+
+def pickle_without_poses(path: Path) -> bool:
+    """True if the beginning of a pickle names no SMPL poses."""
+    try:
+        with open_to_read(path) as file:
+            return SMPL_POSES.encode() not in file.read(_HEAD)
+    except OSError:
+        return False
