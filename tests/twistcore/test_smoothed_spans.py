@@ -116,3 +116,11 @@ def test_means_around_a_frame_are_those_of_a_box(width):
     for some in (values, values[:, 0]):
         wanted = uniform_filter1d(some, width, axis=0, mode="nearest")
         np.testing.assert_allclose(smoothed_module._mean_around(some, width), wanted, atol=1e-12)
+
+
+def test_joints_a_few_at_a_time_have_the_spans_of_all_together(monkeypatch):
+    motion = smoothed(ARM, OTHER)
+    together = smoothed_spans(motion)
+    assert {ARM, OTHER} <= {span.joint for span in together}
+    monkeypatch.setattr(smoothed_module, "_NUMBERS", 3 * motion.frames)
+    assert smoothed_spans(motion) == together

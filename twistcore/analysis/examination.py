@@ -34,7 +34,7 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
             return "1 frame is too few to tell error from motion"
         return f"{motion.frames} frames are too few to tell error from motion"
     joints = sorted({j for c in chains for j in (c.parent, c.child)})
-    if np.ptp(motion.rotations[:, joints], axis=0).max() < _STILL:
+    if all(np.ptp(motion.rotations[:, j], axis=0).max() < _STILL for j in joints):
         return "no joint of its arms and legs moves"
     if not segments_between(find_cuts(motion), motion.fps):
         return "every piece between two cuts is too short to tell error from motion"

@@ -9,7 +9,7 @@ which less is expected at a lower pace. A joint that rests is thus never taken f
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,6 +34,7 @@ _OTHERS = 1.5  # seconds of other frames to compare with
 _PACE = 2.0  # orders that fine movement falls by for one of the pace
 _BORDER, _EVEN = 1.5, 5  # orders above a span at its borders, at most; frames averaged there
 _MOST = 5  # spans, and joints of one, that are named
+_NUMBERS = 1 << 17  # frames times joints that are looked at together
 
 
 @dataclass(frozen=True)
@@ -54,21 +55,31 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
     width = max(_FEWEST, round(_WINDOW * motion.fps))
     if motion.frames < 2 * width or motion.angle_step:
         return ()
-    pace, fine, every = _measured(motion, width)
+    joints = motion.rotations.shape[1]
+    together = max(1, _NUMBERS // motion.frames)  # of long clips few joints at a time
+    found = [
+        span
+        for first in range(0, joints, together)
+        for span in _of_joints(motion, range(first, min(first + together, joints)), width)
+    ]
+    return tuple(sorted(found, key=lambda s: (s.start, s.stop, s.joint)))
+
+
+def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSpan]:
+    """Yield the spans of neighbouring joints."""
+    pace, fine, every = _measured(motion.rotations[:, joints.start : joints.stop], width)
     step = max(1, width // _A_WINDOW)
     pace, fine = pace[::step], fine[::step]
     suspected = _usual(pace, fine) - fine > _SUSPECT
     least = max(_FEWEST, round(_LEAST * motion.fps))
-    found = []
     moves = pace.max(axis=0) > np.log10(_MOVES)
-    for joint in np.flatnonzero(moves & suspected.any(axis=0)):
-        own = pace[:, joint], fine[:, joint], every[:, joint]
+    for k in np.flatnonzero(moves & suspected.any(axis=0)).tolist():
+        own = pace[:, k], fine[:, k], every[:, k]
         others = max(1, round(_OTHERS * motion.fps))
         one = _Joint(*own, step, width // 2, others, round(0.8 * least))
-        for start, stop in runs(suspected[:, joint]):
+        for start, stop in runs(suspected[:, k]):
             if (stop - start) * step >= least and (span := one.confirmed(start, stop)) is not None:
-                found.append(SmoothedSpan(int(joint), *span))
-    return tuple(sorted(found, key=lambda s: (s.start, s.stop, s.joint)))
+                yield SmoothedSpan(joints[k], *span)
 
 
 def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
@@ -98,12 +109,12 @@ def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
     )
 
 
-def _measured(motion: Motion, width: int) -> tuple[Array, Array, Array]:
+def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
     """Logarithms of pace and fine movement in a window, and of the latter in every frame.
 
     Each (frames, joints), of degrees a frame.
     """
-    changes = np.diff(continuous(motion.rotations), axis=0)  # of a turn's half, in radians
+    changes = np.diff(continuous(rotations), axis=0)  # of a turn's half, in radians
     moved = _mean_around(_squared(changes), width)
     pace = 0.5 * np.log10(np.maximum(moved, 0.0) + _REST**2)
     off = 0.5 * np.log10(_squared(np.diff(changes, 3, axis=0)) + _REST**2)
