@@ -113,7 +113,7 @@ def tell_results(began: float) -> None:
 
 
 def command_test(args: list[str]) -> int:
-    """Run the quick tests, all of them with --all, or those that arguments of pytest ask for.
+    """Run the quick tests, all tests with --all, or the tests that pytest arguments select.
 
     Thorough tests are run where a file or a mark is named, or with --all.
     """

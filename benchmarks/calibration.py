@@ -3,7 +3,7 @@
 FOLDER holds clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols, plain and rich, are injected
 into each chain in turn; candidates are the intervals down to 0.3 τ. One is right if its IoU with a
 true interval is ≥ 0.5 and ≥ 80 % of that one's frames are corrected by ≥ 80 %. The logistic map is
-fitted anew on one subject (weights are printed, to compare with
+refitted on one subject (weights are printed, to compare with
 twistcore.detection.consistency.confidence); the tables judge the shipped map on all *other*
 subjects: as injected, and at a tenth of the errors, nine clean chains for each one with errors.
 Area under the ROC curve (AUC), expected calibration error over ten bins (ECE), reliability bin by

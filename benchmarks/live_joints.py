@@ -63,7 +63,7 @@ def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float)
 
 
 @contextmanager
-def told_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iterator[None]:
+def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iterator[None]:
     """A first pass that takes no frame of an edge of one limb's errors for motion."""
     usual = counter_rotation._coarsely_good
     rows = {chain.name: row for row, chain in enumerate(chains)}
@@ -80,7 +80,7 @@ def told_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iter
         yield
 
 
-def success(scene: CleanScene, seeds: Sequence[int], told: bool) -> float:
+def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float:
     """FSR % over all chains of a scene, each in turn."""
     frames = repaired = 0
     for seed in seeds:
@@ -89,7 +89,7 @@ def success(scene: CleanScene, seeds: Sequence[int], told: bool) -> float:
             group = next(group for group in scene.groups if targets[0] in group)
             limb = [c for c in group if c in scene.chains]
             dirty = inject(scene.motion, limb, errors)
-            with told_edges(limb, errors) if told else nullcontext():
+            with known_edges(limb, errors) if edges_known else nullcontext():
                 refined = apply_method(METHOD, dirty, limb).rotations
             parents = {chain.name: chain.parent for chain in limb}
             for e in errors:

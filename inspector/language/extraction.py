@@ -120,11 +120,11 @@ def _forms(tree: ast.AST) -> Iterator[str]:
 def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
     """What detectors and kinds announce, with its context."""
     for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and (told := _INFOS.get(_name(node))):
+        if isinstance(node, ast.Call) and (fields := _INFOS.get(_name(node))):
             for word in node.keywords:
                 text = _constant(word.value)
-                if word.arg in told and len(text) > 1:
-                    yield told[word.arg], _numbered(text)
+                if word.arg in fields and len(text) > 1:
+                    yield fields[word.arg], _numbered(text)
 
 
 def _numbered(template: str) -> str:

@@ -250,10 +250,10 @@ class ChainsPanel(QWidget):
 
     def _show_unexamined(self) -> None:
         """Name what was not examined; the first limb, and how many more there are."""
-        told = unexamined_sentences(self._document.data)
-        self.unexamined.setText(in_a_line(told))
-        self.unexamined.setToolTip(as_tip("\n".join(told)) if len(told) > 1 else "")
-        self._notice.setVisible(bool(told))
+        sentences = unexamined_sentences(self._document.data)
+        self.unexamined.setText(in_a_line(sentences))
+        self.unexamined.setToolTip(as_tip("\n".join(sentences)) if len(sentences) > 1 else "")
+        self._notice.setVisible(bool(sentences))
         data = self._document.data  # names help where chains are missing, not frames
         self._names.setVisible(bool(data and not (data.chains and data.analysis.not_examined)))
 
