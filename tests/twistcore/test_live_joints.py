@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from benchmarks.live_joints import quietened, told_edges
+from benchmarks.live_joints import known_edges, quietened
 from tests.conftest import ASSETS
 from twistcore.detection.counter_twist import counter_rotation
 from twistcore.detection.twist_increments import twist_increments
@@ -33,12 +33,12 @@ def test_one_signal_of_every_chain_is_scaled(joint, signal, share):
     np.testing.assert_allclose(quiet, share * increments(WALK)[signal], atol=1e-9)
 
 
-def test_told_edges_are_no_motion_and_the_detector_is_as_before_afterwards():
+def test_known_edges_are_no_motion_and_the_detector_is_as_before_afterwards():
     usual = counter_rotation._coarsely_good
     error = InjectedError(CHAINS[1].name, 50, 55, np.array([0.1, 0.2, 0.2, 0.2, 0.1]))
     signals, live = np.zeros((2, 2, 100)), np.ones((2, 100), dtype=bool)
     plain = SimpleNamespace(step=0.0, keys=None)
-    with told_edges(CHAINS[:2], [error]):
+    with known_edges(CHAINS[:2], [error]):
         good = counter_rotation._coarsely_good(signals, live, 12, plain)
     assert np.flatnonzero(~good[1]).tolist() == [50, 51, 54, 55]
     assert good[0].all()
