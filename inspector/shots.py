@@ -48,10 +48,10 @@ _SEED = 5  # of the exercise
 _NOISY_FRAME = 200  # of a clip with synthetic noise
 _PICTURED = 3  # page of a lesson other than the tour
 _FILM = RecordChoice(
-    IMAGES / "skin.gif", first=60, stop=180, speed=0.2, size=(800, 420),
+    IMAGES / "skin.gif", first=305, stop=323, speed=0.1, size=(800, 420),
     contents=Contents(curves=False), replace=True,
 )  # fmt: skip
-_FILMED = "RightUpLeg"  # of the sample, wrung in frames 59-74, where it begins, and 149-161
+_FILMED = "LeftForeArm"  # of the sample, wrung in each of these frames
 
 
 def main() -> int:
@@ -215,7 +215,7 @@ def main() -> int:
 
 
 def film(window: MainWindow) -> None:
-    """The README's: the striped skin before and after, a fifth as fast as captured."""
+    """The README's: the striped skin before and after, a tenth as fast as captured."""
     document = window.document
     with tempfile.TemporaryDirectory() as folder:
         window.resize(*_SIZE)
