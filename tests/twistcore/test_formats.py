@@ -29,15 +29,22 @@ EXAMPLES = {
     (document := json.loads(block))["schema"]: document
     for block in re.findall(r"```json\n(.*?)```", PAGE, re.S)
 }
-LINES = re.findall(r"```jsonl\n(.*?)```", PAGE, re.S)  # a journal, and what apply wrote
+LINES = re.findall(r"```jsonl\n(.*?)```", PAGE, re.S)
+[JOURNAL] = [block for block in LINES if "twistcore.journal/1" in block]
+[APPLIED] = [block for block in LINES if "twistcore.applied/1" in block]
 BY_NAME = {"tau_deg", "off_axis", "files", "numbers"}  # objects whose keys are not the format's
 
 
 def shape(value, key=""):
-    """The keys of a document, lists by their first entry or one of each kind, leaves by type."""
+    """The keys of a document, lists by their first entry or one of each kind, leaves by type.
+
+    A document within a list goes by its schema: the page shows it once.
+    """
     if isinstance(value, dict):
         return "by name" if key in BY_NAME else {k: shape(v, k) for k, v in sorted(value.items())}
     if isinstance(value, list):
+        if value and isinstance(value[0], dict) and "schema" in value[0]:
+            return [value[0]["schema"]]
         if value and isinstance(value[0], dict) and value[0].get("kind") in list(Kind):
             return {entry["kind"]: shape(entry) for entry in value}
         return [shape(value[0])] if value and not isinstance(value[0], str) else []
@@ -237,8 +244,7 @@ def test_no_document_is_missing_from_the_page(real):
 
 
 def test_the_journal_s_lines_are_those_that_are_written():
-    block, _ = LINES
-    lines = [json.loads(line) for line in block.splitlines()]
+    lines = [json.loads(line) for line in JOURNAL.splitlines()]
     told = [line for line in lines if "do" in line]
     kinds = {kind.__name__ for kind in Command.__subclasses__()}
     assert {line["do"] for line in told} == kinds | {"TrackBothWays"}
@@ -250,11 +256,10 @@ def test_the_journal_s_lines_are_those_that_are_written():
 
 
 def test_the_lines_about_what_apply_wrote_are_those_that_are_written(tmp_path):
-    _, block = LINES
-    (tmp_path / WRITTEN).write_text(block, "utf-8")
+    (tmp_path / WRITTEN).write_text(APPLIED, "utf-8")
     told = read_written(tmp_path)
     assert list(told) == ["takes/walk.bvh", "run.bvh"]
     (tmp_path / WRITTEN).unlink()
     for name, sha256 in told.items():
         note_written(tmp_path, name, sha256)
-    assert (tmp_path / WRITTEN).read_text("utf-8") == block
+    assert (tmp_path / WRITTEN).read_text("utf-8") == APPLIED
