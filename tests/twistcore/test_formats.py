@@ -32,21 +32,27 @@ EXAMPLES = {
 LINES = re.findall(r"```jsonl\n(.*?)```", PAGE, re.S)
 [JOURNAL] = [block for block in LINES if "twistcore.journal/1" in block]
 [APPLIED] = [block for block in LINES if "twistcore.applied/1" in block]
+DOTS = "…"
 BY_NAME = {"tau_deg", "off_axis", "files", "numbers"}  # objects whose keys are not the format's
 
 
 def shape(value, key=""):
     """The keys of a document, lists by their first entry or one of each kind, leaves by type.
 
-    A document within a list goes by its schema: the page shows it once.
+    A document within a list goes by its schema: the page shows it once. DOTS are parts that
+    another example shows.
     """
     if isinstance(value, dict):
         return "by name" if key in BY_NAME else {k: shape(v, k) for k, v in sorted(value.items())}
     if isinstance(value, list):
-        if value and isinstance(value[0], dict) and "schema" in value[0]:
-            return [value[0]["schema"]]
-        if value and isinstance(value[0], dict) and value[0].get("kind") in list(Kind):
-            return {entry["kind"]: shape(entry) for entry in value}
+        if value == [DOTS]:
+            return DOTS
+        entries = [entry for entry in value if entry != DOTS]
+        if entries and isinstance(entries[0], dict) and "schema" in entries[0]:
+            return [entries[0]["schema"]]
+        if entries and isinstance(entries[0], dict) and entries[0].get("kind") in list(Kind):
+            others = {DOTS: DOTS} if DOTS in value else {}
+            return others | {entry["kind"]: shape(entry) for entry in entries}
         return [shape(value[0])] if value and not isinstance(value[0], str) else []
     if value is None or isinstance(value, bool):
         return type(value).__name__
@@ -234,9 +240,34 @@ def session_documents(path, folder):
     return tuple(map(json.loads, documents))
 
 
+def shown(real, example):
+    """The parts of a real document's shape that an example's shape does not leave out."""
+    if example == DOTS:
+        return DOTS
+    if isinstance(real, dict) and isinstance(example, dict):
+        if DOTS in example:
+            real = {DOTS: DOTS} | {key: real[key] for key in real if key in example}
+        return {key: shown(value, example.get(key)) for key, value in real.items()}
+    if isinstance(real, list) and isinstance(example, list):
+        return [shown(*pair) for pair in zip(real, example, strict=False)]
+    return real
+
+
 @pytest.mark.parametrize("schema", EXAMPLES)
 def test_the_example_has_the_shape_of_real_output(schema, real):
-    assert shape(EXAMPLES[schema]) == shape(real[schema])
+    example = shape(EXAMPLES[schema])
+    assert shown(shape(real[schema]), example) == example
+
+
+def test_only_dots_leave_something_out():
+    real = shape({"a": 1, "b": [{"kind": "limb flip", "c": 1}, {"kind": "lone jump"}]})
+    flip = {"kind": "limb flip", "c": 2}
+    for right in (["…"], [flip, "…"], [flip, {"kind": "lone jump"}]):
+        example = shape({"a": 1, "b": right})
+        assert shown(real, example) == example
+    for wrong in ([flip], [{"kind": "limb flip"}, "…"], [{**flip, "d": 1}, "…"]):
+        example = shape({"a": 1, "b": wrong})
+        assert shown(real, example) != example
 
 
 def test_no_document_is_missing_from_the_page(real):
