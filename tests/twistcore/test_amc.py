@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tests.refusals import names_in_one_line, refused
+from tests.messages import names_in_one_line, refused
 from tests.twistcore import amc_files
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction import Corrected, refine, remove_twist, stuck_joints

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.refusals import names_in_one_line, refused
+from tests.messages import names_in_one_line, numbers, refused
 from tests.tiers import examples
 from tests.twistcore.strategies import orders, quaternions
 from twistcore.errors import BvhError
@@ -168,7 +168,7 @@ def test_declared_and_real_rows_may_differ_but_not_in_silence():
     data = small(np.arange(27).reshape(3, 9)).replace(b"Frames: 3", b"Frames: 300")
     clip = parse_bvh(data)
     assert clip.motion.frames == 3
-    assert re.findall(r"\d+", clip.warnings[0].text)[:2] == ["300", "3"]
+    assert numbers(clip.warnings[0].text)[:2] == [300, 3]
 
 
 def test_a_cut_last_row_is_left_out_and_told():
@@ -206,7 +206,7 @@ def test_of_wrapped_rows_the_line_that_is_not_as_in_the_first_frame_is_named(
     rows = "".join("1 " * count + "\n" for count in counts)
     with refused(BvhError, line=head.count(b"\n") + 1 + wrong) as caught:
         parse_bvh(head + rows.encode())
-    assert re.findall(r"\d+", caught.value.expected) == [str(number) for number in expected]
+    assert numbers(caught.value.expected) == list(expected)
 
 
 def test_an_unusable_frame_time_is_replaced_and_told():

@@ -1,5 +1,6 @@
-"""What tests ask of an error: its class, its fields, names and numbers in it; never its wording."""
+"""What tests ask of a message: names and numbers in it, fields of an error; never its wording."""
 
+import re
 from contextlib import contextmanager
 
 import pytest
@@ -16,6 +17,12 @@ def refused(kind, *facts, **fields):
 
 def names_in_one_line(message, *facts):
     """True if all facts, such as names and numbers, are in a message of one line."""
-    missing = [fact for fact in facts if fact not in message]
+    missing = [fact for fact in facts if str(fact) not in message]
     assert missing == [], f"not in {message!r}"
     return message.count("\n") <= message.endswith("\n")
+
+
+def numbers(message):
+    """All numbers of a message in their order, except those in paths."""
+    without_paths = re.sub(r"(?<!\S)/\S+", "", message)
+    return [float(found) for found in re.findall(r"\d+(?:\.\d+)?", without_paths)]
