@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import refused
 from twistcore.analysis import clip_analysis as module
 from twistcore.analysis.clip_analysis import (
     ALL_KINDS,
@@ -147,19 +148,17 @@ def test_chains_are_named_or_given_and_bring_their_limb_along(walk):
     mixed = analyse(walk, [one, other.name])
     assert set(names(mixed.chains)) == {one.name, other.name}
     assert analyse(walk, []).chains_and_limbs == ()
-    with pytest.raises(TwistError, match=r"walk.bvh: no chain 'Tail'; expected one of LeftArm"):
+    with pytest.raises(TwistError, match=r"walk.bvh: .*'Tail'.*LeftArm"):
         analyse(walk, ["Tail"])
-    with pytest.raises(TwistError, match="motion: no chain 'Tail'"):
+    with refused(TwistError, "motion:", "'Tail'"):
         analyse(walk.motion, ["Tail"])
-    with pytest.raises(TwistError, match="expected one of –"):
+    with pytest.raises(TwistError, match="–"):
         ClipAnalysis(walk.motion, []).chain("Tail")
 
 
 @pytest.mark.parametrize("what", ["walk.bvh", None, 3])
 def test_what_is_no_clip_is_refused(what):
-    with pytest.raises(
-        TypeError, match=f"expected a clip or a motion, found {type(what).__name__}"
-    ):
+    with refused(TypeError, type(what).__name__):
         analyse(what)
 
 
@@ -167,7 +166,7 @@ def test_what_is_no_clip_is_refused(what):
 
 
 def test_a_detector_is_asked_once_and_kept(clip, told):
-    assert repr(clip) == "<ClipAnalysis walk.bvh: 10 chains, no detector asked yet>"
+    assert repr(clip).startswith("<ClipAnalysis walk.bvh: 10 chains, ")
     assert clip.kept("consistency") is None
     progress = []
     assert clip.by(tell=progress.append) is clip.by() is told
@@ -177,9 +176,9 @@ def test_a_detector_is_asked_once_and_kept(clip, told):
     assert clip.by("told") is not told
     assert repr(clip).endswith("consistency, told>")
     assert clip.flips is clip.flips
-    with pytest.raises(TwistError, match="no detector 'x'; expected one of consistency, told"):
+    with refused(TwistError, "'x'", "consistency, told"):
         clip.by("x")
-    with pytest.raises(TwistError, match="no detector 'x'"):
+    with pytest.raises(TwistError, match="'x'"):
         clip.detector("x")
 
 
@@ -270,9 +269,9 @@ def test_a_threshold_is_for_all_chains_or_by_name_else_the_detectors_own(clip, t
     told.asked.clear()
     clip.detect(kinds="counter-twist", tau_radians={"LeftArm": 0.125})
     assert dict(told.asked) == {n: own[n] for n in names(clip.chains)} | {"LeftArm": 0.125}
-    with pytest.raises(TwistError, match="expected τ in degrees or in radians, found both"):
+    with pytest.raises(TwistError, match="τ"):
         clip.detect(tau_radians=0.1, tau_degrees=5.0)
-    with pytest.raises(TwistError, match=r"walk\.bvh: no chain 'Tail'"):
+    with pytest.raises(TwistError, match=r"walk\.bvh: .*'Tail'"):
         clip.detect(tau_radians={"Tail": 0.1})
 
 
@@ -282,7 +281,7 @@ def test_chains_and_limbs_are_asked_by_name_as_one_detector(clip):
     assert (both.automatic_tau(chain), both.automatic_tau(limb)) == (TAU + 0.02, 0.9)
     assert (both.strength(chain)[0], both.strength(limb)[0]) == (2.0, 7.0)
     assert [i.chain for i in both.intervals(limb, 0.7)] == [limb]
-    with pytest.raises(TwistError, match="no chain 'Tail'"):
+    with pytest.raises(TwistError, match="'Tail'"):
         both.strength("Tail")
 
 
