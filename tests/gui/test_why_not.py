@@ -18,7 +18,7 @@ from twistcore.skeleton.rotation import normalise
 
 ARM, FRAME = "LeftArm", 200
 SENTENCE = "at frame 200 is above τ = 1.5°, but only LeftArm turns there"
-NOTHING = "N goes to the next one."
+NOTHING = "Press N to go to the next interval."
 
 
 @pytest.fixture
