@@ -109,8 +109,8 @@ def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
     assert {r.why for r in past} == {Why.ONE_JOINT}
     act(alone, "next_faint")
     assert alone.bar.label.text() == (
-        f"Nothing suspicious down to half of τ. {len(past)} peaks above τ have a reason: "
-        f"{len(past)} of one joint alone; Go → Why is nothing found here? says it."
+        f"Nothing suspicious down to half of τ. {len(past)} peaks above τ are explained: "
+        f"in {len(past)} only one joint turns. For details choose Go → Why is nothing found here?"
     )
 
 
