@@ -36,7 +36,7 @@ class WriteDialog(QDialog):
         browse = QPushButton(tr("Browse…"))
         browse.clicked.connect(self._browse)
         self.where = hbox((self.path, 1), browse)
-        self.replace = QCheckBox(tr("Replace the file that is there"))
+        self.replace = QCheckBox(tr("Replace the existing file"))
         self.form = QFormLayout()
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 

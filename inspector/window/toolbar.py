@@ -1,4 +1,4 @@
-"""The bar of tools: what is done most, each with a sign and, where there is room, a word."""
+"""The tool bar: the most frequent actions, each with an icon and, if there is room, a word."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from inspector.language import tr, tr_as
 from inspector.widgets.icons import SIDE, has_icon, icon
 from inspector.widgets.theme import Colours, Theme
 
-_TOOLS = {  # by the action's id: its word here; "|": a line
+_TOOLS = {  # by the action's id: the word on its button; "|": a separator
     "open_dialog": tr_as("tool", "Open"), "open_folder": tr_as("tool", "Folder"),
     "export_dialog": tr_as("tool", "Export"), "|1": "",
     "undo": tr_as("tool", "Undo"), "redo": tr_as("tool", "Redo"), "|2": "",
@@ -22,7 +22,7 @@ _TOOLS = {  # by the action's id: its word here; "|": a line
     "loop_interval": tr_as("tool", "Loop"), "cycle_show": tr_as("tool", "Before/after"),
     "side_by_side": tr_as("tool", "Side by side"), "focus_chain": tr_as("tool", "Focus"),
 }  # fmt: skip
-# Where room is short, what goes without its word: first what every program has, then the views.
+# In a narrow window these lose their words: first what every program has, then the views.
 _SPARED = (
     (),
     ("undo", "redo", "open_dialog", "open_folder"),
@@ -32,7 +32,7 @@ _Word = Qt.ToolButtonStyle
 
 
 class ToolBar(QToolBar):
-    """Actions as buttons; the words go before a button does."""
+    """Actions as buttons, which lose their words in a narrow window."""
 
     def __init__(self, actions: Mapping[str, QAction], colours: Colours) -> None:
         super().__init__(tr("Tools"))
@@ -46,25 +46,25 @@ class ToolBar(QToolBar):
                 self.addAction(actions[name])
             else:
                 self.addSeparator()
-        self._fitted = 0  # pixels that the words were chosen for
+        self._fitted = 0  # the width, in pixels, for which the words were chosen
         colours.follow(self._colour)
 
     def _colour(self, theme: Theme) -> None:
         for name, action in self._actions.items():
             if has_icon(name):
                 action.setIcon(icon(name, theme))
-                # A menu shows a sign in the place of the tick.
+                # A menu would show the icon instead of the tick.
                 action.setIconVisibleInMenu(not action.isCheckable())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """As many words as there is room for."""
+        """Show as many words as fit."""
         super().resizeEvent(event)
         if event.size().width() != self._fitted:
             self._fitted = event.size().width()
             self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Another font needs other room."""
+        """Fit the words again for another font."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange) and self._fitted:
             self._fit()
@@ -77,11 +77,11 @@ class ToolBar(QToolBar):
                 priority = QAction.Priority.LowPriority if low else QAction.Priority.NormalPriority
                 if action.priority() != priority:
                     action.setPriority(priority)
-            if self._wanted() <= self.width():
+            if self._needed_width() <= self.width():
                 return
         self.setToolButtonStyle(_Word.ToolButtonIconOnly)
 
-    def _wanted(self) -> int:
+    def _needed_width(self) -> int:
         layout = self.layout()
         assert layout is not None
         layout.invalidate()

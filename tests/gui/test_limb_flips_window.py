@@ -85,7 +85,7 @@ def test_flips_are_listed_beside_twists(qtbot, opened):
         "Right UpLeg", "Left arm · limb", "Right leg · limb"
     ]  # fmt: skip
     tip = chains.index(13, 4).data(Qt.ItemDataRole.ToolTipRole)
-    assert tip.startswith("RightUpLeg → RightLeg → RightFoot: Median height")
+    assert tip.startswith("RightUpLeg → RightLeg → RightFoot: Median distance")
     assert [chains.index(13, column).data() for column in (1, 2, 3, 4)] == [
         "0/6", "179.7°", "55.0°", "16 %"
     ]  # fmt: skip
@@ -164,8 +164,9 @@ def test_judged_by_keys_and_taken_back(qtbot, opened):
     ]  # fmt: skip
     title, why = opened.detail.title.text(), opened.detail.why.text()
     assert title == "<b>Right leg</b> · flip · 4 frames, follows"
-    assert why.startswith("The knee jumps by +179° at 38 and back by −180° at 42")
-    assert "logarithms of odds" in opened.detail.why.toolTip()
+    assert why.startswith("Right leg is flipped for 4 frames: the knee points ")
+    assert "The knee jumps by +179° at frame 38 and back by −180° at frame 42." in why
+    assert "Log odds" in opened.detail.why.toolTip()
     assert (opened.detail.end.name.text(), opened.detail.end.shown) == ("Foot:", "turned along")
     moved = document.corrected.pose(40)[0]
     press(qtbot, opened, Qt.Key.Key_C)
@@ -210,7 +211,7 @@ def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     act(opened, "insert_interval")
     assert document.interval.interval.kind == Kind.COUNTER_TWIST
     act(opened, "turn_end")
-    assert opened.bar.label.text() == "Only a flip of a limb has an end, kept or turned along."
+    assert "only flips have a foot or hand" in opened.bar.label.text()
     assert opened.detail.end.isHidden()
 
 
@@ -400,7 +401,7 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     document.select_interval(jumps[0].id, jump=True)
     assert detail.title.text() == "<b>Right Leg</b> · jump · 1 frame"
     assert detail.why.text().startswith(
-        "RightFoot turns about its own axis by −66° in a frame, at 14; at 120 frames a second"
+        "RightFoot turns −66° about its own axis in one frame, at frame 14. At 120 frames"
     )
     assert not detail.delta.isEnabled()
     assert detail.delta.value() == pytest.approx(-66.1, abs=0.01)
@@ -426,7 +427,7 @@ def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
 
     assert counted() == (
         "0 accepted, 0 rejected, 10 undecided",
-        "Correct the 6 repairable of 10 undecided ones as well",
+        "Also correct 6 of 10 undecided intervals: those that can be corrected",
     )  # fmt: skip
     jumps = [j for j in document.intervals if j.interval.kind == Kind.LONE_JUMP]
     document.decide(Decision.ACCEPTED, [jumps[0].id])
@@ -437,7 +438,7 @@ def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
     document.decide(Decision.REJECTED, [flips(opened)[1].id])
     assert counted() == (
         "1 accepted, 1 seen, 1 rejected, 7 undecided",
-        "Correct the 4 repairable of 7 undecided ones as well",
+        "Also correct 4 of 7 undecided intervals: those that can be corrected",
     )  # fmt: skip
     assert document.accept_undecided()
     told = "1 accepted, 1 seen, 4 applied automatically, 1 rejected, 3 undecided"
