@@ -1,4 +1,4 @@
-"""Natural motion predicted from good neighbours, and how well [MATH.md §4.2].
+"""Natural motion predicted from good neighbours, and how well [Method, step 2].
 
 Signals are stacked (2, chains, frames): x and y. A frame is *good* for a chain where nothing
 jumps; predictions look at good frames only, and never at the frame they predict. Most frames have

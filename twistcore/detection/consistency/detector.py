@@ -1,4 +1,4 @@
-"""What the consistency detector computes [MATH.md §4]; it is `detectors/consistency.py`."""
+"""What the consistency detector computes [Method]; it is `detectors/consistency.py`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The counter-rotation d(t) of every chain of a limb, with its scale [MATH.md §4.2-4.3]."""
+"""The counter-rotation d(t) of every chain of a limb, with its scale [Method, steps 2-3]."""
 
 from __future__ import annotations
 

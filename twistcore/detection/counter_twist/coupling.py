@@ -1,4 +1,4 @@
-"""Chains that share a joint, solved together, frame by frame [MATH.md §4.5].
+"""Chains that share a joint, solved together, frame by frame [Method, step 4].
 
 At every frame where something jumps, the set of chains is sought whose errors explain it cheapest.
 

@@ -1,4 +1,4 @@
-"""Edges: frames or short runs of frames in which an error sets in or ends [MATH.md §4.4]."""
+"""Edges: frames or short runs of frames in which an error sets in or ends [Method, step 5]."""
 
 from __future__ import annotations
 

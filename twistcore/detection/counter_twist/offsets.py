@@ -1,4 +1,4 @@
-"""Offsets of paired edges: the running sum of an interval's jumps, closed [MATH.md §4.5-4.7]."""
+"""Offsets of paired edges: the running sum of an interval's jumps, closed [Method, steps 5-6]."""
 
 from __future__ import annotations
 

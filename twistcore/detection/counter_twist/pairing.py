@@ -1,4 +1,4 @@
-"""Edges paired into intervals: the cheapest explanation of a chain's edges [MATH.md §4.5-4.6].
+"""Edges paired into intervals: the cheapest explanation of a chain's edges [Method, steps 5-6].
 
 All values are gains in nats (log likelihood ratios against 'natural motion'). An interval gains by
 its two edges, by the steps inside that it explains, and by closing: how much likelier its sum is 0

@@ -1,4 +1,4 @@
-"""Which of a chain's jumps are errors of a straight limb, and which are not [MATH.md §4]."""
+"""Which of a chain's jumps are errors of a straight limb, and which are not [Method]."""
 
 from __future__ import annotations
 
