@@ -42,12 +42,14 @@ def shape(value, key=""):
     A document within a list goes by its schema: the page shows it once. DOTS are parts that
     another example shows.
     """
+    if value == DOTS:
+        return DOTS
     if isinstance(value, dict):
         return "by name" if key in BY_NAME else {k: shape(v, k) for k, v in sorted(value.items())}
     if isinstance(value, list):
         if value == [DOTS]:
             return DOTS
-        entries = [entry for entry in value if entry != DOTS]
+        entries = [entry for entry in value if entry != DOTS]  # the first, and others
         if entries and isinstance(entries[0], dict) and "schema" in entries[0]:
             return [entries[0]["schema"]]
         if entries and isinstance(entries[0], dict) and entries[0].get("kind") in list(Kind):
@@ -265,6 +267,8 @@ def test_only_dots_leave_something_out():
     for right in (["…"], [flip, "…"], [flip, {"kind": "lone jump"}]):
         example = shape({"a": 1, "b": right})
         assert shown(real, example) == example
+    assert shown(real, example := shape({"a": 1, "…": "…"})) == example
+    assert shown(real, example := shape({"z": 1, "…": "…"})) != example
     for wrong in ([flip], [{"kind": "limb flip"}, "…"], [{**flip, "d": 1}, "…"]):
         example = shape({"a": 1, "b": wrong})
         assert shown(real, example) != example
