@@ -18,7 +18,6 @@ from twistcore.formats.reading import read_clip
 from twistcore.skeleton.joint_names import read_words
 from twistcore.skeleton.own_words import with_own_words
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
-from twistcore.work.processes import reason
 
 Found = TypeVar("Found")
 
@@ -71,6 +70,8 @@ def look_at(
         try:
             found.append(work(path))
         except (TwistError, OSError) as error:
+            from twistcore.work.processes import reason  # slow to load
+
             failed.append((clip_name(path), reason(path, error)))
     return found, failed
 
