@@ -105,11 +105,12 @@ def chosen_words(arguments: argparse.Namespace) -> dict[str, Any] | None:
 def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
     """The intervals by --chain, --kinds, --method, --tau and --profile, which goes before --tau."""
     with step(f"  {clip.path}: analysed and searched"):
-        return _detected(arguments, clip)
+        return searched(arguments, analysed(arguments, clip))
 
 
-def _detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
-    analysis, method = analysed(arguments, clip), arguments.method
+def searched(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection:
+    """The same of a clip that is analysed already."""
+    method = arguments.method
     kinds = ALL_KINDS if arguments.kinds is None else arguments.kinds
     if not arguments.profile:
         return analysis.detect(method, kinds=kinds, tau_radians=arguments.tau)
