@@ -63,7 +63,16 @@ def test_every_command_has_examples_and_says_them():
 def test_every_example_is_understood(line, capsys):
     for first, *words in words_of(line):
         assert first == "twistcore"
-        assert callable(make_parser().parse_args(words).run)
+        assert callable(make_parser(words).parse_args(words).run)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_parser_of_one_command_line_knows_the_command_as_the_whole_one_does(name):
+    some = dict(commands_of(make_parser([*name.split(), "a.bvh"])))
+    assert some[name].format_help() == COMMANDS[name].format_help()
+    other = next(word for word in COMMANDS if word.split()[0] != name.split()[0])
+    assert other.split()[0] in some  # refused and listed by its name, but without arguments
+    assert make_parser([*name.split()]).format_help() == make_parser().format_help()
 
 
 @pytest.mark.parametrize("line", CHEAP)

@@ -17,6 +17,8 @@ from twistcore.skeleton.joint_names import (
     read_vocabulary,
     understood,
 )
+from twistcore.skeleton.joint_vocabulary import default_words
+from twistcore.skeleton.known_words_file import PLACE, known_words
 
 SIDES = ("Left", "Right")
 HAND_TWIST = "左手捩"
@@ -199,6 +201,18 @@ def test_words_of_the_program_are_known_by_one_name():
             assert not (meaning.side and (meaning.roles or meaning.marks)), word
             assert not ("other" in meaning.marks and meaning.roles), word
             assert set(meaning.roles) <= set(ROLES)
+
+
+def test_the_words_that_are_loaded_are_those_of_the_table():
+    """After a change of the table: python -m twistcore.skeleton.known_words_file."""
+    assert PLACE.read_text("utf-8") == known_words()
+    loaded, read = default_vocabulary(), default_words()
+    assert contents(loaded) == contents(read)
+    assert [*map(contents, loaded.languages)] == [*map(contents, read.languages)]
+
+
+def contents(vocabulary):
+    return list(vocabulary.words.items()), vocabulary.pairs, vocabulary.joints
 
 
 # -- a person's own words --------------------------------------------------------------------------
