@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NoReturn
@@ -13,6 +14,8 @@ from typing import NoReturn
 from inspector.language import codes
 from inspector.system_libraries import has_screen, how_to_install, missing_libraries
 from inspector.unread_sources import leave_sources_unread
+from twistcore.detection.registry import detector_of_file
+from twistcore.errors import TwistError
 from twistcore.files.encoding import legible
 from twistcore.files.ordinary import is_file, is_there
 from twistcore.files.version import __version__
@@ -40,9 +43,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"twist-inspector: {legible(trouble, lines=True)}", file=sys.stderr)
         return 2
     leave_sources_unread()
-    from inspector.app import run
+    with ExitStack() as known:
+        try:
+            if arguments.detector:
+                known.enter_context(detector_of_file(arguments.detector))
+        except TwistError as error:
+            print(f"twist-inspector: {legible(error, lines=True)}", file=sys.stderr)
+            return 2
+        from inspector.app import run
 
-    return run(arguments)
+        return run(arguments)
 
 
 def _cannot_work(arguments: argparse.Namespace) -> str:
@@ -97,6 +107,11 @@ def _parser() -> argparse.ArgumentParser:
         metavar="DIR",
         help="a demonstration: accept every interval, whatever it is, and leave the results; "
         "without a clip, of the sample",
+    )
+    parser.add_argument(
+        "--detector",
+        metavar="FILE.py:CLASS",
+        help="a detector of your own, as a row of Edit (docs/detectors.md)",
     )
     parser.add_argument(
         "--language", default="", metavar="CODE", help="en, de or system; else as it was preferred"

@@ -12,13 +12,14 @@ from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.language import of_core, tr
 from inspector.session.clip_opener import ClipOpener
+from inspector.session.failing_detector import not_usable, reasons_of
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.open_clip import Borrowed, OpenClip
-from inspector.session.opening import Analysed, not_installed, opening_notes
+from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.analysis.correction import Corrected
-from twistcore.detection import DETECTORS, Interval
+from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import is_there
 from twistcore.formats.reading import own_name
@@ -35,7 +36,6 @@ from twistcore.review import (
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized, same_offsets
-from twistcore.review.reasons import redetected_intervals
 from twistcore.skeleton.rig import Rig
 from twistcore.tuning import Profile
 
@@ -124,7 +124,7 @@ class Document(OpenClip):
 
     def _hold(self, data: Analysed, review: Review) -> None:
         self.data, self._review = data, review
-        self.method = DETECTORS.usable(review.state.method)
+        self.method = data.analysis.usable(review.state.method)
         self.rigs.begin(data)
         self._corrected = Corrected(data.analysis)
         self._corrected.take(review.state.chosen(undecided=True))
@@ -309,8 +309,8 @@ class Document(OpenClip):
         """Set τ, radians, of several chains and detect again: one step of the history."""
         if not (self.data and tau and self._may_detect()):
             return
-        if (method := self.review.state.method) != DETECTORS.usable(method):
-            self.message.emit(not_installed(method), False)
+        if why := not_usable(self.data.analysis, self.review.state.method):
+            self.message.emit(why, False)
         elif self._follows_review():
             try:
                 found = tuple(i for n, t in tau.items() for i in self.detector.intervals(n, t))
@@ -364,7 +364,7 @@ class Document(OpenClip):
 
     def _use_review(self, review: Review) -> None:
         if (analysis := self.rigs.known(review.state.rig)) is not None:
-            review.take_reasons(redetected_intervals(analysis, review.state))
+            review.take_reasons(reasons_of(analysis, review.state))
         self._review = review
         self._review_changed()
 
@@ -385,7 +385,7 @@ class Document(OpenClip):
             return ()
         self.data = replace(data, analysis=self.rigs.take(state.rig))
         self._corrected = Corrected(self.data.analysis)
-        self.method = DETECTORS.usable(state.method)
+        self.method = self.data.analysis.usable(state.method)
         names, before = ([c.name for c in d.chains_and_limbs] for d in (self.data, data))
         self.hidden = self.hidden & frozenset(names) | self._others()
         new = [name for name in names if name not in before]
@@ -398,11 +398,13 @@ class Document(OpenClip):
 
         An undo may have gone back to another one: its curve belongs to its τ.
         """
-        method = DETECTORS.usable(self.review.state.method)
-        if self.data is not None and self.method != method and not self.opener.busy:
-            self.opener.ask(self.data.analysis, method, self._use_detector)
+        if self.data is not None:
+            method = self.data.analysis.usable(self.review.state.method)
+            if self.method != method and not self.opener.busy:
+                self.opener.ask(self.data.analysis, method, self._use_detector)
         return self.method == self.review.state.method
 
     def _use_detector(self) -> None:
-        self.method = DETECTORS.usable(self.review.state.method)
+        if self.data is not None:
+            self.method = self.data.analysis.usable(self.review.state.method)
         self.method_changed.emit()

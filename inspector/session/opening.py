@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from inspector.language import of_core, tr
+from inspector.session.failing_detector import another_used, not_usable, reasons_of
 from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import kept_sessions, set_aside
 from twistcore.analysis import clip_analysis as core
@@ -25,7 +26,6 @@ from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.model import as_written
 from twistcore.review.proposal import flip_over, interval_over, proposed_flip, proposed_interval
-from twistcore.review.reasons import redetected_intervals
 from twistcore.review.session import read_session_file
 from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
 from twistcore.skeleton.motion import Motion
@@ -168,7 +168,9 @@ def _read(
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
     rig, told = _rig_of(session, clip.motion)
-    found = analyse_clip(clip, profile, part(tell, _READ, 1.0), rig)
+    found, missing = _searched(clip, profile, part(tell, _READ, 1.0), rig)
+    if missing and session is None:
+        found = replace(found, notes=(another_used(found.analysis, missing),))
     return replace(found, stamp=stamp, notes=(*((told,) if told else ()), *found.notes))
 
 
@@ -193,25 +195,30 @@ def analyse_clip(
     clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
 ) -> Analysed:
     """Analyse a clip that is in memory already; tell: how far it is."""
+    found, missing = _searched(clip, profile, tell, rig)
+    return replace(found, notes=(another_used(found.analysis, missing),)) if missing else found
+
+
+def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
+    """A clip searched as a profile says; a detector in whose place the default one was used."""
     profile = profile or Profile({})
-    method = profile.method or DEFAULT_METHOD
-    notes: tuple[str, ...] = ()
-    if DETECTORS.usable(method) != method:
-        told = tr(
-            "The detector '{name}', which {clip} was to be searched with, is not installed here: "
-            "another one was used, at its own τ.",
-            name=method,
-            clip=clip.name,
-        )
-        method, profile, notes = DEFAULT_METHOD, Profile({}), (told,)
+    wanted = method = profile.method or DEFAULT_METHOD
     tell(0.0)
     analysis = core.analyse(clip, rig=rig)
-    analysis.by(method, part(tell, 0.0, _DETECTED))
+    if DETECTORS.usable(method) == method:
+        try:
+            analysis.by(method, part(tell, 0.0, _DETECTED))
+        except TwistError:
+            if method == DEFAULT_METHOD:
+                raise
+    if (method := analysis.usable(wanted)) != wanted:
+        profile = Profile({})
+        analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
     # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability, analysis.notes
-    return Analysed(clip, analysis, Review.of(found), notes=notes)
+    return Analysed(clip, analysis, Review.of(found)), "" if method == wanted else wanted
 
 
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
@@ -235,7 +242,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
 
 def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:
     method = session.state.method
-    found = _read(clip, Profile({}, DETECTORS.usable(method)), tell, session)
+    found = _read(clip, Profile({}, method), tell, session)
     if not _belongs(session, found.clip):
         return replace(found, earlier=session.state.intervals)
     own = found.review.state
@@ -243,8 +250,6 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     limbs = {limb.name for limb in found.analysis.limbs}
     tau = {name: t for name, t in own.tau.items() if name not in limbs} | known
     state = replace(session.state, tau=tau, chain_order=own.chain_order)
-    if DETECTORS.usable(method) != method:
-        found = replace(found, notes=(*found.notes, not_installed(method)))
     if told := of_later_kinds(state):
         found = replace(found, notes=(*found.notes, told))
     complete = with_every_kind(state, found.analysis)
@@ -252,20 +257,13 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
         added = len(complete.intervals) - len(state.intervals)
         found = replace(found, added=added)
     review = Review(complete)
-    review.take_reasons(redetected_intervals(found.analysis, complete))
+    review.take_reasons(reasons_of(found.analysis, complete))
+    if why := not_usable(found.analysis, method):
+        found = replace(found, notes=(*found.notes, why))
     if path.name.endswith(REPLAY_SUFFIX):
         review.mark_unsaved()  # in the clip's own session
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
-
-
-def not_installed(method: str) -> str:
-    """What is to be known of a review whose detector is not there."""
-    return tr(
-        "This review's intervals were found by the detector '{name}', which is not installed here: "
-        "they can be judged and exported, while their τ stays until another detector is chosen.",
-        name=method,
-    )
 
 
 def of_later_kinds(state: ReviewState) -> str:
@@ -316,7 +314,7 @@ def _with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     tau = {name: analysis.flips.automatic_tau(name) for name in new}
     found = tuple(i for name, t in tau.items() for i in analysis.flips.intervals(name, t))
     state = Redetect(tau, found).apply(replace(state, chain_order=order))
-    jumps = [i for own in analysis.jumps(DETECTORS.usable(state.method)).values() for i in own]
+    jumps = [i for own in analysis.jumps(analysis.usable(state.method)).values() for i in own]
     return _with_undecided(state, jumps)
 
 

@@ -8,7 +8,6 @@ from inspector.language import tr
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.opening import Analysed
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.detection import DETECTORS
 from twistcore.review import ChangeChains, ReviewState
 from twistcore.review.other_chains import changed_chains
 from twistcore.skeleton.rig import Rig
@@ -46,7 +45,7 @@ class Rigs:
         """Go on once the chains of a state are analysed; at once where they have been."""
         present = self.present
         assert present is not None
-        known, method = self._known.get(state.rig), DETECTORS.usable(state.method)
+        known, method = self._known.get(state.rig), present.usable(state.method)
         if state.rig == present.rig or (known is not None and known.kept(method)):
             then()
             return
@@ -64,7 +63,7 @@ class Rigs:
         assert present is not None
 
         def work(tell: Tell) -> ChangeChains:
-            analysis = self._made(present, rig, DETECTORS.usable(state.method), tell)
+            analysis = self._made(present, rig, present.usable(state.method), tell)
             return changed_chains(present, analysis, state, what)
 
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)

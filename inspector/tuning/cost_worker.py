@@ -10,6 +10,7 @@ from pathlib import Path
 
 from inspector.language import of_core, tr, use_language
 from inspector.language.catalogue import SOURCE
+from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.rig import Rig
@@ -24,7 +25,8 @@ class Request:
     """Which clip, as it was opened (its SHA-256), by which detector, judged how, which chains.
 
     rig: of which set of chains; left_out: frames in which nothing counts; draws: of errors, a chain
-    and protocol; language: of the sentence why not.
+    and protocol; detector: its file and class, 'FILE.py:Class', or '' for one that every process
+    knows; language: of the sentence why not.
     """
 
     path: Path
@@ -35,6 +37,7 @@ class Request:
     rig: Rig
     left_out: tuple[Span, ...]
     draws: int
+    detector: str = ""
     language: str = SOURCE
 
 
@@ -57,6 +60,8 @@ def measure(pipe: Connection, request: Request) -> None:
         os.nice(_NICE)
     use_language(request.language)
     try:
+        if request.detector:
+            DETECTORS.load(request.detector)
         clip = read_clip(request.path)
         if clip.sha256 != request.sha256:
             changed = tr(

@@ -15,6 +15,7 @@ from inspector.language import chosen_language, of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.cost_worker import Capture, Request, measure
 from inspector.tuning.wishes import Wishes
+from twistcore.detection import DETECTORS
 from twistcore.review import Decision, Judged, ReviewState
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.helper import Helper
@@ -208,6 +209,7 @@ class Costs(QObject):
             rig=state.rig,
             left_out=state.left_out,
             draws=self._wishes.draws,
+            detector=DETECTORS.place(method),
             language=chosen_language(),
         )
         # Spawned, not forked: a fork of a program with threads and an X connection may hang.

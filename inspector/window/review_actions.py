@@ -25,7 +25,7 @@ from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
-from twistcore.detection import DETECTORS, Interval, Kind
+from twistcore.detection import Interval, Kind
 from twistcore.review import Annotate, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 
@@ -415,7 +415,7 @@ def _settled(past: Sequence[Reason]) -> str:
 
 def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
     """Return what the detector finds between half of τ and τ, outside the review's intervals."""
-    if DETECTORS.usable(state.method) != state.method:
+    if clip.usable(state.method) != state.method:
         return []
     detector, out = clip.detector(state.method), []
     for chain in (c for c in clip.chains_and_limbs if c.name in state.tau):

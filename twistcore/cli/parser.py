@@ -114,6 +114,7 @@ def _signals(signals: Parser) -> None:
     signals.add_argument(
         "--csv", type=target, metavar="FILE", help="of several clips: with a column of their names"
     )
+    add_method(signals, None, "also the strength that this detector's τ is compared with")
     add_chains(signals)
     add_json(signals)
     signals.set_defaults(run=deferred("signals_command", "signals_command"))

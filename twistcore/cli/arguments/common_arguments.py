@@ -116,11 +116,14 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_method(parser: argparse._ActionsContainer) -> None:
+def add_method(
+    parser: argparse._ActionsContainer, default: str | None = DEFAULT_METHOD, help: str = ""
+) -> None:
     """Which detector: one by its name, or of a file."""
     group = parser.add_mutually_exclusive_group()
     # Set afterwards: the names of packages' detectors are sought where help lists them.
-    group.add_argument("--method", default=DEFAULT_METHOD).choices = DETECTORS
+    method = group.add_argument("--method", default=default, help=help or None)
+    method.choices = DETECTORS
     add_detector_file(group)
 
 
