@@ -41,14 +41,12 @@ _PATIENCE_MS = 500  # for work that was cancelled
 def run(arguments: argparse.Namespace) -> int:
     """Open the window for the words of `twist-inspector`; returns the exit code."""
     path = settings_path()
-    settings, complaint = load_settings(path)
-    of_system = QLocale.system().uiLanguages()
-    app = make_application(wished(arguments.language or settings.language, of_system))
-    if complaint:  # once more, in the language that is known by now
-        settings, complaint = load_settings(path)
+    language = arguments.language or load_settings(path)[0].language
+    app = make_application(wished(language, QLocale.system().uiLanguages()))
     # After the application, VTK asks for it, and in its language: tables of texts are made now.
     from inspector.window.main_window import MainWindow
 
+    settings, complaint = load_settings(path)  # with the settings that features declare
     window = MainWindow(settings, path)
     window.show()
     if complaint:

@@ -81,12 +81,25 @@ class FeatureParts:
 
 
 @dataclass(frozen=True)
+class Tool:
+    """How a row is shown in the bar of tools: its word, and its place from the left.
+
+    A line separates places of different tens. spared: where room is short, its word goes with the
+    first ones (1), after these (2), or only with all others (0).
+    """
+
+    word: str
+    place: int
+    spared: Literal[0, 1, 2] = 0
+
+
+@dataclass(frozen=True)
 class ActionRow(Generic[T]):
     """One thing a person can do, as it is shown; T: what it works on.
 
     checked: at the start; group: of rows of which exactly one is checked; needs: an open clip, or
     one and a figure in 3D, without which it cannot be chosen; in_list: the list of the feature's
-    panel offers it too, with the right button.
+    panel offers it too, with the right button; tool: its button in the bar of tools, None for none.
     """
 
     id: str
@@ -97,6 +110,7 @@ class ActionRow(Generic[T]):
     group: str = field(default="", kw_only=True)
     needs: Needs = field(default="", kw_only=True)
     in_list: bool = field(default=False, kw_only=True)
+    tool: Tool | None = field(default=None, kw_only=True)
     checkable: ClassVar[bool] = False
 
     def connect(self, action: QAction, on: T) -> None:
@@ -160,7 +174,7 @@ class DockPanel(Generic[T]):
 
 @dataclass(frozen=True)
 class Tick:
-    """A setting that is on or off, as the preferences ask for it; name: its field of Settings."""
+    """A setting that is on or off, as the preferences ask for it; name: of its FeatureSetting."""
 
     name: str
     text: str

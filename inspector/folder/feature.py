@@ -16,6 +16,7 @@ from inspector.feature import (
 from inspector.folder.clips_panel import ClipsPanel
 from inspector.folder.folder_actions import FolderActions
 from inspector.folder.queue import FolderQueue
+from inspector.folder.remembered_folders import NEXT_AFTER_EXPORT
 from inspector.language import tr
 
 
@@ -62,5 +63,5 @@ feature = Feature(
             before="chains",
         ),
     ),
-    settings=(Tick("next_after_export", tr("Open the folder's next clip after an export")),),
+    settings=(Tick(NEXT_AFTER_EXPORT.name, tr("Open the folder's next clip after an export")),),
 )

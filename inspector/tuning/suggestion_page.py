@@ -10,9 +10,8 @@ from PySide6.QtWidgets import QAbstractSpinBox, QDoubleSpinBox, QFormLayout, QSp
 
 from inspector.language import of_core, tr
 from inspector.session.document import Document
-from inspector.session.settings import MOST_DRAWS
 from inspector.tuning.tau_costs import Costs
-from inspector.tuning.wishes import Wishes
+from inspector.tuning.wishes import MOST_DRAWS, Wishes
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption
 from twistcore.tuning import Span

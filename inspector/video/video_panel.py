@@ -11,7 +11,13 @@ from PySide6.QtWidgets import QToolButton, QWidget
 
 from inspector.language import tr, tr_as
 from inspector.session.document import Document
-from inspector.session.settings import FARTHEST_S, Settings
+from inspector.session.settings import Settings
+from inspector.video.remembered_videos import (
+    FARTHEST_S,
+    VIDEOS,
+    forget_video,
+    remember_video,
+)
 from inspector.video.screen import Screen
 from inspector.video.video_reader import Picture, VideoReader
 from inspector.widgets.background import OneTask, Task
@@ -92,7 +98,7 @@ class VideoPanel(QWidget):
     def close_video(self) -> None:
         """Show no video for this clip any more."""
         if clip := self._clip():
-            self._settings.videos.pop(clip, None)
+            forget_video(self._settings, clip)
         self.let_go()
 
     def let_go(self, text: str = NO_VIDEO) -> None:
@@ -104,7 +110,7 @@ class VideoPanel(QWidget):
 
     def _clip_opened(self) -> None:
         self.let_go()
-        known = self._settings.videos.get(self._clip())
+        known = VIDEOS.of(self._settings).get(self._clip())
         if known is not None:
             path, offset = known
             self.restored.emit()
@@ -138,7 +144,7 @@ class VideoPanel(QWidget):
 
     def _remember(self) -> None:
         if self.reader is not None and (clip := self._clip()):
-            self._settings.remember_video(clip, self.reader.path, self._offset)
+            remember_video(self._settings, clip, self.reader.path, self._offset)
 
     # -- when ---------------------------------------------------------------------------------
 

@@ -112,7 +112,7 @@ class MainWindow(Parts):
         return dock
 
     def _build_bars(self) -> None:
-        self.tools = ToolBar(self.actions_by_id, self.colours)
+        self.tools = ToolBar(MENUS, self.actions_by_id, self.colours)
         self.addToolBar(self.tools)
         view = self._menus["View"]
         view.addSeparator()

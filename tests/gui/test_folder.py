@@ -112,7 +112,7 @@ def test_the_window_stays_free_while_clips_are_analysed(qtbot, show_window, tmp_
 @pytest.mark.thorough
 def test_exports_are_no_clips_and_tell_what_was_exported(qtbot, show_window, tmp_path):
     """By the session that replays one, by its report, or by the name that it has by default."""
-    window = show_window(Settings(turn_ms=0, next_after_export=False))
+    window = show_window(Settings(turn_ms=0, of_features={"next_after_export": False}))
     for k in (2, 4):
         put_errors(tmp_path / f"{k}.bvh", k)
     shutil.copy(ASSETS / "walk.bvh", tmp_path / "alone_refined.bvh")  # of no clip here

@@ -10,6 +10,7 @@ from PySide6.QtWidgets import QApplication
 
 from inspector.session.settings import Settings, load_settings
 from inspector.tuning.strength_histogram import bar_of, bar_words
+from inspector.tuning.wishes import POINTS, SMALLEST
 from tests.conftest import ASSETS
 from tests.gui.known_costs import remember, remind
 from tests.gui.pictures import INJECTED
@@ -216,8 +217,8 @@ def test_a_suggestion_follows_the_price_at_once_and_both_are_remembered(
     assert not tuning.costs.running
     assert tuning.costs.curves["LeftForeArm"] is curve
     tuning.suggestion.smallest.setValue(6.0)
-    qtbot.waitUntil(lambda: load_settings(settings_file)[0].smallest_error == 6.0, timeout=5_000)
-    assert load_settings(settings_file)[0].alarm_points == 100.0
+    qtbot.waitUntil(lambda: SMALLEST.of(load_settings(settings_file)[0]) == 6.0, timeout=5_000)
+    assert POINTS.of(load_settings(settings_file)[0]) == 100.0
 
 
 @pytest.mark.thorough
