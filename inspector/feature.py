@@ -82,10 +82,10 @@ class FeatureParts:
 
 @dataclass(frozen=True)
 class Tool:
-    """How a row is shown in the bar of tools: its word, and its place from the left.
+    """The button of a row in the toolbar: its word, and its place from the left.
 
-    A line separates places of different tens. spared: where room is short, its word goes with the
-    first ones (1), after these (2), or only with all others (0).
+    A line separates places of different tens. spared: in a narrow window its word disappears first
+    (1), second (2), or last, with all others (0).
     """
 
     word: str
@@ -99,7 +99,7 @@ class ActionRow(Generic[T]):
 
     checked: at the start; group: of rows of which exactly one is checked; needs: an open clip, or
     one and a figure in 3D, without which it cannot be chosen; in_list: the list of the feature's
-    panel offers it too, with the right button; tool: its button in the bar of tools, None for none.
+    panel offers it too, with the right button; tool: its button in the toolbar, if any.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""What is remembered of folders: where one stopped in it, and τ for all of it."""
+"""Remembered folders: the clip where a person stopped, and τ of all clips."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from inspector.session.settings import FeatureSetting, Settings
 from twistcore.files.ordinary import real_path
 
 _MOST = 100
-_OF_TAU = {"profile", "method", "tau"}  # what is kept of a folder and belongs together
+_OF_TAU = {"profile", "method", "tau"}  # these belong together
 
 
 def _new() -> dict[str, Any]:
-    """What is kept of a folder in which nothing was done yet."""
+    """Return the record of a new folder."""
     return {"clip": "", "profile": "", "method": "", "tau": {}}
 
 
 def _merged(
     old: dict[str, Any] | None, new: dict[str, Any], other: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """What another program keeps of a folder, with what was changed here; τ goes by whole."""
+    """Return another program's record of a folder with our changes; τ is taken as a whole."""
     if other is None:
         return new
     old = _new() | (old or {})
@@ -32,8 +32,8 @@ def _merged(
     return other | {key: value for key, value in new.items() if key in changed}
 
 
-# By a folder's path: the clip where one stopped, and for all clips the name of a profile ('' for
-# each clip's automatic τ), its detector and its τ in radians; the latest last.
+# By a folder's path: the clip where a person stopped, and for all clips the name of a profile ('' for
+# each clip's automatic τ), its detector and its τ in radians. The latest is the last.
 FOLDERS: FeatureSetting[dict[str, dict[str, Any]]] = FeatureSetting(
     "folders",
     {},
@@ -54,12 +54,12 @@ NEXT_AFTER_EXPORT = FeatureSetting("next_after_export", True, checks.truth)
 
 
 def known_of_folder(settings: Settings, folder: Path) -> dict[str, Any]:
-    """What is kept of a folder."""
+    """Return the record of a folder."""
     return _new() | FOLDERS.of(settings).get(str(real_path(folder)), {})
 
 
 def remember_folder(settings: Settings, folder: Path, **known: Any) -> None:
-    """Keep where one is in a folder, or its τ: what is not named stays as it is."""
+    """Change the record of a folder; fields that are not named stay."""
     now = known_of_folder(settings, folder) | known
     name = str(real_path(folder))
     others = {k: v for k, v in FOLDERS.of(settings).items() if k != name}

@@ -1,4 +1,4 @@
-"""A detector that is not installed here, or fails on the clip: what is used and said then."""
+"""Messages and reasons for a detector that is not installed or fails on the clip."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from twistcore.review.reasons import redetected_intervals
 
 
 def reasons_of(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
-    """What a review's detector finds at its τ; where it fails, it is not used any more."""
+    """Return the intervals of a review's detector at its τ; give it up if it fails."""
     try:
         return redetected_intervals(analysis, state)
     except TwistError as error:
@@ -20,11 +20,11 @@ def reasons_of(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ..
 
 
 def not_usable(analysis: ClipAnalysis, method: str) -> str:
-    """What is to be known of a review whose detector is missing or fails; '' where it works."""
+    """Return the message about a review's detector that is missing or fails; '' if it works."""
     if why := analysis.failure(method):
         return tr(
-            "The detector that found this review's intervals fails on the clip: {why}. They can be "
-            "judged and exported, while their τ stays until another detector is chosen.",
+            "The detector of this review fails on the clip: {why}. You can judge and export the "
+            "intervals; to change τ, choose another detector.",
             why=of_core(why),
         )
     if DETECTORS.usable(method) == method:
@@ -37,10 +37,10 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
 
 
 def another_used(analysis: ClipAnalysis, method: str) -> str:
-    """What is to be known of a clip that was not searched by the detector that was to do so."""
+    """Return the message about a clip that another detector searched instead."""
     if why := analysis.failure(method):
         return tr(
-            "{clip} was searched by another detector than it was to be, at its own τ: {why}.",
+            "{clip} was searched with the default detector and its automatic τ: {why}.",
             clip=analysis.name,
             why=of_core(why),
         )

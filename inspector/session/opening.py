@@ -200,7 +200,7 @@ def analyse_clip(
 
 
 def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
-    """A clip searched as a profile says; a detector in whose place the default one was used."""
+    """Return a clip searched with a profile, and the profile's detector if it was not usable."""
     profile = profile or Profile({})
     wanted = method = profile.method or DEFAULT_METHOD
     tell(0.0)

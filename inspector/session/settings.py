@@ -97,7 +97,7 @@ _of_features: dict[str, FeatureSetting[Any]] = {}
 
 @dataclass(frozen=True)
 class FeatureSetting(Generic[T]):
-    """A setting that a feature of the window declares in its own folder, and reads and writes.
+    """A setting that a feature of the window declares in its own folder.
 
     Settings files hold it under its name, next to the window's own. default: its value until it is
     set; check: what a file's value must be; merge: of two programs' entries of an object, the one
@@ -146,7 +146,7 @@ CHECKS: dict[str, Check] = {
 
 
 def checks_by_name() -> Mapping[str, Check]:
-    """Return what each field of a file must be, those of features included."""
+    """Return the check of every field of a settings file, with the settings of features."""
     return {**CHECKS, **{name: setting.check for name, setting in _of_features.items()}}
 
 

@@ -1,4 +1,4 @@
-"""The videos of clips, remembered from one run to the next."""
+"""Remembered videos of clips."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from twistcore.files.ordinary import real_path
 MOST_VIDEOS = 500
 FARTHEST_S = 86_400.0  # a video's offset, either way
 
-# By a clip's path its video's path and offset in seconds; the latest last.
+# By a clip's path, the video's path and offset in seconds. The latest is the last.
 VIDEOS: FeatureSetting[dict[str, tuple[str, float]]] = FeatureSetting(
     "videos",
     {},
@@ -24,12 +24,12 @@ VIDEOS: FeatureSetting[dict[str, tuple[str, float]]] = FeatureSetting(
 
 
 def remember_video(settings: Settings, clip: str, video: Path, offset: float) -> None:
-    """Keep a clip's video and its offset in seconds."""
+    """Remember a clip's video and its offset in seconds."""
     now = str(real_path(video)), min(max(offset, -FARTHEST_S), FARTHEST_S)
     others = {k: v for k, v in VIDEOS.of(settings).items() if k != clip}
     VIDEOS.put(settings, dict([*others.items(), (clip, now)][-MOST_VIDEOS:]))
 
 
 def forget_video(settings: Settings, clip: str) -> None:
-    """Keep no video of a clip."""
+    """Forget a clip's video."""
     VIDEOS.put(settings, {k: v for k, v in VIDEOS.of(settings).items() if k != clip})

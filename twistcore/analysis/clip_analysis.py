@@ -117,7 +117,7 @@ class ClipAnalysis:
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
         self._detectors: dict[str, Detector] = {}  # which made them
-        self._failed: dict[str, tuple[Detector, str]] = {}  # what somebody else's raised
+        self._failed: dict[str, tuple[Detector, str]] = {}  # and why
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
         self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
@@ -133,14 +133,14 @@ class ClipAnalysis:
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
     def with_rig(self, rig: Rig) -> ClipAnalysis:
-        """The same motion with the chains and limbs of a rig; TwistError if they are none.
+        """Return the analysis of the same motion with a rig; TwistError if it has no such chains.
 
-        Where people or chains were chosen, they stay chosen.
+        A choice of people or chains stays.
         """
         if rig == self.rig:
             return self
         other = self._with_chains_of(rig)
-        # A detector that failed is not asked again.
+        # A detector that failed does not run again.
         (other._whole or other)._failed = dict((self._whole or self)._failed)
         for name in {"poses", "bursts"} & vars(self).keys():  # which no chain changes
             vars(other)[name] = getattr(self, name)
@@ -153,7 +153,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Those of a rig; of people or chains that were chosen, the same as far as it has them."""
+        """Return the analysis with a rig: all of its chains, or the chosen ones that it has."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -257,22 +257,22 @@ class ClipAnalysis:
             return self._by_method[method]
 
     def usable(self, method: str) -> str:
-        """The detector's name, or that of the default one where it is missing or has failed here.
+        """Return the detector's name, or the default one's if it is missing or failed on the clip.
 
-        No detector is asked: one that was not asked before is taken to work.
+        This runs no detector: one that has not run yet counts as usable.
         """
         name = DETECTORS.usable(method)
         return DEFAULT_METHOD if self.failure(name) else name
 
     def failure(self, method: str) -> str:
-        """What a detector raised on this clip, or '' where it was not asked or worked."""
+        """Return the message of a detector that failed on this clip; '' for any other."""
         if self._whole is not None:
             return self._whole.failure(method)
         detector, why = self._failed.get(method, (None, ""))
         return why if detector is not None and detector is DETECTORS.get(method) else ""
 
     def give_up(self, method: str, why: str) -> None:
-        """Do not use a detector on this clip again: `why` is what it raised at some τ."""
+        """Stop using a detector on this clip; why: the message of its error."""
         if self._whole is not None:
             self._whole.give_up(method, why)
         elif method != DEFAULT_METHOD:

@@ -37,7 +37,7 @@ _DECIMALS = 6
 
 
 class _Signals(NamedTuple):
-    """A clip's name, what is known of it, and the columns of its chains by their heads."""
+    """A clip's name, its analysis, and the columns of each chain by name."""
 
     name: str
     analysis: ClipAnalysis
@@ -77,7 +77,7 @@ def _signals(arguments: argparse.Namespace, path: Path) -> _Signals:
 
 
 def _columns(analysis: ClipAnalysis, method: str | None) -> dict[str, dict[str, Array]]:
-    """Return the columns of every chain by their heads, each of shape (frames,)."""
+    """Return the columns of every chain by name, each of shape (frames,)."""
     signals = analysis.signals
     columns = {chain: _of_chain(curves) for chain, curves in signals.items()}
     if method is not None:

@@ -173,7 +173,7 @@ def register(detector: Detector) -> Detector:
 
 @contextmanager
 def detector_of_file(place: str) -> Iterator[str]:
-    """Know the detector of a Python file, also in the processes that start meanwhile: its name.
+    """Register the detector of a Python file, also for new processes, and yield its name.
 
     place: 'FILE.py:Class'. Raises TwistError where it cannot be loaded.
     """
