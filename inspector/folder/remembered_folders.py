@@ -32,8 +32,8 @@ def _merged(
     return other | {key: value for key, value in new.items() if key in changed}
 
 
-# By a folder's path: the clip where a person stopped, and for all clips the name of a profile ('' for
-# each clip's automatic τ), its detector and its τ in radians. The latest is the last.
+# By a folder's path: the clip where a person stopped, and for all clips the name of a profile (''
+# for each clip's automatic τ), its detector and its τ in radians. The latest is the last.
 FOLDERS: FeatureSetting[dict[str, dict[str, Any]]] = FeatureSetting(
     "folders",
     {},
