@@ -309,7 +309,8 @@ def test_the_window_takes_the_detector_of_a_file(tmp_path, monkeypatch):
     monkeypatch.setattr(__main__, "_cannot_open", lambda: "")
     monkeypatch.setattr(app, "run", lambda _: seen.append((*DETECTORS, os.environ[FILE_VARIABLE])))
     place = f"{EXAMPLE / 'steps_detector.py'}:StepsDetector"
-    __main__.main(["--detector", place])
+    monkeypatch.chdir(EXAMPLE)
+    __main__.main(["--detector", "steps_detector.py:StepsDetector"])
     assert seen == [("consistency", "paper", "steps", place)]
     assert FILE_VARIABLE not in os.environ
 
