@@ -58,7 +58,7 @@ def test_every_link_of_every_page_leads_to_its_heading(guide):
 @pytest.mark.thorough
 def test_what_is_not_installed_is_said_in_a_sentence(window, tmp_path):
     page = GuidePage(window, Colours(LIGHT), tmp_path)
-    assert page.browser.toPlainText() == "This page is not installed: guide.md"
+    assert page.browser.toPlainText() == "The page guide.md is not installed."
     page.close()
 
 

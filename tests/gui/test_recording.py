@@ -103,9 +103,9 @@ def test_cancel_and_close_leave_nothing(qtbot, window, tmp_path):
 @pytest.mark.thorough
 def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
     told = made(qtbot, window, RecordChoice(tmp_path / "none" / "c.mp4", 0, 20, 1.0, SIZE))
-    assert "not written" in told
+    assert "could not be written" in told
     window.record_actions.record(RecordChoice(tmp_path / "none" / "c.png", size=SIZE))
-    assert "not written" in window.bar.label.text()
+    assert "could not be written" in window.bar.label.text()
     there = tmp_path / "there.png"
     there.write_bytes(b"mine")
     window.record_actions.record(RecordChoice(there, size=SIZE))
@@ -174,7 +174,7 @@ def test_a_film_into_a_fifo_is_refused_and_said(qtbot, window, tmp_path):
     os.mkfifo(tmp_path / "film.mp4")
     window.record_actions.record(RecordChoice(tmp_path / "film.mp4", 0, 5, replace=True))
     assert not window.recorder.running
-    assert window.bar.label.text().endswith("not written (is no file, and a film needs one).")
+    assert window.bar.label.text().endswith("could not be written: a film needs a regular file.")
     assert (tmp_path / "film.mp4").is_fifo()
 
 
@@ -297,7 +297,7 @@ def test_no_picture_is_larger_than_qt_paints(qtbot, window, dpi, most):
     assert picture.size == (12_000, 12_000)
     picture.unit.setCurrentText("mm")
     assert picture.size == (12_000, 12_000)
-    assert "At 600 dpi a side has at most 508 mm" in dialog.length.text()
+    assert "At 600 dpi a side can have 508 mm at most" in dialog.length.text()
     picture.dpi.setCurrentIndex(picture.dpi.findData(dpi))
     picture.width.setValue(12_000)
     assert picture.width.value() == most
@@ -309,7 +309,7 @@ def test_no_picture_is_larger_than_qt_paints(qtbot, window, dpi, most):
 
 @pytest.mark.parametrize("size", [(200_000, 200_000), (40_000, 10)])
 def test_a_picture_that_qt_cannot_hold_is_no_empty_file(size, qapp):
-    with pytest.raises(OSError, match="pixels are too many for a PNG"):
+    with pytest.raises(OSError, match="is too large"):
         figure_file(Sheet(20.0, 10.0, 96), ".png", "x", QSize(*size), 600.0)
 
 
