@@ -36,7 +36,7 @@ _NO_SCREEN = (
 def main(argv: Sequence[str] | None = None) -> int:
     """Run `twist-inspector` and return its exit code."""
     arguments = _parser().parse_args(argv)
-    if trouble := _cannot_work(arguments) or _cannot_open():
+    if trouble := _wrong_arguments(arguments) or _missing_for_window():
         print(f"twist-inspector: {legible(trouble, lines=True)}", file=sys.stderr)
         return 2
     leave_sources_unread()
@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     return run(arguments)
 
 
-def _cannot_work(arguments: argparse.Namespace) -> str:
+def _wrong_arguments(arguments: argparse.Namespace) -> str:
     """Return what is wrong with the arguments; '' if they are fine."""
     file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
     if arguments.language not in ("", "system", *codes()):
@@ -64,7 +64,7 @@ def _cannot_work(arguments: argparse.Namespace) -> str:
     return ""
 
 
-def _cannot_open() -> str:
+def _missing_for_window() -> str:
     """Return why no window can open here, because Qt would only crash; '' if one can."""
     if any(find_spec(name) is None for name in _WINDOW):
         return _NOT_INSTALLED

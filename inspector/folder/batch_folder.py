@@ -60,7 +60,7 @@ class BatchFolder(QObject):
             glances, self._parameters = manifest.glances(), manifest.parameters()
         self._glances = {Path(glance.source): glance for glance in glances}
         used = {glance.mark for glance in glances if glance.mark}
-        words = {_in_words(self._parameters.get(mark, {})) for mark in used}
+        words = {_options_text(self._parameters.get(mark, {})) for mark in used}
         self.options = "; ".join(sorted(words - {""}))
         return [self._queued(glance) for glance in glances]
 
@@ -68,7 +68,7 @@ class BatchFolder(QObject):
         """Return the batch's τ and detector for a clip; None if they are the defaults."""
         glance = self._glances.get(path)
         given = self._parameters.get(glance.mark, {}) if glance is not None else {}
-        if glance is None or not _in_words(given):
+        if glance is None or not _options_text(given):
             return None
         tau: Mapping[str, float] = {}
         if given["tau_deg"] is not None or given["profile_rad"] is not None:
@@ -111,10 +111,10 @@ class BatchFolder(QObject):
         if (glance := self._glances.get(path)) is None:
             return
         self._noting += 1
-        task = Task(lambda _: self._noted(path, glance.source), self)
-        task.failed.connect(lambda error: self._not_noted(path, error))
+        task = Task(lambda _: self._record(path, glance.source), self)
+        task.failed.connect(lambda error: self._report_failure(path, error))
         for over in (task.finished, task.failed):
-            over.connect(self._one_less)
+            over.connect(self._count_down)
             over.connect(task.deleteLater)
         task.start()
 
@@ -125,7 +125,7 @@ class BatchFolder(QObject):
         else:
             then()
 
-    def _not_noted(self, path: Path, error: Exception) -> None:
+    def _report_failure(self, path: Path, error: Exception) -> None:
         message = tr(
             "The decisions about {name} could not be recorded in the batch: {error}",
             name=path.name,
@@ -133,19 +133,19 @@ class BatchFolder(QObject):
         )
         self.failed.emit(message)
 
-    def _one_less(self) -> None:
+    def _count_down(self) -> None:
         self._noting -= 1
         if not self._noting and self._then is not None:
             then, self._then = self._then, None
             then()
 
-    def _noted(self, path: Path, source: str) -> None:
+    def _record(self, path: Path, source: str) -> None:
         sessions = kept_sessions(path)
         with Manifest.open(self.folder) as manifest:
             manifest.note_decisions(source, decisions_of(sessions[0]) if sessions else {})
 
 
-def _in_words(given: Mapping[str, Any]) -> str:
+def _options_text(given: Mapping[str, Any]) -> str:
     """Return the options of a batch that differ from the defaults, in words."""
     parts = []
     if given.get("tau_deg") is not None:

@@ -92,7 +92,7 @@ class FolderActions:
         self._report = report = QProcess(self.window)
         if (application := QCoreApplication.instance()) is not None:
             application.aboutToQuit.connect(self._give_up)
-        report.finished.connect(lambda code: self._reported(folder, code))
+        report.finished.connect(lambda code: self._report_finished(folder, code))
         report.errorOccurred.connect(lambda error: self._not_started(folder, error))
         target = folder / "report"
         program, *words = python_bound("twistcore", "report", str(folder), "-o", str(target))
@@ -106,7 +106,7 @@ class FolderActions:
             report.kill()
             report.waitForFinished(2_000)
 
-    def _reported(self, folder: Path, code: int) -> None:
+    def _report_finished(self, folder: Path, code: int) -> None:
         report, self._report = self._report, None
         if report is None:
             return

@@ -95,13 +95,13 @@ def tr(text: str, /, **values: object) -> str:
     Control characters in the values are made visible, as the values may come from files.
     """
     found = _texts.get(("", text), text)
-    return found.format(**_seen(values)) if values else found
+    return found.format(**_legible_values(values)) if values else found
 
 
 def tr_as(meaning: str, text: str, /, **values: object) -> str:
     """Return a text with several meanings, such as 'Open'; `meaning` helps the translator."""
     found = _texts.get((meaning, text), text)
-    return found.format(**_seen(values)) if values else found
+    return found.format(**_legible_values(values)) if values else found
 
 
 def announced(text: str, meaning: str = "") -> str:
@@ -115,10 +115,10 @@ def plural(one: str, many: str, number: float, /, **values: object) -> str:
     single = number == 1
     forms = _plurals.get(one)
     text = (one if single else many) if forms is None else forms[0 if single else 1]
-    return text.format(**_seen(values))
+    return text.format(**_legible_values(values))
 
 
-def _seen(values: dict[str, object]) -> dict[str, object]:
+def _legible_values(values: dict[str, object]) -> dict[str, object]:
     texts = {
         k: legible(v, lines=True, most=_MOST)
         for k, v in values.items()

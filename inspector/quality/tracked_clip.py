@@ -32,7 +32,7 @@ class Result:
     quality: of the figure before and after tracking.
     """
 
-    wanted: _Wanted
+    wanted: _Request
     rotations: Array
     positions: Array
     traces: Traces
@@ -40,7 +40,7 @@ class Result:
 
 
 @dataclass(frozen=True)
-class _Wanted:
+class _Request:
     data_id: int
     tracking: Tracking
     intervals: tuple[Interval, ...]
@@ -61,7 +61,7 @@ class Tracked(QObject):
         self.result: Result | None = None
         self.asked: Tracking | None = None  # requested, and not yet part of the review
         self._task = OneTask(self)
-        self._under_way: _Wanted | None = None
+        self._under_way: _Request | None = None
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settle.timeout.connect(self._start)
         document.opened.connect(self._reset)
@@ -109,7 +109,7 @@ class Tracked(QObject):
 
     def _check(self) -> None:
         """Track again if the result, or the running tracking, is not for the present review."""
-        wanted = self._wanted()
+        wanted = self._request()
         if wanted is None:
             had = self.result is not None or self.running
             self._settle.stop()
@@ -120,13 +120,13 @@ class Tracked(QObject):
         elif (self._under_way or (self.result and self.result.wanted)) != wanted:
             self._settle.start()
 
-    def _wanted(self) -> _Wanted | None:
+    def _request(self) -> _Request | None:
         data = self._document.data
         if data is None:
             return None
         state = self._document.review.state
         tracking = self.asked or state.tracking
-        return _Wanted(id(data), tracking, state.chosen(undecided=True)) if tracking else None
+        return _Request(id(data), tracking, state.chosen(undecided=True)) if tracking else None
 
     def _halt(self) -> None:
         self._task.cancel()
@@ -134,7 +134,7 @@ class Tracked(QObject):
 
     def _start(self) -> None:
         self._settle.stop()
-        wanted, data = self._wanted(), self._document.data
+        wanted, data = self._request(), self._document.data
         if wanted is None or data is None or wanted == self._under_way:
             return
         if self.result is not None and self.result.wanted == wanted:
@@ -162,7 +162,7 @@ class Tracked(QObject):
         self.changed.emit()
 
 
-def _work(data: Analysed, wanted: _Wanted, tell: Tell) -> Result:
+def _work(data: Analysed, wanted: _Request, tell: Tell) -> Result:
     refined = refine(data.motion, data.chains_and_limbs, wanted.intervals)
     found, traces = traced_motion(refined, wanted.tracking, tell)
     tell(1.0)

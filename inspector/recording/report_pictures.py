@@ -73,7 +73,7 @@ class OffscreenRenderer:
         solid.colour(LIGHT)
         try:
             for k, pair in enumerate(figure.pairs):
-                chain = _named(figure, pair)
+                chain = _find_chain(figure, pair)
                 before, after = ((rotations[t], positions[t]) for t in (pair.first, pair.second))
                 own = tuple(c for c in chains if c.person == chain.person)
                 facing, body = heading(after[1], own, up), people.get(chain.person, ())
@@ -120,7 +120,7 @@ def _above_ground(camera: OrbitCamera, ground: Ground, height: float) -> OrbitCa
     return replace(camera, elevation=max(camera.elevation, lowest_angle)).orbited(0.0, 0.0)
 
 
-def _named(figure: Figure, pair: BeforeAfter) -> Chain:
+def _find_chain(figure: Figure, pair: BeforeAfter) -> Chain:
     return next(chain for chain in figure.chains if chain.name == pair.chain)
 
 

@@ -236,7 +236,7 @@ class _Keeper(QPaintEngine):
         """Store a text."""
         if item.text().strip():
             ink = self._faded(self._pen.color())
-            font = _whole(item.font())
+            font = _complete_font(item.font())
             words = Words(item.text(), font, QPointF(at), self._places, ink, None)
             box = words.outline().boundingRect()
             clip = self._clip_of(box)
@@ -333,16 +333,16 @@ class _Keeper(QPaintEngine):
             edges = QPainterPath()
             edges.addRegion(window)
             clip = edges if clip is None else clip.intersected(edges)
-        return None if clip is None or _holds(clip, box) else clip
+        return None if clip is None or _contains(clip, box) else clip
 
 
-def _holds(clip: QPainterPath, box: QRectF) -> bool:
+def _contains(clip: QPainterPath, box: QRectF) -> bool:
     """True if a box is inside a clip, including the edges, unlike Qt's own test."""
     edges = upright(clip)
     return edges.contains(box) if edges is not None else clip.contains(box)
 
 
-def _whole(font: QFont) -> QFont:
+def _complete_font(font: QFont) -> QFont:
     """Return the font with all its attributes set, so that no device changes them."""
     whole = QFont(font)
     whole.setFamilies(font.families())

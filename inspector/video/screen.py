@@ -21,7 +21,7 @@ class Screen(QWidget):
         colours.changed.connect(self._colour)
         self.image: QImage | None = None
         self.text = text
-        self._tell()
+        self._name_picture()
         self.setMinimumSize(160, 90)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
@@ -33,9 +33,9 @@ class Screen(QWidget):
         """Show a picture, or a message without one."""
         self.image, self.text = image, text
         self.update()
-        self._tell()
+        self._name_picture()
 
-    def _tell(self) -> None:
+    def _name_picture(self) -> None:
         """Give screen readers the message, or the name of the picture."""
         name = self.text if self.image is None else tr("Picture of the video")
         if name != self.accessibleName():

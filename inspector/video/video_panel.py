@@ -70,7 +70,7 @@ class VideoPanel(QWidget):
         self.display.resized.connect(self._follow)
         document.frame_changed.connect(self._follow)
         document.opened.connect(self._clip_opened)
-        self._tell()
+        self._show_facts()
 
     def _button(self, glyph: str, tip: str, do: Callable[[], None]) -> QToolButton:
         button = tool_button(glyph, tip, flat=False)
@@ -100,7 +100,7 @@ class VideoPanel(QWidget):
         self._task.cancel()
         self._replace_reader(None, 0.0)
         self._set_picture(None, text)
-        self._tell()
+        self._show_facts()
 
     def _clip_opened(self) -> None:
         self.let_go()
@@ -123,7 +123,7 @@ class VideoPanel(QWidget):
         self._replace_reader(reader, offset)
         self._set_picture(None, "")
         self._remember()
-        self._tell()
+        self._show_facts()
         self._follow()
 
     def _not_loaded(self, error: Exception, failed: Callable[[Exception], None]) -> None:
@@ -160,7 +160,7 @@ class VideoPanel(QWidget):
             assert self._held is not None
             offset, self._held = self._held - self._clip_time(), None
             self._set_offset(offset)
-        self._tell()
+        self._show_facts()
         self._follow()
 
     def nudge(self, frames: int) -> None:
@@ -223,9 +223,9 @@ class VideoPanel(QWidget):
             form = QImage.Format.Format_RGB888
             self.display.show_image(QImage(picture.pixels.data, width, height, 3 * width, form))
         self.shown = picture  # keeps the memory that the screen paints from
-        self._tell_time()
+        self._show_time()
 
-    def _tell(self) -> None:
+    def _show_facts(self) -> None:
         """Show the video's properties, and enable what can be done with it."""
         reader = self.reader
         for widget in (self.back, self.forth, self._hold):
@@ -237,9 +237,9 @@ class VideoPanel(QWidget):
             tip = f"{reader.path}\n{reader.duration:.2f} s"
         self.facts.setText(text)
         self.facts.setToolTip(as_tip(tip))
-        self._tell_time()
+        self._show_time()
 
-    def _tell_time(self) -> None:
+    def _show_time(self) -> None:
         text = ""
         if self.shown is not None:
             running, held = tr("video {seconds:.3f} s"), tr("held at {seconds:.3f} s")

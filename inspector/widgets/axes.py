@@ -73,15 +73,15 @@ class RootAxis(Axis):
 
     def keep_clear(self, place: float) -> None:
         """Draw no number at a place on this scale, where the plot draws something else."""
-        before, self.taken = self._under(), place
-        if self._under() != before:
+        before, self.taken = self._overlapped(), place
+        if self._overlapped() != before:
             self.picture = None  # drawn again at the next repaint
 
     def _room(self) -> float:
         low, high = (float(v) for v in self.range)
         return self.type_scale * _TICK_ROOM * (high - low) / max(float(self.height()), 1.0)
 
-    def _under(self) -> list[float]:
+    def _overlapped(self) -> list[float]:
         """Return the places of numbers that would overlap `taken`."""
         ticks = root_scale(np.array(_ROOT_TICKS)).tolist()
         return [t for t in ticks if self.taken is not None and abs(t - self.taken) < self._room()]
@@ -90,7 +90,7 @@ class RootAxis(Axis):
         """Return round degrees, as many as fit."""
         room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
         chosen = spaced_ticks(root_scale(np.array(_ROOT_TICKS)).tolist(), room)
-        ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}.difference(self._under())
+        ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}.difference(self._overlapped())
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:

@@ -72,7 +72,9 @@ class MainWindow(Parts):
         self._restore()
         self.keys = ReviewKeys(self, self._keyboard_home)
         complain = partial(self.bar.show_message, wrong=True)
-        self._kept_settings = SettingsKeeper(settings, settings_file, self._looks, complain, self)
+        self._kept_settings = SettingsKeeper(
+            settings, settings_file, self._geometry_and_layout, complain, self
+        )
         # At once: after a crash the next start must know which clip was open.
         self.document.opened.connect(self._kept_settings.write)
 
@@ -166,7 +168,7 @@ class MainWindow(Parts):
         table = self.intervals.table
         return self if table.visibleRegion().isEmpty() else table
 
-    def _looks(self) -> tuple[str, str] | None:
+    def _geometry_and_layout(self) -> tuple[str, str] | None:
         """Geometry and layout, as a person has them when nothing is presented."""
         if self.actions_by_id["presentation"].isChecked():
             return None
