@@ -123,8 +123,8 @@ def _tip(clip: QueuedClip) -> str:
     if clip.missing:
         lines.append(
             plural(
-                "{n} frame is missing: the file's header declares it",
-                "{n} frames are missing: the file's header declares them",
+                "{n} frame is missing at the end of the file",
+                "{n} frames are missing at the end of the file",
                 clip.missing,
             )
         )

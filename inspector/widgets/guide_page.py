@@ -114,7 +114,7 @@ class GuidePage(QWidget):
         place = document.find(words, behind)
         if place.isNull():
             place = document.find(words, 0)
-        self.found.setText(tr("not on this page") if words and place.isNull() else "")
+        self.found.setText(tr("no match on this page") if words and place.isNull() else "")
         if not place.isNull():
             self.browser.setTextCursor(place)
             self.browser.ensureCursorVisible()

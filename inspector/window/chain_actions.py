@@ -113,7 +113,9 @@ class ChainActions:
         """Go back to the chains that the program found."""
         if self._open():
             self._change(
-                AS_FOUND, tr("Chains as found"), tr("The chains are already those that were found.")
+                AS_FOUND,
+                tr("Restore detected chains"),
+                tr("The chains are already the detected ones."),
             )
 
     def use_rig(self) -> None:
@@ -140,7 +142,7 @@ class ChainActions:
         rig = self._rig
         if not self._open() or not self._keep(rig):
             return
-        which = tr("the chains as found")
+        which = tr("the detected chains")
         if rig:
             which = tr("these chains ({changed})", changed=_changes_text(rig))
         message = tr(

@@ -93,7 +93,7 @@ class ExportDialog(WriteDialog):
         tracking = document.review.state.tracking if document.data else None
         if tracking is not None:
             how = tr(
-                "{joints} with QuaMo, {way}, {gains} gains, afterwards",
+                "{joints} with QuaMo after the correction ({way}, {gains} gains)",
                 joints=of_core(tracking.what),
                 way=tr("causally") if tracking.causal else tr("both ways"),
                 gains=tr_as("gains", "learned") if tracking.learned else tr_as("gains", "hand"),

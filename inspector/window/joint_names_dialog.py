@@ -43,7 +43,7 @@ _HEADS = (
 _INDENT = "\N{NO-BREAK SPACE}" * 2
 _SIZE = 820, 620  # pixels
 _CHOICES = {  # the rig's word for a joint, and the text in the list
-    "": tr_as("a joint", "as found"),
+    "": tr_as("a joint", "as detected"),
     "left shoulder": tr("left shoulder (collar bone)"),
     "left arm": tr("left upper arm (Arm)"),
     "left forearm": tr("left forearm"),
@@ -126,7 +126,7 @@ class JointNamesDialog(QDialog):
         self._use = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
         self._use.setText(tr("Use these names"))
         reset = self.buttons.button(QDialogButtonBox.StandardButton.Reset)
-        reset.setText(tr("All as found"))
+        reset.setText(tr("Reset all"))
         reset.clicked.connect(self.reset)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)

@@ -75,4 +75,4 @@ def test_back_and_forward_and_a_search(qtbot, guide):
     guide.line.returnPressed.emit()
     assert guide.browser.textCursor().position() > first
     guide.line.setText("no such words")
-    assert guide.found.text() == "not on this page"
+    assert guide.found.text() == "no match on this page"
