@@ -314,7 +314,7 @@ def save(window: MainWindow, name: str, *, small: bool = False) -> None:
 
 
 def keep(picture: QImage, name: str) -> None:
-    """Write a picture of the docs."""
+    """Write a picture to the docs' folder of images."""
     path = IMAGES / f"{name}.png"
     picture.save(str(path), quality=0)
     print(path.relative_to(IMAGES.parent.parent))

@@ -37,7 +37,7 @@ class Quality(FeatureParts):
         bring_to_front(self._dock)
 
     def _show_interval(self, interval: Interval) -> None:
-        """Open the quality tab for a fault of the capture: its joints, and its first frame."""
+        """Show the joints and the first frame of a fault of the capture in the quality tab."""
         if not interval.start <= self._document.frame < interval.stop:
             self._document.go_to(interval.start)
         joints = (interval.evidence or {}).get("joints", (interval.joint,))

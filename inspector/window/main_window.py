@@ -90,7 +90,7 @@ class MainWindow(Parts):
             self._publish(self.built[feature.name])
 
     def _publish(self, part: FeatureParts) -> None:
-        """Make what a feature has built attributes of the window."""
+        """Make the public parts of a feature attributes of the window."""
         for name, built in vars(part).items():
             if not name.startswith("_"):
                 setattr(self, name, built)
@@ -169,7 +169,7 @@ class MainWindow(Parts):
         return self if table.visibleRegion().isEmpty() else table
 
     def _geometry_and_layout(self) -> tuple[str, str] | None:
-        """Geometry and layout, as a person has them when nothing is presented."""
+        """Return the window's geometry and layout; None during a presentation."""
         if self.actions_by_id["presentation"].isChecked():
             return None
         return self.usual_layout.kept(self.settings.geometry)
