@@ -48,7 +48,7 @@ def frames_of(path):
 @pytest.mark.thorough
 def test_five_seconds_play_back(qtbot, window, tmp_path):
     choice = RecordChoice(tmp_path / "five.mp4", 0, 300, 0.5, SIZE)
-    assert made(qtbot, window, choice) == "five.mp4 written."
+    assert made(qtbot, window, choice) == "five.mp4 was written."
     pictures, seconds = frames_of(choice.path)
     assert pictures.shape == (150, SIZE[1], SIZE[0], 3)
     assert seconds == pytest.approx(5.0, abs=0.05)
@@ -109,7 +109,7 @@ def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
     there = tmp_path / "there.png"
     there.write_bytes(b"mine")
     window.record_actions.record(RecordChoice(there, size=SIZE))
-    assert "there is such a file" in window.bar.label.text()
+    assert "exists already" in window.bar.label.text()
     assert there.read_bytes() == b"mine"
 
 
@@ -221,7 +221,7 @@ def test_a_film_of_a_sweep_moves_the_figure_and_not_the_persons(qtbot, window, t
     contents = Contents(curves=False)
     choice = RecordChoice(tmp_path / "s.mp4", size=SIZE, contents=contents, sweep=sweep)
     window.record_actions.record(choice)  # its symbols are typeset first
-    qtbot.waitUntil(lambda: window.bar.label.text() == "s.mp4 written.", timeout=60_000)
+    qtbot.waitUntil(lambda: window.bar.label.text() == "s.mp4 was written.", timeout=60_000)
     pictures, seconds = frames_of(choice.path)
     assert len(pictures) == len(sweep.values(30.0)) == 28
     assert seconds == pytest.approx(28 / 30, abs=0.02)
