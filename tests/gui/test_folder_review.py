@@ -69,7 +69,7 @@ def test_without_autosave_a_bar_asks_before_a_clip_is_left(qtbot, show_window, c
     act(window, "next_interval")
     act(window, "accept")
     window.open_path(other)
-    assert "not saved" in window.bar.label.text()
+    assert "unsaved" in window.bar.label.text()
     assert window.document.data.clip.path == clip
     answers = {button.text(): button for button in window.bar.buttons()}
     assert list(answers) == ["Save", "Save elsewhere…", "Leave without saving"]
