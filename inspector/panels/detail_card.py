@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.end_choice import EndChoice
 from inspector.panels.interval_filter import short_word
-from inspector.panels.limb_words import middle_of, next_part
+from inspector.panels.limb_words import middle_of, next_part, part_of_body
 from inspector.panels.protected_words import table_of, worse_line
 from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
 from inspector.panels.rig_names import joints_of
@@ -194,7 +194,7 @@ class DetailCard(QWidget):
         chain = self._document.find_chain(interval.chain)
         what = "" if kind == Kind.COUNTER_TWIST else f" · {short_word(interval.kind)}"
         label = of_core(chain.label)
-        varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", follows")
+        varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", varying δ")
         if interval.soft_ended:
             varies += tr(", up to {offset}°", offset=signed(np.degrees(interval.shown)))
         count = plural("{n} frame", "{n} frames", interval.frames)
@@ -206,8 +206,7 @@ class DetailCard(QWidget):
         measures = self._measures(judged)
         figures = filter(None, (_figures(judged, chain), table_of(measures)))
         self.why.setToolTip(as_tip("\n".join(figures)))
-        why = explanation(self._document.told(judged), chain, first, measures)
-        self.why.set_plain(f"{worse_line(measures)} {why}".strip())
+        self.why.set_plain(explanation(self._document.told(judged), chain, first, measures))
         if isinstance(chain, Limb):
             self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
@@ -315,23 +314,24 @@ class DetailCard(QWidget):
 def explanation(
     judged: Judged, chain: Chain, first_frame: int, measures: Sequence[ProtectedMeasure] = ()
 ) -> str:
-    """Return why an interval is listed: a plain sentence first, then the numbers.
+    """Return why an interval is listed: first what is wrong, then what gets worse, then numbers.
 
-    measures: what the correction changes; the card lists doubts about these separately.
+    measures: what the correction changes.
     """
     interval = judged.interval
     evidence = interval.evidence or {}
     if not interval.kind.known:
         return tr("A later version of the program found this. This version can only show it.")
     if judged.by_hand:
-        return f"{_lead(judged, chain, evidence)} {tr('Made by hand.')}".strip()
+        parts = _lead(judged, chain, evidence), worse_line(measures), tr("Made by hand.")
+        return " ".join(filter(None, parts))
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame)
     if interval.kind == Kind.NOISE_BURST:
         return _noise_burst(interval, evidence)
     if interval.kind == Kind.FROZEN:
         return _frozen(chain, evidence)
-    sentences = [_lead(judged, chain, evidence)]
+    sentences = [_lead(judged, chain, evidence), worse_line(measures)]
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
     if isinstance(chain, Limb):
@@ -370,7 +370,7 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
         return tr(
             "{limb} is flipped for {frames}: the {middle} points {angle}° away from where it "
             "should.",
-            limb=of_core(chain.label),
+            limb=part_of_body(chain),
             frames=frames,
             middle=middle_of(chain),
             angle=angle,
@@ -383,8 +383,13 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
             angle=angle,
             frames=frames,
         )
-    part, share = of_core(chain.label), evidence.get("child_follows", 1.0)
-    values = {"part": part, "angle": angle, "frames": frames, "next": next_part(chain)}
+    share = evidence.get("child_follows", 1.0)
+    values = {
+        "part": part_of_body(chain),
+        "angle": angle,
+        "frames": frames,
+        "next": next_part(chain),
+    }
     if judged.by_hand or _one_turns(judged, chain, evidence):
         return tr("{part} is turned {angle}° too far for {frames}.", **values)
     if share < 1.0:

@@ -160,7 +160,7 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     queue.changed.emit()
     assert panel.status.text() == told.replace("1 of 3", "0 of 3")
     for clip, state, told in (
-        (cut, "cut short", "286 frames that its header declares are missing"),
+        (cut, "cut short", "286 frames are missing"),
         (partly, "partly checked", "2 arms and legs were not examined"),
     ):
         (thing,) = [one for one in panel._model.things if one.path == clip]

@@ -163,8 +163,8 @@ def test_judged_by_keys_and_taken_back(qtbot, opened):
         Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
     ]  # fmt: skip
     title, why = opened.detail.title.text(), opened.detail.why.text()
-    assert title == "<b>Right leg</b> · flip · 4 frames, follows"
-    assert why.startswith("Right leg is flipped for 4 frames: the knee points ")
+    assert title == "<b>Right leg</b> · flip · 4 frames, varying δ"
+    assert why.startswith("The right leg is flipped for 4 frames: the knee points ")
     assert "The knee jumps by +179° at frame 38 and back by −180° at frame 42." in why
     assert "Log odds" in opened.detail.why.toolTip()
     assert (opened.detail.end.name.text(), opened.detail.end.shown) == ("Foot:", "turned along")

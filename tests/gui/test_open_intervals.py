@@ -12,6 +12,21 @@ from twistcore.review import Review
 from twistcore.skeleton.helper import Helper
 
 
+def test_the_card_begins_with_a_plain_sentence():
+    found = detect(read_bvh(ASSETS / "walk_injected.bvh"))
+    judged = next(j for j in Review.of(found).state.intervals if j.interval.frames == 16)
+    chain = found.analysis.chain(judged.interval.chain)
+    turned = "The left forearm is turned 21° too far for 16 frames"
+    back = "the hand turns back by the same angle."
+    assert explanation(judged, chain, 0).startswith(f"{turned}; {back} Confidence ")
+    alone = replace(judged, interval=replace(judged.interval, open=True))
+    by_hand = replace(judged, by_hand=True)
+    for told in (explanation(alone, chain, 0), explanation(by_hand, chain, 0)):
+        assert told.startswith(f"{turned}. ")
+    other = replace(chain, segment="", side="", ends=True)
+    assert explanation(judged, other, 0).startswith("LeftForeArm is turned 21° too far")
+
+
 def test_the_card_says_why_an_interval_is_open():
     found = detect(read_bvh(ASSETS / "walk_injected.bvh"))
     judged = Review.of(found).state.intervals[0]

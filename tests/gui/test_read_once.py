@@ -95,7 +95,7 @@ def test_at_once_pressed_twice_exports_once_and_as_the_review_is_then(
     started = []
     monkeypatch.setattr(exported.exporter, "start", started.append)
     act(exported, "export_at_once")
-    assert "Looking at" in exported.bar.label.text()
+    assert "Checking" in exported.bar.label.text()
     act(exported, "export_at_once")
     assert wait_for_tasks(10_000)
     qtbot.waitUntil(lambda: bool(started))

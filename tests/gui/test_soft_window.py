@@ -34,7 +34,7 @@ def test_its_card_and_row_tell_the_largest_offset_and_how_it_sets_in(ramped):
     told = explanation(judged, document.find_chain("RightShoulder"), 0)
     assert "sets in over 12 frames, ends over 12; P's level departs" in told
     assert "by up to +78.0° over the " in told
-    assert "follows, up to +78.0°" in detail.title.text()
+    assert "varying δ, up to +78.0°" in detail.title.text()
     assert detail.delta.value() == pytest.approx(78.0, abs=0.01)
     assert "Log odds" in detail.why.toolTip()
     model = ramped.intervals.table.model()

@@ -221,7 +221,7 @@ def test_a_video_that_is_gone_is_told_in_its_place_only(qtbot, show_clip, movie)
     movie.unlink()
     open_clip(qtbot, window, path)
     settle(qtbot, window)
-    assert window.video.display.text == f"witness.mp4: the video is no longer in {movie.parent}."
+    assert window.video.display.text == f"The video witness.mp4 is no longer in {movie.parent}."
     assert not window.bar.isVisible()
     assert list(VIDEOS.of(window.settings).values()) == [(str(movie), 0.25)]  # it may come back
     assert window.document.frames == 344
@@ -247,7 +247,7 @@ def test_a_file_with_sound_only_has_no_picture(tmp_path):
     with wave.open(str(tmp_path / "sound.wav"), "wb") as sound:
         sound.setparams((1, 2, 8000, 0, "NONE", "not compressed"))
         sound.writeframes(bytes(16_000))
-    with pytest.raises(VideoError, match="there is no picture in this file"):
+    with pytest.raises(VideoError, match="this file has no video stream"):
         VideoReader(tmp_path / "sound.wav")
 
 
