@@ -1,4 +1,4 @@
-"""What the program remembers between two runs, in one JSON file."""
+"""The settings of the program, in one JSON file."""
 
 from __future__ import annotations
 
@@ -24,33 +24,39 @@ from twistcore.files.ordinary import own_folder, read_file, real_path
 RECENT = 10
 VIDEOS = 500
 FOLDERS = 100
-STEPS = (2, 1000)  # frames that Ctrl+arrow may go by
-MOST_DRAWS = 50  # of errors, to measure what τ costs
-FARTHEST_S = 86_400.0  # a video's offset, either way
-_FOLDER_TAU = {"profile", "method", "tau"}  # what is kept of a folder and belongs together
-_LARGEST_FILE = 64_000_000  # bytes; ours have some kilobytes
-_LONGEST_NUMBER = 18  # digits: longer ones are out of all bounds, and slow to read
+STEPS = (2, 1000)  # range of frames for Ctrl+arrow
+MOST_DRAWS = 50  # of errors, to measure the cost of τ
+FARTHEST_S = 86_400.0  # largest offset of a video, in either direction
+_FOLDER_TAU = {"profile", "method", "tau"}  # entries of a folder that belong together
+_LARGEST_FILE = 64_000_000  # bytes; ours have a few kilobytes
+_LONGEST_NUMBER = 18  # digits; longer numbers are out of range and slow to read
 
 
 @dataclass
 class Settings:
-    """What is kept; within which bounds say CHECKS.
+    """The settings; CHECKS has the allowed values.
 
-    theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex; first_frame: 0 or 1;
-    step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table;
-    zoom_to_interval: whether N, A and R zoom the plots to the interval they go to; order: of going
-    through intervals, 'chain' or 'time'; reviewer_asked: whether the name was asked for;
-    turn_ms: milliseconds in which the camera turns to another limb, 0 for at once; videos: by the
-    clip's path its video's path and offset in seconds, the latest last; folders: by a folder's path
-    where one stopped in it, `clip`, and τ for all of it, `profile` (its name, '' for each clip's
-    automatic one), `method` and `tau` in radians, the latest last; autosave: a session is saved by
-    itself; next_after_export: in a folder the next clip opens then; columns: of the list of
-    intervals, none for those there is room for; interval_sort: the column it is sorted by, '-'
-    before it where the other way round, '' for none; alarm_points, smallest_error, error_draws: of
-    a suggested τ, points of FSR that a false alarm may cost, degrees of the smallest errors looked
-    for, draws of errors to measure with; language: of texts, 'system' or a code such as 'de', one
-    that there is not is as 'system'; of_others: what the file holds beside, of a
-    newer version perhaps, kept for it.
+    - theme: 'system', 'light' or 'dark'
+    - geometry, layout: Qt's bytes as hex
+    - first_frame: number of the first frame, 0 or 1
+    - step: frames for Ctrl+arrow
+    - keys: keys by action id, if they differ from the defaults
+    - zoom_to_interval: N, A and R zoom the plots to the interval
+    - order: order of going through intervals, 'chain' or 'time'
+    - reviewer_asked: the name of the reviewer was asked for
+    - turn_ms: milliseconds for the camera's turn to another limb, 0 for at once
+    - videos: by clip path, the path of its video and the offset in seconds, the latest last
+    - folders: by folder path, the last `clip`, and the τ of the folder: `profile` (its name, '' for
+      automatic τ), `method` and `tau` in radians, the latest last
+    - autosave: save sessions automatically
+    - next_after_export: open the next clip of a folder after an export
+    - columns: of the list of intervals, empty for as many as fit
+    - interval_sort: the column to sort by, with '-' in front for descending, '' for none
+    - alarm_points: points of FSR that one false alarm may cost, for a suggested τ
+    - smallest_error: degrees of the smallest errors to find, for a suggested τ
+    - error_draws: number of draws of errors to measure with, for a suggested τ
+    - language: 'system' or a code such as 'de'; an unknown code means 'system'
+    - of_others: entries that this version does not know, kept for a newer one
     """
 
     theme: str = "system"
@@ -78,30 +84,30 @@ class Settings:
     of_others: dict[str, Any] = field(default_factory=dict)
 
     def remember(self, path: Path) -> None:
-        """Put a file first in the list of recent ones."""
+        """Put a file at the top of the recent files."""
         name = str(real_path(path))
         self.recent = [name, *(r for r in self.recent if r != name)][:RECENT]
 
     def remember_video(self, clip: str, video: Path, offset: float) -> None:
-        """Keep a clip's video and its offset in seconds."""
+        """Remember a clip's video and its offset in seconds."""
         self.videos.pop(clip, None)
         self.videos[clip] = str(real_path(video)), min(max(offset, -FARTHEST_S), FARTHEST_S)
         for oldest in list(self.videos)[:-VIDEOS]:
             del self.videos[oldest]
 
     def of_folder(self, folder: Path) -> dict[str, Any]:
-        """What is kept of a folder."""
+        """Return the entry of a folder."""
         return _new_folder() | self.folders.get(str(real_path(folder)), {})
 
     def remember_folder(self, folder: Path, **known: Any) -> None:
-        """Keep where one is in a folder, or its τ: what is not named stays as it is."""
+        """Update the entry of a folder; values that are not given stay."""
         now = self.of_folder(folder) | known
         name = str(real_path(folder))
         others = {k: v for k, v in self.folders.items() if k != name}
         self.folders = dict([*others.items(), (name, now)][-FOLDERS:])
 
 
-# What the fields of a file must be; the window lets nobody choose what is out of these bounds.
+# Checks of the values in a file. The window offers only values that pass.
 CHECKS: dict[str, Check] = {
     "theme": checks.any_of("system", "light", "dark"),
     "recent": checks.first_of(checks.file_path, RECENT),
@@ -142,7 +148,7 @@ CHECKS: dict[str, Check] = {
 
 
 def settings_path() -> Path:
-    """Where the settings live; the environment variable TWIST_INSPECTOR_SETTINGS moves them."""
+    """Return the path of the settings; the variable TWIST_INSPECTOR_SETTINGS overrides it."""
     if moved := os.environ.get("TWIST_INSPECTOR_SETTINGS"):
         return Path(moved)
     find = partial(platformdirs.user_config_path, "twist-inspector", appauthor=False)
@@ -150,10 +156,10 @@ def settings_path() -> Path:
 
 
 def load_settings(path: Path) -> tuple[Settings, str]:
-    """The settings and a sentence to show, '' if all is well; raises nothing.
+    """Return the settings and a sentence to show, '' if all is well; raises nothing.
 
-    What is damaged goes back to its default, field by field, in lists and objects entry by entry;
-    a copy of the damaged file is kept beside it, under a name that no other file has.
+    Damaged fields get their defaults, and damaged entries of lists and objects are dropped. A copy
+    of the damaged file is kept next to it.
     """
     if trouble := _trouble(path):
         return Settings(), _unread(path, trouble)
@@ -170,20 +176,20 @@ def load_settings(path: Path) -> tuple[Settings, str]:
     if len(damaged) < len(CHECKS):
         which = tr("The settings {names}", names=", ".join(damaged))
     said = tr(
-        "{settings} were damaged: what was good of them is kept, the rest is as it was at first;",
+        "{settings} were damaged. Undamaged values are kept, the others were reset.",
         settings=which,
     )
     try:
-        aside = tr("the old file was set aside as {file}.", file=_set_aside(path, data))
+        aside = tr("The old file was saved as {file}.", file=_set_aside(path, data))
     except OSError as error:
-        aside = tr("the old file could not be set aside ({why}).", why=error.strerror)
+        aside = tr("The old file could not be copied ({why}).", why=error.strerror)
     return settings, f"{said} {aside}"
 
 
 def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
-    """The settings in a file's bytes and the names of damaged fields."""
+    """Return the settings in a file's bytes, and the names of damaged fields."""
     try:
-        # A path may hold bytes that are not UTF-8; where they are no path, the checks find them.
+        # Paths may have bytes that are not UTF-8; elsewhere the checks refuse them.
         document = json.loads(data.decode("utf-8-sig", "surrogateescape"), parse_int=_whole)
     except (ValueError, RecursionError):
         document = None
@@ -206,7 +212,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
 
 
 def save_settings(path: Path, settings: Settings) -> str:
-    """Write the settings; a sentence if that failed, else ''; raises nothing."""
+    """Write the settings; return '' or a sentence why that failed. Raises nothing."""
     if trouble := _trouble(path):
         return _unwritten(path, trouble)
     document = asdict(settings)
@@ -215,7 +221,7 @@ def save_settings(path: Path, settings: Settings) -> str:
         document[name] = checks.sealed(document[name])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # In ASCII: halves of surrogate pairs, as in paths that are not UTF-8, have no other form.
+        # In ASCII, because lone surrogates, as in paths that are not UTF-8, need escapes.
         write_atomically(path, (json.dumps(document, indent=1) + "\n").encode("ascii"))
     except OSError as error:
         return _unwritten(path, error.strerror)
@@ -223,10 +229,10 @@ def save_settings(path: Path, settings: Settings) -> str:
 
 
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
-    """Write what has changed since `before` into the file as it is by now; as `save_settings`.
+    """Write only the changes since `before` into the current file; returns as `save_settings`.
 
-    Another program may have written there meanwhile: what was not changed here stays as it is, and
-    of lists and objects every entry; of a folder where one stopped and its τ, each by itself.
+    Another window may have changed the file: values that were not changed here stay, also single
+    entries of lists and objects.
     """
     there, damaged = before, tuple[str, ...]()
     if path.is_file() and not _trouble(path):
@@ -237,7 +243,7 @@ def save_changes(path: Path, settings: Settings, before: Settings) -> str:
 
 
 def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
-    """Theirs, with what is otherwise in ours than it was before."""
+    """Return their settings with our changes since `before`."""
     changed: dict[str, Any] = {}
     for name in CHECKS:
         old, new, other = (getattr(s, name) for s in (before, ours, theirs))
@@ -254,28 +260,28 @@ def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
             latest_first = [k for n, k in enumerate(new) if old_place.get(k, n + 1) > n]
             rest = [k for k in other if (k in new or k not in old) and k not in latest_first]
             new = [*latest_first, *rest]
-        with contextlib.suppress(ValueError):  # what no file can hold stays as it was
+        with contextlib.suppress(ValueError):  # keep the old value if the new one cannot be saved
             changed[name] = CHECKS[name](new) if name not in ("geometry", "layout") else new
     return replace(theirs, **changed)
 
 
 def _unread(path: Path, why: str | None) -> str:
-    return tr("{file}: the settings cannot be read ({why}).", file=path, why=why)
+    return tr("The settings {file} cannot be read ({why}).", file=path, why=why)
 
 
 def _unwritten(path: Path, why: str | None) -> str:
-    return tr("{file}: the settings cannot be written ({why}).", file=path, why=why)
+    return tr("The settings {file} cannot be written ({why}).", file=path, why=why)
 
 
 def _new_folder() -> dict[str, Any]:
-    """What is kept of a folder in which nothing was done yet."""
+    """Return the entry of a new folder."""
     return {"clip": "", "profile": "", "method": "", "tau": {}}
 
 
 def _merged_folder(
     old: dict[str, Any] | None, new: dict[str, Any], other: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """What another program keeps of a folder, with what was changed here; τ goes by whole."""
+    """Return another program's entry of a folder with our changes; τ is replaced as a whole."""
     if other is None:
         return new
     old = _new_folder() | (old or {})
@@ -286,17 +292,17 @@ def _merged_folder(
 
 
 def _trouble(path: Path) -> str:
-    """Why a path is no place for settings, or ''; what nobody could read is not written over."""
+    """Return why settings cannot be read from or written to a path, or ''."""
     try:
         status = path.stat()
     except FileNotFoundError:
         return ""
     except OSError as error:
         return str(error.strerror)
-    if not stat.S_ISREG(status.st_mode):  # to open a FIFO would wait for somebody
-        return tr("it is no file")
+    if not stat.S_ISREG(status.st_mode):  # opening a FIFO would block
+        return tr("it is not an ordinary file")
     if status.st_size > _LARGEST_FILE:
-        return tr("it has {size} MB", size=status.st_size // 1_000_000)
+        return tr("it is too large, {size} MB", size=status.st_size // 1_000_000)
     return "" if os.access(path, os.R_OK) else "Permission denied"
 
 
@@ -305,7 +311,7 @@ def _whole(digits: str) -> float:
 
 
 def _set_aside(path: Path, data: bytes) -> Path:
-    """Keep a copy beside a file, one for the same bytes; raises OSError."""
+    """Keep a copy next to a file, unless there is one already; raises OSError."""
     for aside in path.parent.glob(f"{glob.escape(path.name)}.damaged*"):
         if aside.is_file() and read_file(aside) == data:
             return aside
