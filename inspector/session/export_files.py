@@ -274,9 +274,9 @@ def _moved(change: Difference) -> str:
         count = len(change.moved)
         names = tr("{count} joints by up to {percent:.1f} %", count=count, percent=most)
     if still:
-        return tr("Relative to the height, {names} moved; no other joint did.", names=names)
+        return tr("Moved, relative to the height: {names}. No other joint moved.", names=names)
     return tr(
-        "Relative to the height, {names} moved; no other joint moved by more than {rest:.0e}.",
+        "Moved, relative to the height: {names}. No other joint moved by more than {rest:.0e}.",
         names=names,
         rest=rest,
     )

@@ -111,7 +111,7 @@ class Recovery(QObject):
 
     def _offer(self, leftover: Leftover) -> None:
         steps = leftover.recovered.steps
-        kept = plural("{n} step was recorded", "{n} steps were recorded", steps)
+        kept = plural("{n} step was kept", "{n} steps were kept", steps)
         # A format of `strftime` for day, month, hour and minute.
         when = datetime.fromtimestamp(written(leftover.path) / 1e9).strftime(tr("%d %B, %H:%M"))
         if not leftover.same_clip:

@@ -212,7 +212,9 @@ def test_what_a_page_has_from_the_one_before_is_told_at_its_heading(tmp_path):
     assert last < 340  # else the frame lies in both clips
     lesson = read_lesson(written(tmp_path, LESSON.replace("frame: 90", "frame: 340")))
     chain_of(lesson, lesson.pages[0], analyse_clip(read_bvh(SAMPLE)))
-    with pytest.raises(FormatError, match=rf"line 26: expected a frame of kick.bvh from 0 to {last}"):
+    with pytest.raises(
+        FormatError, match=rf"line 26: expected a frame of kick.bvh from 0 to {last}"
+    ):
         chain_of(lesson, lesson.pages[1], analyse_clip(kick))
 
 
