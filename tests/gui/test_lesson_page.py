@@ -203,9 +203,9 @@ def test_without_the_library_a_sentence_says_what_to_install(tmp_path, monkeypat
     folder.mkdir(parents=True)
     other = type("Spec", (), {"origin": str(tmp_path / "__init__.py")})
     monkeypatch.setattr(web_page, "find_spec", lambda _name: other)
-    with pytest.raises(TwistError, match="not where it was"):
+    with pytest.raises(TwistError, match="does not contain it"):
         three_js()
     with ZipFile(folder / "viewer.zip", "w") as viewer:
         viewer.writestr("viewer.html.template", "<script>another viewer</script>")
-    with pytest.raises(TwistError, match="not where it was"):
+    with pytest.raises(TwistError, match="does not contain it"):
         three_js()

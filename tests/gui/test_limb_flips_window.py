@@ -290,7 +290,7 @@ def test_a_session_from_before_gets_the_flips_and_loses_nothing(qtbot, window, k
     assert json.loads(session_path(kick).read_bytes())["schema"] == "twistcore.session/1"
     document = window.document
     open_clip(qtbot, window, kick)
-    assert window.bar.label.text().endswith("were looked for as well: 10 found, undecided.")
+    assert window.bar.label.text().endswith("looks for new kinds of errors: 10 found, undecided.")
     first, *others = document.intervals
     assert (first.decision, first.interval.chain, first.by_hand) == (
         Decision.ACCEPTED, CHAIN, True

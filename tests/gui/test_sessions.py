@@ -205,7 +205,7 @@ def test_a_session_with_flips_opens_as_it_is(qtbot, window, path, tmp_path):
     session = tmp_path / "walk.twist.json"
     write_session(CLIP, Insert(flip()).apply(fresh().state), session)
     open_clip(qtbot, window, path)
-    assert "looked for as well: none found" in window.bar.label.text()
+    assert "new kinds of errors: none found" in window.bar.label.text()
     assert len(window.document.intervals) == 9
     act(window, "next_interval")
     act(window, "accept")

@@ -199,7 +199,7 @@ def test_a_folder_in_which_nothing_can_be_set_aside(path, monkeypatch):
     data = path.stat()
     settings, said = load_settings(path)
     assert settings == Settings()
-    assert said.endswith("could not be set aside (No space left on device).")
+    assert said.endswith("could not be copied (No space left on device).")
     assert path.stat() == data
 
 
