@@ -43,24 +43,24 @@ var Words = (function () {
       });
     }
     if (!d.swing_is_one) {
-      return tr("θp is undefined because w points opposite to a. Many pairs (n, θp) give this "
-        + "pose. A nudge makes θp unique.");
+      return tr("θp is undefined because w points opposite to a. Many pairs (n, θp) give this pose. "
+        + "A nudge makes θp unique.");
     }
     if (turned) {
       const tipped = whole(2 * Math.atan2(TIP, Math.PI - d.alpha));
-      return tr("θp is nearly singular because w points almost opposite to a ({reliable}). "
-        + "Tipping w sideways by 1° would change θp by {angle}.", {
+      return tr("θp is nearly singular: w points almost opposite to a ({reliable}). Tipping w "
+        + "sideways by 1° would change θp by {angle}.", {
         reliable: reliable(d.swing_reliability), angle: tipped,
       });
     }
     if (d.azimuth_reliability <= UNDEFINED) {
-      return tr("Δθc and m are undefined because the limb {lies} and v⊥ has no direction. A nudge "
-        + "gives v⊥ a direction.", { lies: lies });
+      return tr("Δθc and m are undefined: the limb {lies}, so v⊥ has no direction. A nudge gives it "
+        + "one.", { lies: lies });
     }
     if (straight) {
       const tipped = whole(Math.atan2(TIP, Math.asin(Math.min(d.azimuth_reliability, 1))));
-      return tr("Δθc is nearly singular because the limb almost {lies} ({reliable}). Tipping v "
-        + "sideways by 1° would turn v⊥ by {angle}.", {
+      return tr("Δθc is nearly singular: the limb almost {lies} ({reliable}). Tipping v sideways by "
+        + "1° would turn v⊥ by {angle}.", {
         lies: lies, reliable: reliable(d.azimuth_reliability), angle: tipped,
       });
     }
@@ -77,8 +77,8 @@ var Words = (function () {
 
   function applied(of) {
     const c = of.correction;
-    return tr("{share} of offset(t) = {whole} is removed from P’s twist. m was {before} and is "
-      + "now {now}. C turns back by the same angle (15), so its orientation stays (14).", {
+    return tr("{share} of offset(t) = {whole} is removed: m was {before}, now {now}. C turns back "
+      + "equally (15), so its orientation stays (14).", {
       share: share(c.applied), whole: tenths(c.whole),
       before: tenths(c.before.strength), now: tenths(of.frame.strength),
     });
@@ -87,11 +87,11 @@ var Words = (function () {
   function event(of, whatIf) {
     const d = of.frame, c = of.correction, passed = `m = ${tenths(d.strength)} ≥ τ = ${tenths(c.tau)}`;
     if (whatIf.counter && whatIf.twist && only(whatIf, "twist")) {
-      return tr("P and C twist against each other, and {passed}. This is a twist error: only P "
-        + "has turned; C and G are as captured.", { passed: passed });
+      return tr("P and C twist against each other, {passed}: a twist error. Only P has turned; C "
+        + "and G are as captured.", { passed: passed });
     }
-    return tr("Opposite signs and {passed}: this is an event, and err = {err} is added to "
-      + "offset(t). It is an edge of an error or a very fast movement.", {
+    return tr("Opposite signs and {passed}: an event. err = {err} is added to offset(t). It is an "
+      + "edge of an error or a very fast movement.", {
       passed: passed, err: `${signed(inDegrees(c.err), 1)}°`,
     });
   }
@@ -100,20 +100,20 @@ var Words = (function () {
     const d = of.frame, tau = tenths(of.correction.tau);
     const small = `m = ${plain(inDegrees(d.strength), 2)}° < τ = ${tau}`;
     if (whatIf.counter && Math.min(Math.abs(d.dtheta_p), Math.abs(d.dtheta_c)) > HALF_TURN) {
-      return tr("C turns back by the same angle, but Δθp and Δθc have the same sign, because "
-        + "wrapping at ±180° flips one of them. The paper’s test misses this error.");
+      return tr("C turns back by the same angle, but wrapping at ±180° gives Δθp and Δθc the same "
+        + "sign. The paper’s test misses this error.");
     }
     if (!whatIf.counter && whatIf.twist && only(whatIf, "twist")) {
       if (d.strength >= LEAST) {
-        return tr("A pure twist: w, n, α and Δθc stay. Δθp·Δθc < 0 comes from the child’s own "
-          + "small motion ({small}). This is why a threshold τ is needed.", { small: small });
+        return tr("A pure twist: w, n, α and Δθc stay. Δθp·Δθc < 0 is the child’s own small motion "
+          + "({small}). This is why there is a threshold τ.", { small: small });
       }
-      return tr("A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc stays as "
-        + "well. This is a real movement, not an error.");
+      return tr("A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc stays too. "
+        + "This is a real movement, not an error.");
     }
     if (d.strength >= LEAST) {
-      return tr("Opposite signs, but {small}: this is no event. Small opposite changes are common "
-        + "in natural motion. This is why a threshold τ is needed.", { small: small });
+      return tr("Opposite signs, but {small}: no event. Natural motion often has small opposite "
+        + "changes. This is why there is a threshold τ.", { small: small });
     }
     if (!SwingTwist.changes(whatIf)) {
       return tr("The frame as captured. Move a slider to alter it. The review does not change.");

@@ -67,26 +67,26 @@ def _singular(d: Decomposition) -> str:
         )
     if not d.swing_is_one:
         return tr(
-            "θp is undefined because w points opposite to a. Many pairs (n, θp) give this pose. "
-            "A nudge makes θp unique."
+            "θp is undefined because w points opposite to a. Many pairs (n, θp) give this pose. A "
+            "nudge makes θp unique."
         )
     if turned:
         return tr(
-            "θp is nearly singular because w points almost opposite to a ({reliable}). Tipping w "
+            "θp is nearly singular: w points almost opposite to a ({reliable}). Tipping w "
             "sideways by 1° would change θp by {angle}.",
             reliable=reliable(d.swing_reliability),
             angle=_whole(theta_per_tip(d.alpha)),
         )
     if d.azimuth_reliability <= UNDEFINED:
         return tr(
-            "Δθc and m are undefined because the limb {lies} and v⊥ has no direction. A nudge "
-            "gives v⊥ a direction.",
+            "Δθc and m are undefined: the limb {lies}, so v⊥ has no direction. A nudge gives it "
+            "one.",
             lies=lies,
         )
     if straight:
         return tr(
-            "Δθc is nearly singular because the limb almost {lies} ({reliable}). Tipping v "
-            "sideways by 1° would turn v⊥ by {angle}.",
+            "Δθc is nearly singular: the limb almost {lies} ({reliable}). Tipping v sideways by "
+            "1° would turn v⊥ by {angle}.",
             lies=lies,
             reliable=reliable(d.azimuth_reliability),
             angle=_whole(azimuth_per_tip(d.azimuth_reliability)),
@@ -113,13 +113,13 @@ def _applied(numbers: FrameNumbers) -> str:
     }
     if numbers.own:
         return tr(
-            "{share} of the interval’s offset {whole} is removed from P’s twist. m was {before} "
-            "and is now {now}. C turns back by the same angle (15), so its orientation stays (14).",
+            "{share} of the interval’s {whole} is removed: m was {before}, now {now}. C turns "
+            "back equally (15), so its orientation stays (14).",
             **fields,
         )
     return tr(
-        "{share} of offset(t) = {whole} is removed from P’s twist. m was {before} and is now "
-        "{now}. C turns back by the same angle (15), so its orientation stays (14).",
+        "{share} of offset(t) = {whole} is removed: m was {before}, now {now}. C turns back "
+        "equally (15), so its orientation stays (14).",
         **fields,
     )
 
@@ -129,13 +129,13 @@ def _event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     passed = f"m = {_tenths(d.strength)} ≥ τ = {_tenths(c.tau)}"
     if what_if.counter and what_if == WhatIf(twist=what_if.twist, counter=True) and what_if.twist:
         return tr(
-            "P and C twist against each other, and {passed}. This is a twist error: only P has "
-            "turned; C and G are as captured.",
+            "P and C twist against each other, {passed}: a twist error. Only P has turned; C and "
+            "G are as captured.",
             passed=passed,
         )
     return tr(
-        "Opposite signs and {passed}: this is an event, and err = {err} is added to offset(t). It "
-        "is an edge of an error or a very fast movement.",
+        "Opposite signs and {passed}: an event. err = {err} is added to offset(t). It is an edge "
+        "of an error or a very fast movement.",
         passed=passed,
         err=_signed(c.err),
     )
@@ -146,24 +146,24 @@ def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     small = f"m = {plain(np.degrees(d.strength), 2)}° < τ = {_tenths(c.tau)}"
     if what_if.counter and min(abs(d.dtheta_p), abs(d.dtheta_c)) > _HALF_TURN:
         return tr(
-            "C turns back by the same angle, but Δθp and Δθc have the same sign, because wrapping "
-            "at ±180° flips one of them. The paper’s test misses this error."
+            "C turns back by the same angle, but wrapping at ±180° gives Δθp and Δθc the same "
+            "sign. The paper’s test misses this error."
         )
     if what_if == WhatIf(twist=what_if.twist) and what_if.twist:
         if d.strength >= LEAST:
             return tr(
-                "A pure twist: w, n, α and Δθc stay. Δθp·Δθc < 0 comes from the child’s own small "
-                "motion ({small}). This is why a threshold τ is needed.",
+                "A pure twist: w, n, α and Δθc stay. Δθp·Δθc < 0 is the child’s own small motion "
+                "({small}). This is why there is a threshold τ.",
                 small=small,
             )
         return tr(
-            "A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc stays as "
-            "well. This is a real movement, not an error."
+            "A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc stays too. "
+            "This is a real movement, not an error."
         )
     if d.strength >= LEAST:
         return tr(
-            "Opposite signs, but {small}: this is no event. Small opposite changes are common in "
-            "natural motion. This is why a threshold τ is needed.",
+            "Opposite signs, but {small}: no event. Natural motion often has small opposite "
+            "changes. This is why there is a threshold τ.",
             small=small,
         )
     kept = WhatIf(swing=what_if.swing, toward=what_if.toward, counter=what_if.counter)

@@ -1,4 +1,4 @@
-"""What a person wants of a suggested τ: settings, remembered from one run to the next."""
+"""A person's settings for a suggested τ."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from twistcore.tuning import SharedTau, TauCurve, shared_tau
 
 
 class Wishes(QObject):
-    """The price of a false alarm, the smallest errors looked for, how many draws of errors."""
+    """The cost of a false alarm, the smallest error to find, and the number of draws."""
 
     changed = Signal()
 
@@ -22,17 +22,17 @@ class Wishes(QObject):
 
     @property
     def points(self) -> float:
-        """Points of FSR that one false alarm a clip or minute may cost."""
+        """The cost of one false alarm per clip or minute, in points of FSR."""
         return self._settings.alarm_points
 
     @property
     def smallest_degrees(self) -> float:
-        """Errors below are not looked for."""
+        """The smallest error to find, degrees."""
         return self._settings.smallest_error
 
     @property
     def draws(self) -> int:
-        """Of errors, for every chain and protocol."""
+        """The number of draws of errors for every chain and protocol."""
         return self._settings.error_draws
 
     def wish(
@@ -42,7 +42,7 @@ class Wishes(QObject):
         smallest_degrees: float | None = None,
         draws: int | None = None,
     ) -> None:
-        """Want something else; what is not named stays."""
+        """Change some of the settings."""
         settings = self._settings
         before = self.points, self.smallest_degrees, self.draws
         settings.alarm_points = self.points if points is None else points
@@ -53,11 +53,11 @@ class Wishes(QObject):
             self.changed.emit()
 
     def suggested(self, curve: TauCurve) -> float:
-        """τ in radians that a curve speaks for."""
+        """Return the τ that a curve suggests, radians."""
         return curve.suggested(*self._terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
-        """Whether one τ does for all chains."""
+        """Return the common τ for all chains, or None."""
         return shared_tau(curves, *self._terms)
 
     @property

@@ -73,7 +73,7 @@ def test_a_small_opposed_change_is_why_there_is_a_threshold(taught):
     taught.document.go_to(int(opposed[0]))
     text = told(taught)
     assert "no event" in text
-    assert "why a threshold τ is needed" in text
+    assert "why there is a threshold τ" in text
     d = taught.quantities
     assert d.product < 0.0
     m, tau = numbers_in(text)[:2]
@@ -87,7 +87,7 @@ def test_a_small_opposed_change_is_why_there_is_a_threshold(taught):
     assert d.product < 0.0
     assert d.strength == pytest.approx(abs(d.dtheta_c))
     assert "A pure twist" in text
-    assert "why a threshold τ is needed" in text
+    assert "why there is a threshold τ" in text
     assert not taught.numbers.is_event
 
 
@@ -109,7 +109,7 @@ def test_a_counter_twist_turns_only_p_and_leaves_c_and_g(taught):
 def test_near_half_a_turn_the_papers_test_is_blind(taught):
     text = told(taught, twist=np.radians(-179.8), counter=True)
     d = taught.quantities
-    assert "have the same sign" in text
+    assert "the same sign" in text
     assert d.product > 0.0
     assert d.strength == 0.0
     assert taught.numbers.correction.err == 0.0
@@ -197,7 +197,7 @@ def test_both_singularities_turn_their_axes_much_at_a_nudge(taught):
 def test_what_stays_stays(taught, change, kept):
     still = taught.quantities
     text = told(taught, **change)
-    assert text.startswith("Another")
+    assert "stay" in text
     for name in kept:
         assert getattr(taught.quantities, name) == pytest.approx(getattr(still, name), abs=1e-7)
     if "bend" in change:
