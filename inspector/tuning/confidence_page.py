@@ -181,7 +181,7 @@ class ConfidencePage(QWidget):
         self.plot.show_reliability(found.before, found.after)
         before, after = 100 * found.before.error, 100 * found.after.error
         own = tr("■ error of the detector {points:.1f} points", points=before)
-        learned = tr("● error when learned {points:.1f}", points=after)
+        learned = tr("● learned {points:.1f}", points=after)
         self.legend.set_text(f"{inked(own, theme.before)} &nbsp; {inked(learned, theme.after)}")
         self.plot.setAccessibleDescription(plain_text(self.legend.text()))
         confidence = found.profile.confidence

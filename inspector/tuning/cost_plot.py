@@ -29,7 +29,7 @@ class PercentAxis(Axis):
 
 
 class CostPlot(TauPlot):
-    """FSR with its band (left scale) and false alarms (right scale) against τ; ▼ is the suggestion."""
+    """FSR with its band (left scale) and false alarms (right scale) against τ; ▼: suggestion."""
 
     def __init__(self, colours: Colours) -> None:
         super().__init__(PercentAxis("left"))

@@ -76,10 +76,10 @@ class DetectorsModel(RowModel[_Line]):
         texts, tips = [label if kind == _KINDS[0] else _AUTOMATIC], [_AT[kind]]
         for method in self.methods:
             curves = self._costs.by(method)
-            said, cost = "", None
+            tau_text, cost = "", None
             if chain and chain in curves:
                 tau = self._tau(curves[chain], kind)
-                said, cost = f"{np.degrees(tau):.2f}°", curves[chain].cost(tau)
+                tau_text, cost = f"{np.degrees(tau):.2f}°", curves[chain].cost(tau)
             elif not chain:
                 cost = self._total(curves, kind)
             if cost is None:
@@ -87,7 +87,7 @@ class DetectorsModel(RowModel[_Line]):
                 texts += [unknown if chain else "", unknown, unknown]
                 tips += 3 * [""]
             else:
-                texts += [said, fsr_words(cost, 0, unit=""), count_words(cost)]
+                texts += [tau_text, fsr_words(cost, 0, unit=""), count_words(cost)]
                 tips += ["", of_core(band_words(cost)), of_core(alarm_words(cost))]
         return _Line(chain, kind, tuple(texts), tuple(tips))
 

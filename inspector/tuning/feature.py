@@ -51,7 +51,8 @@ class Tuning(FeatureParts):
 
 # fmt: off
 _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
-    ActionSpec("show_tuning", tr("Tuning tab"), ("Ctrl+T",), tr("Show the cost of every τ in this clip"),
+    ActionSpec("show_tuning", tr("Tuning tab"), ("Ctrl+T",),
+               tr("Show the cost of every τ in this clip"),
                do=lambda p: p.show()),
     None,
     ActionSpec("tau_for_chain", tr("Chain"), (), tr("Set τ for the selected chain"),
@@ -85,7 +86,8 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
     None,
     ActionSpec("load_profile", tr("Load profile…"), (), tr("Use the τ of a TOML file"),
                needs="clip", do=lambda p: p.tuning_actions.load_profile()),
-    ActionSpec("save_profile", tr("Save profile…"), (), tr("Write the τ of all chains to a TOML file"),
+    ActionSpec("save_profile", tr("Save profile…"), (),
+               tr("Write the τ of all chains to a TOML file"),
                needs="clip", do=lambda p: p.tuning_actions.save_profile()),
     ActionSpec("compare_profiles", tr("Compare profiles…"), (),
                tr("Compare a profile with the current τ, or two profiles"),

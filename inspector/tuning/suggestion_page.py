@@ -45,7 +45,8 @@ class SuggestionPage(QWidget):
         self.draws = QSpinBox(minimum=1, maximum=MOST_DRAWS)
         self.draws.setToolTip(
             tr(
-                "How often errors are injected into each chain. More draws take longer and narrow the band."
+                "How often errors are injected into each chain. More draws take longer and narrow "
+                "the band."
             )
         )
         form = QFormLayout(labelAlignment=Qt.AlignmentFlag.AlignLeft)

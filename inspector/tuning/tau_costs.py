@@ -160,15 +160,17 @@ class Costs(QObject):
         if data is None:
             return
         state = self._document.review.state
-        said = _said(state)
+        verdicts = _verdicts(state)
         draws = self._wishes.draws
-        judged = (data.clip, state.method, state.rig, state.left_out, draws, said)
+        judged = (data.clip, state.method, state.rig, state.left_out, draws, verdicts)
         if judged == self._judged:
             return
         another = self._judged is None or self._judged[0] is not data.clip
         self._judged = judged
-        spans = [(j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in said]
-        offsets = [j.interval.offset.tobytes() for j in said if j.decision == Decision.ACCEPTED]
+        spans = [
+            (j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in verdicts
+        ]
+        offsets = [j.interval.offset.tobytes() for j in verdicts if j.decision == Decision.ACCEPTED]
         self._key = (data.clip.sha256, state.rig, state.left_out, draws, *spans, *offsets)
         if self._running is not None and (
             self._running[0] != self._key or self._running[1] not in self._methods
@@ -268,6 +270,6 @@ class Costs(QObject):
         self.trouble = why
 
 
-def _said(state: ReviewState) -> tuple[Judged, ...]:
+def _verdicts(state: ReviewState) -> tuple[Judged, ...]:
     """Return a person's verdicts on chains, without limb flips."""
     return tuple(filter(is_verdict, state.intervals))

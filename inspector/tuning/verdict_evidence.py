@@ -73,7 +73,7 @@ class VerdictEvidence(QObject):
         self.present: Evidence | None = None
         self.trouble = ""
         self._known: _Known = {}
-        self._said: tuple[object, ...] = ()
+        self._state: tuple[object, ...] = ()
         self._watching = False
         self._task = OneTask(self)
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
@@ -88,8 +88,8 @@ class VerdictEvidence(QObject):
         return self._task.running or self._settle.isActive()
 
     @property
-    def _wanted(self) -> tuple[float, float]:
-        """The cost of an alarm as a share of the errors, and the smallest error to find, radians."""
+    def _terms(self) -> tuple[float, float]:
+        """The cost of an alarm (share of the errors) and the smallest error to find (radians)."""
         return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 
     def watch(self, on: bool) -> None:
@@ -100,15 +100,15 @@ class VerdictEvidence(QObject):
         else:
             self._settle.stop()
             self._task.cancel()
-            self._said = ()
+            self._state = ()
 
     def again(self) -> None:
         """Count again, because the performer has changed."""
-        self._said = ()
+        self._state = ()
         self._check()
 
     def _forget(self) -> None:
-        self.present, self._said, self.trouble = None, (), ""
+        self.present, self._state, self.trouble = None, (), ""
         self._check()
         self.changed.emit()
 
@@ -118,9 +118,9 @@ class VerdictEvidence(QObject):
             return
         state = self._document.review.state
         here = data.clip, state.method, state.rig, dict(state.tau), state.left_out
-        said = (*here, self._wanted, state.intervals)
-        if said != self._said:
-            self._said = said
+        now = (*here, self._terms, state.intervals)
+        if now != self._state:
+            self._state = now
             self._task.cancel()
             self._settle.start()
             self.changed.emit()
@@ -130,7 +130,7 @@ class VerdictEvidence(QObject):
         if data is None or not self._watching:
             return
         state = self._document.review.state
-        work = partial(_counted, data, state, self._wanted, self.performers, dict(self._known))
+        work = partial(_counted, data, state, self._terms, self.performers, dict(self._known))
         self._task.run(work, self._take, self._fail)
         self.changed.emit()
 

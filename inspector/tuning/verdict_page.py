@@ -75,21 +75,21 @@ def suggestion_of(scope: Scope) -> Suggestion | None:
 
 
 def _line(scope: Scope, tau: Mapping[str, float], label: Mapping[str, str]) -> ScopeLine:
-    told = verdict_score(scope.clips, tau, scope.chain or None)
+    score = verdict_score(scope.clips, tau, scope.chain or None)
     suggestion = suggestion_of(scope)
     name = label.get(scope.chain, scope.name)
     clips = sum(bool(c.verdicts) for c in scope.clips)
     texts = (
         name,
-        str(told.errors),
-        str(told.natural),
-        _share(told.precision),
-        _share(told.recall),
+        str(score.errors),
+        str(score.natural),
+        _share(score.precision),
+        _share(score.recall),
         f"{math.degrees(suggestion.tau):.2f}°" if suggestion else "–",
     )
-    n = told.errors + told.natural
+    n = score.errors + score.natural
     tip = [tr("{whose}: {n} verdicts in {clips} clips", whose=name, n=n, clips=clips)]
-    for what, share in ((tr("Precision"), told.precision), (tr("Recall"), told.recall)):
+    for what, share in ((tr("Precision"), score.precision), (tr("Recall"), score.recall)):
         tip.append(_between(f"{what} {_share(share)}", *_ends(share)))
     if suggestion:
         ends = (f"{math.degrees(tau):.2f}°" for tau in (suggestion.low, suggestion.high))
@@ -178,8 +178,8 @@ class VerdictPage(QWidget):
         self.legend, self.words = Caption(), Caption(soft=True)
         self.use = tool_button(tr("Use"), "", flat=False)
         self.use.clicked.connect(self.take)
-        told = hbox((self.words, 1), self.use, spacing=6)
-        parts = (self.table, 2), self.legend, (self.plot, 3), told
+        foot = hbox((self.words, 1), self.use, spacing=6)
+        parts = (self.table, 2), self.legend, (self.plot, 3), foot
         vbox(*parts, owner=content, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
@@ -279,7 +279,7 @@ class VerdictPage(QWidget):
             legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))
         self.legend.set_text(" &nbsp; ".join(legend))
         self.plot.setAccessibleDescription(plain_text(self.legend.text()))
-        self.words.set_plain(self._said(scope, self._labels.get))
+        self.words.set_plain(self._description(scope, self._labels.get))
         tau = self.suggested()
         now = self._document.review.state.tau
         self.use.setEnabled(any(abs(now[name] - t) > 1e-6 for name, t in tau.items()))
@@ -290,20 +290,21 @@ class VerdictPage(QWidget):
             else tr("Detect with the suggested τ in {n} chains", n=len(tau))
         )
 
-    def _said(self, scope: Scope, label: Callable[[str], str | None]) -> str:
+    def _description(self, scope: Scope, label: Callable[[str], str | None]) -> str:
         evidence = self._evidence
         if evidence.trouble:
             return evidence.trouble
         if suggestion_of(scope) is None:
-            told = needed_words(scope)
+            text = needed_words(scope)
         elif scope.found is not None:
-            told = " ".join(map(of_core, scope.found.words(lambda name: label(name) or name)))
+            text = " ".join(map(of_core, scope.found.words(lambda name: label(name) or name)))
         else:
-            told = tr(
-                "This τ is for the chain alone. The rows above show whether all chains can share a τ."
+            text = tr(
+                "This τ is for the chain alone. The rows above show whether all chains can share a "
+                "τ."
             )
         skipped = evidence.present.skipped if evidence.present else ()
         if skipped:
             some = "; ".join(skipped[:2]) + " …" * (len(skipped) > 2)
-            told += " " + tr("Left out: {clips}.", clips=some)
-        return f"{told} {tr('Counting …')}" if evidence.running else told
+            text += " " + tr("Left out: {clips}.", clips=some)
+        return f"{text} {tr('Counting …')}" if evidence.running else text

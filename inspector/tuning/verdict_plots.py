@@ -132,10 +132,10 @@ class ReliabilityPlot(Canvas):
 
     def show_reliability(self, before: Reliability | None, after: Reliability | None) -> None:
         """Show the reliability before and after learning, or nothing."""
-        for told, dots, lines in zip(
+        for found, dots, lines in zip(
             (before, after), (self.before, self.after), self.lines, strict=True
         ):
-            bins = told.bins if told else ()
+            bins = found.bins if found else ()
             most = max((b.count for b in bins), default=1)
             sizes = [
                 _SMALLEST_DOT + (_LARGEST_DOT - _SMALLEST_DOT) * (b.count / most) ** 0.5
