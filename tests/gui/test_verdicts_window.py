@@ -78,7 +78,7 @@ def test_nobody_has_decided_anything(qtbot, show_window, tmp_path):
     assert "Accept (A) or reject (R)" in page.hint.text()
     assert "10 accepted" in page.hint.text()
     look(qtbot, window, window.tuning.confidence)
-    assert "From 20 verdicts" in window.tuning.confidence.hint.text()
+    assert "at least 20 listed intervals" in window.tuning.confidence.hint.text()
     assert not window.tuning.confidence.use.isEnabled()
     assert not window.tuning.confidence.remember.isEnabled()
 
