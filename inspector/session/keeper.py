@@ -141,7 +141,7 @@ class Keeper(QObject):
 
         A journal without limbs is replaced by a new one once that is on disk.
         """
-        self.journal.continue_with(leftover.recovered, anew=leftover.completed)
+        self.journal.continue_with(leftover.recovered, fresh=leftover.completed)
         if not leftover.completed:
             self.leftovers.remove(leftover)
         elif self.journal.on_disk:

@@ -106,11 +106,11 @@ class ReviewJournal(QObject):
         self.steps = steps
         self._begin(kept.review.state)
 
-    def continue_with(self, recovered: Recovered, *, anew: bool = False) -> None:
-        """Continue a recovered review in its own journal or, with `anew`, in a new one."""
+    def continue_with(self, recovered: Recovered, *, fresh: bool = False) -> None:
+        """Continue a recovered review in its own journal or, with `fresh`, in a new one."""
         self.give_up()  # the open review had no steps
         self._open.review = recovered.review
-        if anew:
+        if fresh:
             self.steps = recovered.steps
             self._begin(recovered.review.state)
             return
