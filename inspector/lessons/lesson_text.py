@@ -40,23 +40,23 @@ class LessonText(QTextBrowser):
         self._markdown, self._ink = "", "#000000"
         self._pictures: dict[str, QImage] = {}
         self.setFrameShape(QTextBrowser.Shape.NoFrame)
-        typesetter.ready.connect(self._again)
+        typesetter.ready.connect(self._render)
         colours.follow(self._colour)
 
     def _colour(self, theme: Theme) -> None:
         self._ink = theme.text
         self.setStyleSheet(f"background: {theme.window}; color: {theme.text}")
-        self._again()
+        self._render()
 
     def show_markdown(self, text: str) -> None:
         """Show a text from its top."""
         self._markdown = text
         if wanted := formulas(text):
             self._typesetter.start(wanted)
-        self._again()
+        self._render()
         self.verticalScrollBar().setValue(0)
 
-    def _again(self) -> None:
+    def _render(self) -> None:
         known: dict[str, str] = {}
 
         def image(found: re.Match[str]) -> str:

@@ -77,10 +77,10 @@ class ClipOpener(QObject):
             then(result)
 
         self._since = time.monotonic()
-        self._task.run(work, done, self._fail, self._tell_share)
+        self._task.run(work, done, self._fail, self._show_progress)
         self.began.emit(what)
 
-    def _tell_share(self, share: float) -> None:
+    def _show_progress(self, share: float) -> None:
         if time.monotonic() - self._since > _WONDER_S:
             self.share.emit(share)
 

@@ -105,7 +105,7 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
 
     ours: SHA-256 of files that this program wrote; the report lists those of earlier runs.
     """
-    known = _known(choice, ours)
+    known = _written_marks(choice, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
     there = [path for path in files_of(choice) if is_there(path)]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
@@ -113,11 +113,13 @@ def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]
 
 def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
     """Return large files that :func:`replaced` would read, so that a thread can hash them first."""
-    known = _known(choice, ours)
+    known = _written_marks(choice, ours)
     return tuple(path for path in files_of(choice) if path in known and takes_long(path))
 
 
-def _known(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, tuple[object, ...]]:
+def _written_marks(
+    choice: ExportChoice, ours: Mapping[Path, str]
+) -> dict[Path, tuple[object, ...]]:
     """Return the SHA-256 of files written by this run or, according to the report, earlier."""
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
     marks: Mapping[str, tuple[object, ...]] = {}
@@ -153,7 +155,7 @@ def check_targets(
         message = tr("{path} is a file of the review itself. Choose another name.", path=path)
         raise TwistError(message)
     check_ending(clip, path)
-    known = _known(choice, ours)
+    known = _written_marks(choice, ours)
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, known)):
             message = tr("{path} exists already. Choose another name.", path=file)

@@ -41,9 +41,9 @@ class Exporter(QObject):
             self._document.message.emit(str(error), True)
             return
         self._export, self._failed = export, False
-        self._tell(0.0)
+        self._show_progress(0.0)
         task = Task(lambda tell: write(export, tell), self)
-        task.progress.connect(self._tell)
+        task.progress.connect(self._show_progress)
         task.finished.connect(lambda text: self._done(export, text))
         task.failed.connect(lambda error: self._fail(export, error))
         task.start()
@@ -57,7 +57,7 @@ class Exporter(QObject):
         loop.exec(QEventLoop.ProcessEventsFlag.ExcludeUserInputEvents)
         return not self._failed
 
-    def _tell(self, share: float) -> None:
+    def _show_progress(self, share: float) -> None:
         if self._export is not None:
             message = tr("Writing {name} …", name=self._export.choice.path.name)
             done = f" {100.0 * share:.0f} %" if share > 0.0 else ""

@@ -68,11 +68,11 @@ class TaughtFrame(QObject):
         self._running: tuple[object, Array] | None = None
         self._known: tuple[object, ...] = ()
         self._numbers: FrameNumbers | None = None
-        document.opened.connect(self._afresh)
-        document.chain_changed.connect(self._afresh)
-        document.frame_changed.connect(self._tell)
-        document.interval_changed.connect(self._tell)
-        document.intervals_changed.connect(self._tell)
+        document.opened.connect(self._reset_all)
+        document.chain_changed.connect(self._reset_all)
+        document.frame_changed.connect(self._emit_changed)
+        document.interval_changed.connect(self._emit_changed)
+        document.intervals_changed.connect(self._emit_changed)
 
     # -- what views read ----------------------------------------------------------------------
 
@@ -171,7 +171,7 @@ class TaughtFrame(QObject):
         """Alter the frame."""
         if what_if != self.what_if:
             self.what_if = what_if
-            self._tell()
+            self._emit_changed()
 
     def alter(self, **change: Any) -> None:
         """Change fields of the what-if."""
@@ -184,7 +184,7 @@ class TaughtFrame(QObject):
         """
         if stage != self.stage:
             self.stage = stage
-            self._tell()
+            self._emit_changed()
 
     def reset(self) -> None:
         """Show the frame as captured."""
@@ -208,11 +208,11 @@ class TaughtFrame(QObject):
         if self.lit:
             self.light(self.lit)
 
-    def _afresh(self) -> None:
+    def _reset_all(self) -> None:
         self.what_if, self.stage = WhatIf(), None
-        self._tell()
+        self._emit_changed()
 
-    def _tell(self, *_: object) -> None:
+    def _emit_changed(self, *_: object) -> None:
         if self.active:
             self.changed.emit()
 

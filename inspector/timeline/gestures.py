@@ -253,7 +253,7 @@ class Gestures:
             return
         else:
             self._document.go_to(round(frame))
-            self._visible.let_go_of_unseen()
+            self._visible.deselect_hidden()
 
     def _ask_peak(self, frame: float, pixel: float) -> bool:
         """Go to a nearby peak above τ outside all intervals and explain it; False if there is

@@ -64,7 +64,7 @@ class Timeline(QWidget):
         self.overview = OverviewStrip(colours, self)
         self.overview.moved.connect(self.document.go_to)
         self.overview.clicked.connect(self._pick)
-        self.overview.dropped.connect(self.visible.let_go_of_unseen)
+        self.overview.dropped.connect(self.visible.deselect_hidden)
         self.overview.ranged.connect(self.visible.show)
         self.readout = SteadyLabel(self)
         self.readout.setFont(figures_font(9.0))

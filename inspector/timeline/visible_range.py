@@ -48,7 +48,7 @@ class VisibleRange(QObject):
         pad = 0.5 * self._document.data.motion.fps
         self.show(judged.interval.start - pad, judged.interval.stop + pad)
 
-    def let_go_of_unseen(self) -> None:
+    def deselect_hidden(self) -> None:
         """Deselect an interval that is not visible, so that no key decides it unseen."""
         if (judged := self._document.interval) and not self._sees(judged.interval):
             self._document.select_interval(None)

@@ -112,7 +112,7 @@ class ConfidencePage(QWidget):
         except OSError as error:
             why = of_core(error.strerror)
             self._document.message.emit(tr("The name was not saved ({why}).", why=why), True)
-        self._evidence.again()
+        self._evidence.count_again()
 
     def keep(self) -> None:
         """Remember τ and confidence for this rig or performer."""

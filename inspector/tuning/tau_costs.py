@@ -53,7 +53,7 @@ class Costs(QObject):
     def __init__(self, document: Document, wishes: Wishes, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document, self._wishes = document, wishes
-        self._known: OrderedDict[_Key, _Measured] = OrderedDict()
+        self._cache: OrderedDict[_Key, _Measured] = OrderedDict()
         self._key: _Key | None = None
         self._others: frozenset[str] = frozenset()
         self._running: tuple[_Key, str] | None = None  # key and detector
@@ -90,7 +90,7 @@ class Costs(QObject):
 
     @property
     def _here(self) -> _Measured:
-        return self._known.get(self._key, _Measured()) if self._key else _Measured()
+        return self._cache.get(self._key, _Measured()) if self._key else _Measured()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -248,7 +248,7 @@ class Costs(QObject):
         if answer is None:
             if self._running is not None:
                 key, method = self._running
-                self._known.setdefault(key, _Measured()).through.add(method)
+                self._cache.setdefault(key, _Measured()).through.add(method)
             self.stop()
             self._start()  # measure the next detector
         elif isinstance(answer, str):
@@ -256,14 +256,14 @@ class Costs(QObject):
         else:
             assert self._running is not None
             key, method = self._running
-            known = self._known.setdefault(key, _Measured())
+            known = self._cache.setdefault(key, _Measured())
             if isinstance(answer, Capture):
                 known.capture = answer
             else:
                 known.curves.setdefault(method, {})[answer[0]] = answer[1]
-            self._known.move_to_end(key)
-            while len(self._known) > _REMEMBERED:
-                self._known.popitem(last=False)
+            self._cache.move_to_end(key)
+            while len(self._cache) > _REMEMBERED:
+                self._cache.popitem(last=False)
 
     def _fail(self, why: str) -> None:
         self.stop()

@@ -72,7 +72,7 @@ class VerdictEvidence(QObject):
         self.performers = Performers()
         self.present: Evidence | None = None
         self.trouble = ""
-        self._known: _Known = {}
+        self._cache: _Known = {}
         self._state: tuple[object, ...] = ()
         self._watching = False
         self._task = OneTask(self)
@@ -102,7 +102,7 @@ class VerdictEvidence(QObject):
             self._task.cancel()
             self._state = ()
 
-    def again(self) -> None:
+    def count_again(self) -> None:
         """Count again, because the performer has changed."""
         self._state = ()
         self._check()
@@ -130,12 +130,12 @@ class VerdictEvidence(QObject):
         if data is None or not self._watching:
             return
         state = self._document.review.state
-        work = partial(_counted, data, state, self._terms, self.performers, dict(self._known))
+        work = partial(_counted, data, state, self._terms, self.performers, dict(self._cache))
         self._task.run(work, self._take, self._fail)
         self.changed.emit()
 
     def _take(self, result: tuple[Evidence, _Known]) -> None:
-        self.present, self._known = result
+        self.present, self._cache = result
         self.trouble = ""
         self.changed.emit()
 
