@@ -19,7 +19,7 @@ MODULES = [f for h in HOUSES for f in sorted((ROOT / h).rglob("*.py")) if f.stem
 SPAWNED = ("inspector.folder.survey_worker", "inspector.tuning.cost_worker")
 
 SEVERAL_MEANINGS = {  # only ever fewer
-    *("Column", "Scope", "Span", "Told", "confidence", "counter_rotation", "course", "judged"),
+    *("Column", "Scope", "Span", "confidence", "counter_rotation", "course", "judged"),
     *("limit", "number", "scale"),
 }
 MOST_IMPORTS, MOST_NAMES = 15, 12

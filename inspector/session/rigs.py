@@ -1,4 +1,4 @@
-"""Other chains for the open clip: what a detector knows of them, made off the GUI thread."""
+"""Analyses of the open clip with other chains, made in the background."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from twistcore.review.other_chains import changed_chains
 from twistcore.skeleton.rig import Rig
 from twistcore.work.progress import Tell
 
-_KEPT = 4  # a long clip's have hundreds of megabytes
+_KEPT = 4  # each may take hundreds of megabytes
 
 
 class Rigs:
-    """The open clip's analyses by rig; the last few are kept."""
+    """The analyses of the open clip by rig; only the last few are kept."""
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener
@@ -25,12 +25,12 @@ class Rigs:
         self.present: ClipAnalysis | None = None
 
     def begin(self, data: Analysed) -> None:
-        """Another clip."""
+        """Start with another clip."""
         self.present = data.analysis
         self._known = {data.analysis.rig: data.analysis}
 
     def take(self, rig: Rig) -> ClipAnalysis:
-        """That of a rig, which is the clip's from now on; it has been made ready."""
+        """Make the prepared analysis of a rig the current one, and return it."""
         self.present = self._known.pop(rig)
         self._known[rig] = self.present
         for oldest in list(self._known)[:-_KEPT]:
@@ -38,11 +38,11 @@ class Rigs:
         return self.present
 
     def known(self, rig: Rig) -> ClipAnalysis | None:
-        """That of a rig, if it has been made ready."""
+        """Return the analysis of a rig, or None if it is not prepared."""
         return self._known.get(rig)
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
-        """Go on once the chains of a state are analysed; at once where they have been."""
+        """Call `then` once the chains of a state are analysed."""
         present = self.present
         assert present is not None
         known, method = self._known.get(state.rig), present.usable(state.method)
@@ -58,7 +58,7 @@ class Rigs:
     def change(
         self, state: ReviewState, rig: Rig, what: str, do: Callable[[ChangeChains], object]
     ) -> None:
-        """Analyse other chains for a review as it is now, then do what takes it to them."""
+        """Analyse other chains, then call `do` with the command that switches to them."""
         present = self.present
         assert present is not None
 
@@ -69,7 +69,7 @@ class Rigs:
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
-        """In another thread: nothing changes the review or the clip meanwhile."""
+        """Analyse a rig in a thread; the review and the clip do not change meanwhile."""
         known = self._known.get(rig)
         if known is None:
             known = present.with_rig(rig)

@@ -37,7 +37,7 @@ T = TypeVar("T")
 
 @dataclass
 class Settings:
-    """What is kept; within which bounds say CHECKS.
+    """The settings; CHECKS has the allowed values.
 
     theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex; first_frame: 0 or 1;
     step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table;
@@ -75,7 +75,7 @@ class Settings:
         self.of_features = known | self.of_features
 
     def remember(self, path: Path) -> None:
-        """Put a file first in the list of recent ones."""
+        """Put a file at the top of the recent files."""
         name = str(real_path(path))
         self.recent = [name, *(r for r in self.recent if r != name)][:RECENT]
 
@@ -124,7 +124,7 @@ class FeatureSetting(Generic[T]):
         settings.of_features[self.name] = value
 
 
-# What the fields of a file must be; the window lets nobody choose what is out of these bounds.
+# Checks of the values in a file. The window offers only values that pass.
 CHECKS: dict[str, Check] = {
     "theme": checks.any_of("system", "light", "dark"),
     "recent": checks.first_of(checks.file_path, RECENT),
@@ -151,7 +151,7 @@ def checks_by_name() -> Mapping[str, Check]:
 
 
 def settings_path() -> Path:
-    """Where the settings live; the environment variable TWIST_INSPECTOR_SETTINGS moves them."""
+    """Return the path of the settings; the variable TWIST_INSPECTOR_SETTINGS overrides it."""
     if moved := os.environ.get("TWIST_INSPECTOR_SETTINGS"):
         return Path(moved)
     find = partial(platformdirs.user_config_path, "twist-inspector", appauthor=False)
@@ -159,10 +159,10 @@ def settings_path() -> Path:
 
 
 def load_settings(path: Path) -> tuple[Settings, str]:
-    """The settings and a sentence to show, '' if all is well; raises nothing.
+    """Return the settings and a sentence to show, '' if all is well; raises nothing.
 
-    What is damaged goes back to its default, field by field, in lists and objects entry by entry;
-    a copy of the damaged file is kept beside it, under a name that no other file has.
+    Damaged fields get their defaults, and damaged entries of lists and objects are dropped. A copy
+    of the damaged file is kept next to it.
     """
     if trouble := _trouble(path):
         return Settings(), _unread(path, trouble)
@@ -179,20 +179,20 @@ def load_settings(path: Path) -> tuple[Settings, str]:
     if len(damaged) < len(checks_by_name()):
         which = tr("The settings {names}", names=", ".join(damaged))
     said = tr(
-        "{settings} were damaged: what was good of them is kept, the rest is as it was at first;",
+        "{settings} were damaged. Undamaged values are kept, the others were reset.",
         settings=which,
     )
     try:
-        aside = tr("the old file was set aside as {file}.", file=_set_aside(path, data))
+        aside = tr("The old file was saved as {file}.", file=_set_aside(path, data))
     except OSError as error:
-        aside = tr("the old file could not be set aside ({why}).", why=error.strerror)
+        aside = tr("The old file could not be copied ({why}).", why=error.strerror)
     return settings, f"{said} {aside}"
 
 
 def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
-    """The settings in a file's bytes and the names of damaged fields."""
+    """Return the settings in a file's bytes, and the names of damaged fields."""
     try:
-        # A path may hold bytes that are not UTF-8; where they are no path, the checks find them.
+        # Paths may have bytes that are not UTF-8; elsewhere the checks refuse them.
         document = json.loads(data.decode("utf-8-sig", "surrogateescape"), parse_int=_whole)
     except (ValueError, RecursionError):
         document = None
@@ -218,7 +218,7 @@ def settings_from_json(data: bytes) -> tuple[Settings, tuple[str, ...]]:
 
 
 def save_settings(path: Path, settings: Settings) -> str:
-    """Write the settings; a sentence if that failed, else ''; raises nothing."""
+    """Write the settings; return '' or a sentence why that failed. Raises nothing."""
     if trouble := _trouble(path):
         return _unwritten(path, trouble)
     document = asdict(settings)
@@ -227,7 +227,7 @@ def save_settings(path: Path, settings: Settings) -> str:
         document[name] = checks.sealed(document[name])
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        # In ASCII: halves of surrogate pairs, as in paths that are not UTF-8, have no other form.
+        # In ASCII, because lone surrogates, as in paths that are not UTF-8, need escapes.
         write_atomically(path, (json.dumps(document, indent=1) + "\n").encode("ascii"))
     except OSError as error:
         return _unwritten(path, error.strerror)
@@ -235,10 +235,10 @@ def save_settings(path: Path, settings: Settings) -> str:
 
 
 def save_changes(path: Path, settings: Settings, before: Settings) -> str:
-    """Write what has changed since `before` into the file as it is by now; as `save_settings`.
+    """Write only the changes since `before` into the current file; returns as `save_settings`.
 
-    Another program may have written there meanwhile: what was not changed here stays as it is, and
-    of lists and objects every entry; of a folder where one stopped and its τ, each by itself.
+    Another window may have changed the file: values that were not changed here stay, also single
+    entries of lists and objects.
     """
     there, damaged = before, tuple[str, ...]()
     if path.is_file() and not _trouble(path):
@@ -255,7 +255,7 @@ def _with_values(settings: Settings, values: Mapping[str, Any]) -> Settings:
 
 
 def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
-    """Theirs, with what is otherwise in ours than it was before."""
+    """Return their settings with our changes since `before`."""
     changed: dict[str, Any] = {}
     for name, check in checks_by_name().items():
         old, new, other = (s.value(name) for s in (before, ours, theirs))
@@ -278,25 +278,25 @@ def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
 
 
 def _unread(path: Path, why: str | None) -> str:
-    return tr("{file}: the settings cannot be read ({why}).", file=path, why=why)
+    return tr("The settings {file} cannot be read ({why}).", file=path, why=why)
 
 
 def _unwritten(path: Path, why: str | None) -> str:
-    return tr("{file}: the settings cannot be written ({why}).", file=path, why=why)
+    return tr("The settings {file} cannot be written ({why}).", file=path, why=why)
 
 
 def _trouble(path: Path) -> str:
-    """Why a path is no place for settings, or ''; what nobody could read is not written over."""
+    """Return why settings cannot be read from or written to a path, or ''."""
     try:
         status = path.stat()
     except FileNotFoundError:
         return ""
     except OSError as error:
         return str(error.strerror)
-    if not stat.S_ISREG(status.st_mode):  # to open a FIFO would wait for somebody
-        return tr("it is no file")
+    if not stat.S_ISREG(status.st_mode):  # opening a FIFO would block
+        return tr("it is not an ordinary file")
     if status.st_size > _LARGEST_FILE:
-        return tr("it has {size} MB", size=status.st_size // 1_000_000)
+        return tr("it is too large, {size} MB", size=status.st_size // 1_000_000)
     return "" if os.access(path, os.R_OK) else "Permission denied"
 
 
@@ -305,7 +305,7 @@ def _whole(digits: str) -> float:
 
 
 def _set_aside(path: Path, data: bytes) -> Path:
-    """Keep a copy beside a file, one for the same bytes; raises OSError."""
+    """Keep a copy next to a file, unless there is one already; raises OSError."""
     for aside in path.parent.glob(f"{glob.escape(path.name)}.damaged*"):
         if aside.is_file() and read_file(aside) == data:
             return aside

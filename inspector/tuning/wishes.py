@@ -1,4 +1,4 @@
-"""What a person wants of a suggested τ: settings, remembered from one run to the next."""
+"""A person's settings for a suggested τ."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ DRAWS = FeatureSetting("error_draws", 3, checks.whole_between(1, MOST_DRAWS))
 
 
 class Wishes(QObject):
-    """The price of a false alarm, the smallest errors looked for, how many draws of errors."""
+    """The cost of a false alarm, the smallest error to find, and the number of draws."""
 
     changed = Signal()
 
@@ -50,7 +50,7 @@ class Wishes(QObject):
         smallest_degrees: float | None = None,
         draws: int | None = None,
     ) -> None:
-        """Want something else; what is not named stays."""
+        """Change some of the settings."""
         settings = self._settings
         before = self.points, self.smallest_degrees, self.draws
         if points is not None:
@@ -63,11 +63,11 @@ class Wishes(QObject):
             self.changed.emit()
 
     def suggested(self, curve: TauCurve) -> float:
-        """τ in radians that a curve speaks for."""
+        """Return the τ that a curve suggests, radians."""
         return curve.suggested(*self._terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
-        """Whether one τ does for all chains."""
+        """Return the common τ for all chains, or None."""
         return shared_tau(curves, *self._terms)
 
     @property

@@ -252,7 +252,7 @@ def test_an_export_never_touches_a_review_of_itself(opened, tmp_path):
     review = tmp_path / "out.twist.json"
     review.write_text("a review of out.bvh")
     export(opened, ExportChoice(tmp_path / "out.bvh"))
-    assert "byte for byte" in opened.bar.label.text()
+    assert "exact copy of the source" in opened.bar.label.text()
     assert review.read_text() == "a review of out.bvh"
 
 

@@ -237,7 +237,7 @@ def test_a_damaged_rig_profile_is_set_aside(clip):
         place.write_text(text, "utf-8")
         found = analyse_file(clip)
         assert not found.analysis.rig
-        assert "set aside" in found.notes[0]
+        assert "was renamed to" in found.notes[0]
         assert not place.exists()
     assert len(list(place.parent.iterdir())) == 3
 

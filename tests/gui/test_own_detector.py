@@ -111,7 +111,7 @@ def test_a_package_is_in_menus_columns_and_plots(clip, tmp_path):
     assert told["heads"] == ["Ours\nτ", "Paper's\nτ", "Steps\nτ"]
     assert told["cost"][0].endswith("°")
     assert told["confidence"] == (
-        "The detector of steps has no confidence: there is nothing to learn."
+        "The detector of steps has no confidence, so there is nothing to learn."
     )
     assert "the paper's m(t)" in told["curves"]
     assert "automatic τ 10.00°" in told["curves"]

@@ -104,7 +104,7 @@ def test_a_damaged_field_takes_no_other_with_it(path, name, written, left):
     wanted.put(name, left)
     assert settings == wanted
     assert f"settings {name} were damaged" in said
-    assert said.endswith(f"set aside as {path}.damaged.")
+    assert said.endswith(f"saved as {path}.damaged.")
     assert (path.parent / "settings.json.damaged").read_bytes() == before
     assert save_settings(path, settings) == ""
     assert load_settings(path) == (settings, "")
@@ -171,7 +171,10 @@ def test_a_path_that_is_not_utf8_is_kept(path, tmp_path):
 def test_what_cannot_be_read_is_a_sentence_and_is_not_written_over(path):
     path.mkdir()
     settings, said = load_settings(path)
-    assert (settings, said) == (Settings(), f"{path}: the settings cannot be read (it is no file).")
+    assert (settings, said) == (
+        Settings(),
+        f"The settings {path} cannot be read (it is not an ordinary file).",
+    )
     assert "cannot be written" in save_settings(path, settings)
     assert path.is_dir()
     inside = path / "x" / "settings.json"
@@ -207,7 +210,7 @@ def test_a_folder_in_which_nothing_can_be_set_aside(path, monkeypatch):
     data = path.stat()
     settings, said = load_settings(path)
     assert settings == Settings()
-    assert said.endswith("could not be set aside (No space left on device).")
+    assert said.endswith("could not be copied (No space left on device).")
     assert path.stat() == data
 
 
