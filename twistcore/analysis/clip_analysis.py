@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from importlib import import_module
 from threading import Lock
@@ -55,6 +55,7 @@ from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals, signals_of_chains
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -29,6 +28,7 @@ from twistcore.review.model import Decision, Judged
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
 from twistcore.skeleton.rotation import largest_and_rms
+from twistcore.work.frozen import dataclass
 
 WORST = 3  # finds that are shown in pictures
 

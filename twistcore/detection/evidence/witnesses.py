@@ -6,7 +6,7 @@ the turn of P and C together stays. All angles in degrees.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import TypeVar
 
@@ -18,6 +18,7 @@ from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, multiply, rotate
+from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 _K = TypeVar("_K")

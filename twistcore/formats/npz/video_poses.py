@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from twistcore.formats.npz.archive import Archive, npy_header
 from twistcore.formats.npz.pickled_arrays import Places, read_pickle_places
 from twistcore.formats.npz.stored_arrays import put
 from twistcore.skeleton.rotation import Array, exponential, logarithm, slerp
+from twistcore.work.frozen import dataclass
 
 RESULTS, SEQUENCES = "results", "sequence_results"
 THETAS, PLACE = "smpl_thetas", "cam_trans"
