@@ -64,11 +64,6 @@ def rows(page):
     return {line.name: line.texts for line in page.model.things}
 
 
-def shown_confidences(window):
-    model = window.intervals._model
-    return [model.describe(thing).sort[-5:] for thing in model.things]
-
-
 def test_nobody_has_decided_anything(qtbot, show_window, tmp_path):
     window = show_window(size=(1440, 900))
     open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path))
