@@ -58,7 +58,7 @@ def test_the_folder_keeps_its_tau_and_where_one_stopped(qtbot, show_window, tmp_
     assert second.document.data.clip.path.name == "2.bvh"  # where one stopped
     assert (second.queue.profile_name, dict(second.queue.profile.tau)) == ("of 2.bvh", tau)
     act(second, "automatic_folder")
-    assert settings.of_folder(tmp_path)["profile"] == ""
+    assert known_of_folder(settings, tmp_path)["profile"] == ""
     assert second.clips.tau.text().startswith("τ: ")
 
 

@@ -79,6 +79,6 @@ def test_the_table_of_clips_has_its_reasons_in_english():
         "print(reason_text(clip))\n"
         "print(clip_table([clip]))\n"
     )
-    assert said[0] == "s3://a.bvh: liegt auf keiner Platte dieses Rechners; öffnen Sie eine Kopie"
+    assert said[0].startswith("s3://a.bvh: der Clip liegt nicht auf diesem Rechner")
     assert said[2]
     assert "failed" in said[2]
