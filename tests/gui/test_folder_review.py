@@ -73,7 +73,7 @@ def test_without_autosave_a_bar_asks_before_a_clip_is_left(qtbot, show_window, c
     assert "unsaved" in window.bar.label.text()
     assert window.document.data.clip.path == clip
     answers = {button.text(): button for button in window.bar.buttons()}
-    assert list(answers) == ["Save", "Save as…", "Leave without saving"]
+    assert list(answers) == ["Save", "Save elsewhere…", "Leave without saving"]
     with qtbot.waitSignal(window.document.opened, timeout=20_000):
         answers["Save"].click()
     assert clip.with_name("walk.twist.json").exists()

@@ -62,7 +62,7 @@ def test_a_full_disk_loses_nothing_and_says_so_each_time(crowded, begun):
                 f"the last {'step is' if step == 1 else f'{step} steps are'}"
                 in (program.answer["says"])
             )
-            assert program.answer["offers"] == ["Try again", "Save as…"]
+            assert program.answer["offers"] == ["Try again", "Save elsewhere…"]
             on_disk = [recover(p).steps for p in folder.glob("**/*.journal")]
             assert max(on_disk, default=0) == begun  # never less than there was
         program.tell("save")
