@@ -52,7 +52,7 @@ class ConfidencePage(QWidget):
         self.use = QCheckBox(tr("Use learned confidence"))
         self.use.setToolTip(
             tr(
-                "Use it in the list, in filters and in 'Accept the sure ones'.\n"
+                "Use it in the list, in filters and in 'Accept confident intervals'.\n"
                 "Sessions and exports keep the detector's own confidence."
             )
         )
