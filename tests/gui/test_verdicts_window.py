@@ -170,7 +170,7 @@ def test_a_profile_is_remembered_by_skeleton_and_offered(qtbot, window, folder, 
     another.mkdir()
     open_clip(qtbot, window, shutil.copy(INJECTED, another / "05_09.bvh"))
     qtbot.waitUntil(lambda: len(bar.buttons()) == 2, timeout=5_000)
-    assert "performer 05 on this rig" in bar.label.text()
+    assert "performer 05 with this rig" in bar.label.text()
     automatic = dict(document.review.state.tau)
     assert document.learned is None  # offered, not taken
     use, _ = bar.buttons()
