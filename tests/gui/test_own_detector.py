@@ -135,7 +135,7 @@ def test_a_review_by_a_detector_that_is_not_here_is_gone_on_with(qtbot, window, 
     document, messages = window.document, []
     document.message.connect(lambda *told: messages.append(told[0]))
     open_clip(qtbot, window, session)
-    told = [text for text in messages if "'gone', which is not installed here" in text]
+    told = [text for text in messages if "'gone', which is not installed" in text]
     assert len(told) == 1
     before = document.review.state
     assert (before.method, document.method) == ("gone", "consistency")
@@ -144,7 +144,7 @@ def test_a_review_by_a_detector_that_is_not_here_is_gone_on_with(qtbot, window, 
     # Its τ stays, whatever is tried; decisions are made.
     document.set_tau(0.5)
     assert document.review.state is before
-    assert "'gone', which is not installed here" in messages[-1]
+    assert "'gone', which is not installed" in messages[-1]
     act(window, "why_not")
     act(window, "next_faint")
     act(window, "both_detectors")
