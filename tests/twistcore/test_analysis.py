@@ -106,7 +106,7 @@ def clip(walk, told, monkeypatch):
     def jumps(_motion, chains, _refined=None):
         return {c.name: (jump,) if c.name == "LeftArm" else () for c in chains}
 
-    monkeypatch.setattr(module, "lone_jumps", jumps)
+    monkeypatch.setattr("twistcore.detection.lone_jumps.lone_jumps", jumps)
     made = analyse(walk)
     return made
 
@@ -211,7 +211,9 @@ def test_lone_jumps_are_sought_in_what_the_other_kinds_leave(clip, monkeypatch):
 
     sought = []
     monkeypatch.setattr(module, "refiner", refiner)
-    monkeypatch.setattr(module, "lone_jumps", lambda *given: sought.append(given) or {})
+    monkeypatch.setattr(
+        "twistcore.detection.lone_jumps.lone_jumps", lambda *given: sought.append(given) or {}
+    )
     assert clip.jumps() is clip.jumps()
     ((motion, chains, intervals),) = seen
     assert motion is clip.motion
