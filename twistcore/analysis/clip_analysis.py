@@ -21,6 +21,7 @@ from twistcore.analysis.correction.protected_measures import (
 from twistcore.analysis.correction.twist_removal import applied_unasked, refine, refiner
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
+from twistcore.detection.all_joints.body_steps import body_steps
 from twistcore.detection.capture_faults import outside_chains
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.constant_offsets import constant_offsets
@@ -64,6 +65,7 @@ REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
 _SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # each by a finder of its own
 # Lone jumps from which a person is so restless that nothing of theirs is corrected unasked.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
+BODY_STEP_DOUBT = "many joints step at once where it begins or ends"
 RESTLESS_DOUBT = "lone jumps all over the clip make every find unsure"
 
 
@@ -123,6 +125,7 @@ class ClipAnalysis:
         self._shown: dict[tuple[Kind, str], Mapping[str, tuple[Interval, ...]]] = {}
         self._shared: dict[str, dict[Any, Any]] = {}
         self._known: dict[str, tuple[Interval, ...]] = {}
+        self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
         self._sure: dict[str, tuple[Interval, ...]] = {}
@@ -235,9 +238,10 @@ class ClipAnalysis:
 
     def _forget(self, method: str) -> None:
         """What an earlier detector of the name has found."""
-        kept = (self._by_method, self._detectors, self._known, self._shared, self._sure)
-        for known in kept:
+        for known in (self._by_method, self._detectors, self._known, self._refiners):
             known.pop(method, None)
+        for shared in (self._shared, self._sure):
+            shared.pop(method, None)
         for kind in _SOUGHT:
             self._shown.pop((kind, method), None)
         for key in [key for key in self._hinges if key[0] == method]:
@@ -329,14 +333,25 @@ class ClipAnalysis:
     def _search(self, method: str) -> KindSearch:
         """What the finders of kinds are given; method: '' for the clip as it was captured."""
         whole, chosen = self._whole or self, self._of_limbs
-        if method and not whole._applied(method):  # what is shared is that of the captured clip
-            kept = whole._shared.setdefault("", {})
-        else:
-            kept = whole._shared.setdefault(method, {})
+        shared, chains = whole._shared, whole._of_limbs
+        captured = KindSearch(
+            self.motion,
+            chains,
+            chosen,
+            whole=not whole.chosen,
+            _kept=shared.setdefault("", {}),
+        )
         if not method:
-            return KindSearch(self.motion, whole._of_limbs, chosen, _kept=kept)
-        ask = partial(whole._errors, method), partial(whole._refined, method)
-        return KindSearch(self.motion, whole._of_limbs, chosen, *ask, kept)
+            return captured
+        return replace(
+            captured,
+            named=whole.chains_and_limbs,
+            errors=partial(whole._errors, method),
+            corrected=partial(whole._refined, method),
+            without=partial(refiner, self.motion, whole.chains_and_limbs),
+            captured=captured,
+            _kept=shared.setdefault(method, {}),
+        )
 
     def _errors(self, method: str) -> tuple[Interval, ...]:
         """All finds that can be repaired, at the automatic τ."""
@@ -353,8 +368,11 @@ class ClipAnalysis:
 
     def _refined(self, method: str) -> Callable[[int, int], Motion] | None:
         """What makes frames of the motion without them; None where there are none."""
-        applied = self._applied(method)
-        return refiner(self.motion, self.chains_and_limbs, applied) if applied else None
+        if method not in self._refiners:
+            applied, chains = self._applied(method), self.chains_and_limbs
+            made = refiner(self.motion, chains, applied) if applied else None
+            self._refiners.setdefault(method, made)
+        return self._refiners[method]
 
     @cached_property
     def bursts(self) -> tuple[NoiseBurst, ...]:
@@ -399,13 +417,14 @@ class ClipAnalysis:
         if interval.open or not interval.repairable:
             return interval
         if (kept := self._left.get(interval)) is None:
-            explain = partial(_doubted, interval.explain)
+            explain = partial(_doubted, RESTLESS_DOUBT, interval.explain)
             kept = self._left[interval] = replace(interval, open=True, explain=explain)
         return kept
 
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
         """A find, left to a person if its correction makes something worse; the same each time.
 
+        So is a counter-twist at a step of the whole body, which may be the error by itself.
         Of a detector without confidence, as the paper's, all is as it found it.
         """
         if self._whole is not None:
@@ -413,12 +432,22 @@ class ClipAnalysis:
         if interval.open or not interval.automatic or interval.confidence is None:
             return interval
         if interval not in self._protected:
-            measured = self._measures(interval, method)
-            worse = tuple(m for m in measured if m.worse)
-            explain = partial(_made_worse, interval.explain, worse)
-            left = replace(interval, open=True, explain=explain) if worse else None
+            if self._in_body_step(interval):
+                explain = partial(_doubted, BODY_STEP_DOUBT, interval.explain)
+            elif worse := tuple(m for m in self._measures(interval, method) if m.worse):
+                explain = partial(_made_worse, interval.explain, worse)
+            else:
+                explain = None
+            left = replace(interval, open=True, explain=explain) if explain else None
             self._protected.setdefault(interval, left)
         return self._protected[interval] or interval
+
+    def _in_body_step(self, interval: Interval) -> bool:
+        """True if a counter-twist sets in or ends where many joints step at once."""
+        edges = {interval.start, interval.stop}
+        return interval.kind == Kind.COUNTER_TWIST and any(
+            not edges.isdisjoint(range(step.start, step.stop)) for step in body_steps(self.motion)
+        )
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
         """What the correction of a find changes in its limb and the neighbours."""
@@ -598,10 +627,10 @@ class _ByName:
         return self.clip.flips if isinstance(chain, Limb) else self.clip.by(self.method)
 
 
-def _doubted(explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Why a restless person's find was found, and why it is left to a reviewer."""
+def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
+    """Why an interval was found, and why it is left to a reviewer."""
     told = explain() if explain else {}
-    return {**told, "doubts": [RESTLESS_DOUBT, *told.get("doubts", ())]}
+    return {**told, "doubts": [doubt, *told.get("doubts", ())]}
 
 
 def _kept(analysis: Analysis) -> DistinctFrames | None:

@@ -31,18 +31,30 @@ class KindSearch:
         All chains of limbs: a find belongs to one of them.
     chosen : tuple of Chain
         The chains to list, all or some of these.
+    whole : bool
+        False if these are not all chains of the clip: joints of no chain are then nobody's.
+    named : tuple of Chain
+        All chains, twist bones and limbs: the errors that are known are of these.
     errors : callable
         Returns the intervals of all kinds that can be repaired, at the automatic τ.
     corrected : callable
         Returns a function that makes frames of the motion without what is corrected
         automatically; None where nothing is.
+    without : callable
+        Returns a function that makes frames of the motion without some of the errors.
+    captured : KindSearch, optional
+        The same search where no error is known; itself if not given.
     """
 
     motion: Motion
     chains: tuple[Chain, ...]
     chosen: tuple[Chain, ...]
+    whole: bool = True
+    named: tuple[Chain, ...] = ()
     errors: Callable[[], Sequence[Interval]] = tuple
     corrected: Callable[[], Frames | None] = lambda: None
+    without: Callable[[Sequence[Interval]], Frames] | None = None
+    captured: KindSearch | None = None
     _kept: MutableMapping[Any, Any] = field(default_factory=dict)
 
     def once(self, work: Callable[[KindSearch], Known]) -> Known:

@@ -49,9 +49,10 @@ class KindInfo:
         The colour of the theme that its word has in the list of intervals; "" for that of text.
     counted : str
         What is counted, one of them; the name if not given.
-    here, named, legend, tip : str
-        Words about one: where the playhead is in it, as a neighbour, in the 3D view and in the
-        list. In them {frames}, {span}, {size}, {joint} and {angle} are replaced.
+    here, named, legend, tip, why : str
+        Words about one: where the playhead is in it, as a neighbour, in the 3D view, in the list,
+        and what is wrong, as a sentence. In them {frames}, {span}, {size}, {joint} and {angle} are
+        replaced; in `why` {joint} and {size}.
     """
 
     name: str
@@ -72,6 +73,7 @@ class KindInfo:
     named: str = ""
     legend: str = ""
     tip: str = ""
+    why: str = ""
 
 
 class _Kinds(type):
@@ -105,7 +107,7 @@ class Kind(str, metaclass=_Kinds):
     >>> tc.Kind("Counter_Twist")
     <Kind.COUNTER_TWIST: 'counter-twist'>
     >>> [kind.value for kind in tc.Kind if not kind.repairable]
-    ['lone jump', 'noise burst', 'frozen frames']
+    ['lone jump', 'spike', 'joint jump', 'place jump', 'body step', 'noise burst', 'frozen frames']
     >>> tc.Kind("carried roll").known
     False
     """
@@ -114,6 +116,10 @@ class Kind(str, metaclass=_Kinds):
     LIMB_FLIP: ClassVar[Kind]
     HELPER_ROLL: ClassVar[Kind]
     LONE_JUMP: ClassVar[Kind]
+    SPIKE: ClassVar[Kind]
+    JOINT_JUMP: ClassVar[Kind]
+    PLACE_JUMP: ClassVar[Kind]
+    BODY_STEP: ClassVar[Kind]
     NOISE_BURST: ClassVar[Kind]
     FROZEN: ClassVar[Kind]
 

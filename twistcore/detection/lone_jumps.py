@@ -38,7 +38,8 @@ def limit(fps: float) -> float:
 
 def find(search: KindSearch) -> Found:
     """Return lone jumps by chain name: what is left of them once automatic corrections are out."""
-    return search.once(_in_all_chains)
+    as_captured = search.captured if search.corrected() is None else None
+    return (as_captured or search).once(_in_all_chains)
 
 
 def _in_all_chains(search: KindSearch) -> Found:
