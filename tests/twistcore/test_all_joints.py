@@ -17,7 +17,7 @@ from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.detection.all_joints import finders
 from twistcore.detection.all_joints.body_steps import BodyStep
-from twistcore.detection.all_joints.joint_steps import Limits, jumps, spikes
+from twistcore.detection.all_joints.joint_steps import StepLimits, jumps, spikes
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.formats.bvh import read_bvh, write_motion
 from twistcore.review import Review, read_session, write_session
@@ -151,7 +151,7 @@ def test_a_counter_twist_that_begins_in_a_body_step_is_left_to_a_person(monkeypa
     dirty = inject(WALK, [error])
     (twist,) = analyse(dirty).detect(kinds="counter-twist")
     assert not twist.open
-    module = "twistcore.analysis.clip_analysis.body_steps"
+    module = "twistcore.detection.capture_faults.body_steps"
     monkeypatch.setattr(module, lambda _: (BodyStep(150, 151, 0.5, 9.0),))
     (left,) = analyse(dirty).detect(kinds="counter-twist")
     assert left.open
@@ -182,7 +182,7 @@ def test_blocks_of_frames_give_the_finds_of_the_whole(monkeypatch, block):
     for k, joint in enumerate(("Neck", "LeftArm", "Spine", "Hips", "RightFoot")):
         motion = turned(motion, joint, 20 + 50 * k + k % 2, 22 + 50 * k, 50.0)
     motion = turned(motion, "Spine", 256, 257, 50.0)
-    limits = Limits.of(len(NAMES), motion.fps, set())
+    limits = StepLimits.of(len(NAMES), motion.fps, set())
     every = np.ones(motion.frames, dtype=bool)
     parents = motion.skeleton.parents
     whole = [f(motion.rotations, parents, every, limits) for f in (spikes, jumps)]

@@ -21,8 +21,7 @@ from twistcore.analysis.correction.protected_measures import (
 from twistcore.analysis.correction.twist_removal import applied_unasked, refine, refiner
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
-from twistcore.detection.all_joints.body_steps import body_steps
-from twistcore.detection.capture_faults import outside_chains
+from twistcore.detection.capture_faults import at_body_step, outside_chains
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
@@ -432,7 +431,7 @@ class ClipAnalysis:
         if interval.open or not interval.automatic or interval.confidence is None:
             return interval
         if interval not in self._protected:
-            if self._in_body_step(interval):
+            if interval.kind == Kind.COUNTER_TWIST and at_body_step(self.motion, interval):
                 explain = partial(_doubted, BODY_STEP_DOUBT, interval.explain)
             elif worse := tuple(m for m in self._measures(interval, method) if m.worse):
                 explain = partial(_made_worse, interval.explain, worse)
@@ -441,13 +440,6 @@ class ClipAnalysis:
             left = replace(interval, open=True, explain=explain) if explain else None
             self._protected.setdefault(interval, left)
         return self._protected[interval] or interval
-
-    def _in_body_step(self, interval: Interval) -> bool:
-        """True if a counter-twist sets in or ends where many joints step at once."""
-        edges = {interval.start, interval.stop}
-        return interval.kind == Kind.COUNTER_TWIST and any(
-            not edges.isdisjoint(range(step.start, step.stop)) for step in body_steps(self.motion)
-        )
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
         """What the correction of a find changes in its limb and the neighbours."""

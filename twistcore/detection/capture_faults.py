@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from twistcore.detection.all_joints.body_steps import body_steps
 from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.frozen_frames import frozen_spans, limb_of
 from twistcore.detection.interval import Interval, Kind
@@ -85,6 +86,12 @@ def frozen_intervals(
         told = {"joint": joint, "part": limb, "seconds": (stop - start) / motion.fps}
         found[chain.name].append(_fault(Kind.FROZEN, chain.name, start, stop, told))
     return {name: tuple(own) for name, own in found.items()}
+
+
+def at_body_step(motion: Motion, interval: Interval) -> bool:
+    """True if an interval begins or ends where many joints step at once."""
+    edges = {interval.start, interval.stop}
+    return any(not edges.isdisjoint(range(b.start, b.stop)) for b in body_steps(motion))
 
 
 def _burst(chain: str, span: Sequence[NoiseBurst], names: Sequence[str]) -> Interval:

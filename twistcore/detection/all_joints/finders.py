@@ -19,7 +19,7 @@ from twistcore.detection import lone_jumps
 from twistcore.detection.all_joints.body_steps import body_steps, place_steps
 from twistcore.detection.all_joints.joint_steps import (
     JointStep,
-    Limits,
+    StepLimits,
     degrees_off,
     jumps,
     margin,
@@ -122,17 +122,17 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
     return _JointSteps(*map(tuple, listed))
 
 
-def limits_of(motion: Motion, chains: Sequence[Chain]) -> Limits:
+def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
     """Return the least that counts of each joint; joints without three rotations never do."""
     small = toes_and_fingers(motion.skeleton, chains)
     step = math.degrees(motion.angle_step)
-    limits = Limits.of(len(motion.skeleton), motion.fps, small, step)
+    limits = StepLimits.of(len(motion.skeleton), motion.fps, small, step)
     if (rotatable := motion.skeleton.rotatable) is not None:
         limits.spike[~rotatable] = limits.jump[~rotatable] = 360.0
     return limits
 
 
-def _in_blocks(motion: Motion, limits: Limits) -> tuple[list[JointStep], list[JointStep]]:
+def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], list[JointStep]]:
     """Spikes and jumps, a block of frames at a time: what is made of one is not kept."""
     cut, parents = find_cuts(motion), motion.skeleton.parents
     calm = ~cut

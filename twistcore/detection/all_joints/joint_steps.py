@@ -45,7 +45,7 @@ class JointStep:
 
 
 @dataclass(frozen=True)
-class Limits:
+class StepLimits:
     """The least that counts of each joint, degrees, (joints,), and the noise of the notation."""
 
     spike: Array
@@ -54,7 +54,7 @@ class Limits:
     floor: float = _FLOOR
 
     @staticmethod
-    def of(joints: int, fps: float, small: set[int], angle_step: float = 0.0) -> Limits:
+    def of(joints: int, fps: float, small: set[int], angle_step: float = 0.0) -> StepLimits:
         """Return those of a clip; small: its toes and fingers; angle_step: degrees."""
         slow = fps < _SLOW
         spike = np.full(joints, SPIKE_SLOW if slow else SPIKE)
@@ -62,15 +62,15 @@ class Limits:
         at = sorted(small)
         spike[at], jump[at] = SPIKE_SMALL, JUMP_SMALL
         longest = min(max(2, int(LONGEST * fps + 1e-6)), MOST)
-        return Limits(spike, jump, longest, max(_FLOOR, 2.0 * angle_step))
+        return StepLimits(spike, jump, longest, max(_FLOOR, 2.0 * angle_step))
 
 
-def margin(limits: Limits) -> int:
+def margin(limits: StepLimits) -> int:
     """Frames around a block that its first and last finds are compared with."""
     return _REACH + limits.longest + 2
 
 
-def spikes(rotations: Array, parents: Index, counted: Mask, limits: Limits) -> list[JointStep]:
+def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
     """Return the spikes of all joints by start.
 
     rotations: (frames, joints, 4); counted: frames that a spike may begin in, (frames,).
@@ -104,7 +104,7 @@ def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> flo
 
 
 def _spikes_at(
-    q: Array, parents: Index, start: Index, joint: Index, n: int, limits: Limits
+    q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
 ) -> list[JointStep]:
     """Those of some candidates, (n,) each, that are spikes over n frames."""
 
@@ -129,7 +129,7 @@ def _spikes_at(
     return [JointStep(int(j), int(s), int(s) + n, float(d), float(u)) for j, s, d, u in rows]
 
 
-def jumps(rotations: Array, parents: Index, counted: Mask, limits: Limits) -> list[JointStep]:
+def jumps(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
     """Return the jumps of all joints by start: steps into a frame between calm ones."""
     moves = _steps_over(rotations, limits.jump)
     moves &= counted[:, None]
@@ -145,7 +145,7 @@ def jumps(rotations: Array, parents: Index, counted: Mask, limits: Limits) -> li
 
 
 def _jumps_at(
-    q: Array, parents: Index, start: Index, joint: Index, limits: Limits
+    q: Array, parents: Index, start: Index, joint: Index, limits: StepLimits
 ) -> list[JointStep]:
     step = _angle(q[start - 1, joint], q[start, joint])
     around = [k for k in range(-_NEAR, _NEAR + 1) if k]
