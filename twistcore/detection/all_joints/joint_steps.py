@@ -23,8 +23,9 @@ LONGEST, MOST = 0.03, 3  # seconds and frames of a spike; two frames at any rate
 _SLOW = 45.0  # frames a second below which a frame proves little
 SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0  # degrees: at 30 Hz, and of toes and fingers
 JUMP, JUMP_SLOW, JUMP_SMALL = 30.0, 45.0, 60.0
-_BACK = 0.4  # of the spike: so far apart are the frames before and behind at most
-_TIMES = 8.0  # as far off as usual around it
+# Of the spike: so far apart are the frames before and behind it. In a jump that is 2.
+_BACK, _NEARLY = 0.4, 1.0
+_TIMES, _CLEARLY = 8.0, 20.0  # as far off as usual around it; if it hardly comes back
 _FLOOR = 0.3  # degrees: less is usual in any joint
 _CALM = 3.0  # times the largest step around a jump
 _REACH, _NEAR = 10, 3  # frames around a spike, and around a jump
@@ -76,7 +77,7 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
     rotations: (frames, joints, 4); counted: frames that a spike may begin in, (frames,).
     """
     found: list[JointStep] = []
-    moves = _steps_over(rotations, 0.75 * limits.spike)
+    moves = _steps_over(rotations, 0.5 * limits.spike)
     frames = len(rotations)
     for n in range(1, limits.longest + 1):
         both = np.zeros_like(moves)
@@ -113,12 +114,12 @@ def _spikes_at(
 
     off = _departure(own, start, n)
     back = _angle(own(start - 1), own(start + n))
-    keep = (off >= limits.spike[joint]) & (back <= _BACK * off)
+    keep = (off >= limits.spike[joint]) & (back <= _NEARLY * off)
     if not keep.any():
         return []
-    start, joint, off = start[keep], joint[keep], off[keep]
+    start, joint, off, back = start[keep], joint[keep], off[keep], back[keep]
     usual = np.maximum(_usual(q, start, joint, n), limits.floor)
-    keep = off >= _TIMES * usual
+    keep = off >= np.where(back <= _BACK * off, _TIMES, _CLEARLY) * usual
     for depth in range(1, _ABOVE + 1):
 
         def above(t: Index, depth: int = depth) -> Array:
