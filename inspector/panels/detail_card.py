@@ -33,7 +33,7 @@ from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption, Headline, as_tip, bold, capitalised
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
-from twistcore.analysis.clip_analysis import RESTLESS_DOUBT
+from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, RESTLESS_DOUBT
 from twistcore.analysis.correction.protected_measures import (
     Hinges,
     ProtectedMeasure,
@@ -56,6 +56,7 @@ _LEAST = 0.05  # degrees: smaller offsets are not mentioned
 _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth it in Quality → Track")
+_DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # which say why an interval is open
 _NOT_CORRECTED = tr("This is not corrected. Accept marks it as seen.")
 _OTHER_SIDE = tr("perhaps the frames around the interval are the wrong ones")
 
@@ -229,7 +230,7 @@ class DetailCard(QWidget):
             self.to_quality.setToolTip(
                 tr("Open that page with the noisy joints selected. It tracks them in every frame.")
             )
-        elif kind == Kind.FROZEN:
+        elif fault:
             self.to_quality.setText(tr("Show the joint in Quality"))
             self.to_quality.setToolTip(tr("Open the table of joints with this joint selected"))
 
@@ -331,6 +332,9 @@ def explanation(
         return _noise_burst(interval, evidence)
     if interval.kind == Kind.FROZEN:
         return _frozen(chain, evidence)
+    if why := interval.kind.info.why:
+        size = f"{plain(np.degrees(interval.residual))}°"
+        return f"{of_core(why.format(joint=interval.joint, size=size))}. {_NOT_CORRECTED}"
     sentences = [_lead(judged, chain, evidence), worse_line(measures)]
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
@@ -343,7 +347,8 @@ def explanation(
     doubts = _doubts(evidence, measures)
     if doubts:
         sentences.append(tr("Doubts: {why}.", why=doubts))
-    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or bool({"worse", "small"} & set(evidence))
+    known = not _DOUBTED.isdisjoint(evidence.get("doubts", ()))
+    known = known or bool({"worse", "small"} & set(evidence))
     if isinstance(chain, Limb | Helper):
         known = known or bool(doubts)
     if interval.open and not known:

@@ -13,7 +13,7 @@ from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import kept_sessions, set_aside
 from twistcore.analysis import clip_analysis as core
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX
@@ -292,12 +292,14 @@ def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     """Return a review with capture faults of every kind that it has no interval of."""
     known = {judged.interval.kind for judged in state.intervals}
-    there = set(state.tau)
+    there, method = set(state.tau), DETECTORS.usable(state.method)
     new = [
         fault
-        for chain, own in analysis.faults.items()
+        for kind in Kind
+        if kind.of_capture and kind.info.find and kind not in known
+        for chain, own in analysis.shown(kind, method).items()
         for fault in own
-        if chain in there and fault.kind not in known
+        if chain in there
     ]
     return _with_undecided(state, new) if new else state
 

@@ -44,6 +44,7 @@ class NoiseBurst:
     degrees: float
 
 
+@once_a_motion
 def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
     """The bursts of all joints, by start."""
     found = []
