@@ -22,9 +22,16 @@ from twistcore.analysis.correction.twist_removal import applied_unasked, refine,
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
 from twistcore.detection.capture_faults import fault_intervals, outside_chains
+from twistcore.detection.carried_rolls import (
+    CarriedRolls,
+    analyse_carried_rolls,
+    is_carried,
+    may_carry,
+)
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
+from twistcore.detection.evidence import Witnesses
 from twistcore.detection.frozen_frames import frozen_sentence
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
@@ -119,6 +126,8 @@ class ClipAnalysis:
         self._detectors: dict[str, Detector] = {}  # which made them
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
+        self._carried: dict[str, CarriedRolls] = {}  # by detector
+        self._witnesses: dict[str, Witnesses] = {}  # by chain, of the clip as captured
         self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
@@ -232,7 +241,13 @@ class ClipAnalysis:
 
     def _forget(self, method: str) -> None:
         """What an earlier detector of the name has found."""
-        for known in (self._by_method, self._detectors, self._jumps, self._sure):
+        for known in (
+            self._by_method,
+            self._detectors,
+            self._jumps,
+            self._sure,
+            self._carried,
+        ):
             known.pop(method, None)
         for key in [key for key in self._hinges if key[0] == method]:
             del self._hinges[key]
@@ -300,6 +315,28 @@ class ClipAnalysis:
             if self._flips is None:
                 self._flips = analyse_limbs(self.motion, self.limbs)
             return self._flips
+
+    def carried_along(self, twist: Interval) -> bool:
+        """Whether C rolled along in what a detector takes for a counter-twist."""
+        chain = self.chain(twist.chain)
+        if not may_carry(chain):
+            return False
+        if chain.name not in self._witnesses:
+            self._witnesses[chain.name] = Witnesses.of(self.motion, chain)
+        return is_carried(self._witnesses[chain.name], twist)
+
+    def carried_rolls(self, method: str = DEFAULT_METHOD) -> CarriedRolls:
+        """What is known of carried rolls, once a detector's automatic corrections are made."""
+        if self._whole is not None:
+            return self._whole.carried_rolls(method)
+        if method not in self._carried:
+            motion, chains = self.motion, self._of_limbs
+            if not DETECTORS.named(method).info.has_confidence:
+                chains = ()  # no confidence says which counter-twists to take out first
+            elif twists := [i for i in self._sure_by(method) if not self.carried_along(i)]:
+                motion = refine(motion, chains, twists)
+            self._carried[method] = analyse_carried_rolls(motion, chains)
+        return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
         """Lone jumps by chain: what is left once all is out that is taken out unasked."""
@@ -541,6 +578,8 @@ class _ByName:
             kind = Kind.HELPER_ROLL
         if kind in self.kinds:
             found += self._of(chain).intervals(chain, tau)
+        if not isinstance(named, Limb | Helper) and Kind.CARRIED_ROLL in self.kinds:
+            found = self._with_carried(chain, tau, found)
         if found and isinstance(named, Limb) and Kind.COUNTER_TWIST in self.kinds:
             found = self._unless_not_followed(named, found)
         found = [self.clip.protected(i, self.method) for i in found]
@@ -552,6 +591,21 @@ class _ByName:
         if unsure and named.person in self.clip.restless(self.method):
             found = [self.clip.left_open(i) for i in found]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
+
+    def _with_carried(self, chain: str, tau: float, found: list[Interval]) -> list[Interval]:
+        """Finds with the carried rolls of a chain, without counter-twists that are part of one.
+
+        In a bent limb a carried roll looks like a counter-twist, in one nearly straight a share of
+        it does.
+        """
+        rolls = self.clip.carried_rolls(self.method).intervals(chain, tau)
+        sure = [r for r in rolls if not r.open]
+        left = (
+            i
+            for i in found
+            if not any(_overlap(i, r) for r in sure) or not (i.open or self.clip.carried_along(i))
+        )
+        return [*left, *rolls]
 
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
         """Flips but those in which a child did not follow a twist error of the limb's first joint.
@@ -594,6 +648,10 @@ def _made_worse(
     doubts = [m.doubt for m in worse]
     doubts += [d for d in told.get("doubts", ()) if d not in doubts]
     return {**told, "doubts": doubts, "worse": [m.name for m in worse]}
+
+
+def _overlap(a: Interval, b: Interval) -> bool:
+    return a.start < b.stop and b.start < a.stop
 
 
 def _same_frames(a: Interval, b: Interval) -> bool:
