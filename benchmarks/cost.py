@@ -133,14 +133,14 @@ def make_clip(path: Path, frames: int, errors: int) -> None:
 
 
 _CHILD = """
-import resource, sys, time
+import sys, time
 from pathlib import Path
 from benchmarks.cost import detected
+from twistcore.work.memory import peak_memory
 found = detected(Path(sys.argv[1]))
-used = resource.getrusage(resource.RUSAGE_SELF)
 finds, frames = len(found), found.analysis.motion.frames
-print(f"{frames:,d} frames, {finds:,d} finds: {used.ru_utime + used.ru_stime:.1f} s, "
-      f"peak {used.ru_maxrss / 1024**2:.2f} GiB")
+print(f"{frames:,d} frames, {finds:,d} finds: {time.process_time():.1f} s, "
+      f"peak {peak_memory() / 1024**3:.2f} GiB")
 """
 
 

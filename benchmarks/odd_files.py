@@ -2,8 +2,8 @@
 
 One row of a table a file: what the reader says (error or warnings), whether it is written back byte
 for byte with nothing corrected, how many chains are found, and why. With --write the rows replace
-those between the marks in PAGE, such as docs/bvh.md. Exit status 1 where a file that can be read
-does not come back byte for byte.
+those between the marks in PAGE, such as benchmarks/odd_files.md. Exit status 1 where a file that
+can be read does not come back byte for byte.
 """
 
 from __future__ import annotations

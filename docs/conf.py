@@ -1,6 +1,6 @@
 """The documentation as a site: `python3 dev.py docs`. The same pages are shown by F1 in the window.
 
-So pages are plain Markdown; what only a site can do stands in index.md, cli.md and api/.
+So pages are plain Markdown; only index.md, cli.md and api/ use features of the site.
 """
 
 from __future__ import annotations
@@ -96,11 +96,11 @@ linkcheck_allowed_redirects = {r"https://doi\.org/.*": r".*"}
 
 
 def setup(app: Sphinx) -> None:
-    """What no setting does."""
+    """Add the JSON lines lexer and make links to files outside docs/ work."""
     app.add_lexer("jsonl", JsonLexer)
     app.connect("source-read", _offer_files_outside)
 
 
 def _offer_files_outside(app: Sphinx, page: str, source: list[str]) -> None:
-    """A page outside of docs/ is no page of the site: its file is what a link leads to."""
+    """Let links to pages outside docs/ lead to their files."""
     source[0] = re.sub(r"(?<=\]\()(?=(?:\.\./)+[^)]*\.md\))", "path:", source[0])

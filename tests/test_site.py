@@ -197,6 +197,28 @@ def test_a_search_for_a_letter_finds_its_page(browser: Browser, site: Path) -> N
 
 @pytest.mark.thorough
 @needs_browser
+@pytest.mark.parametrize(
+    ("words", "page"),
+    [
+        ("install", "start"),
+        ("threshold", "tuning"),
+        ("jitter", "jitter"),
+        ("knee backward", "guide"),
+        ("candy wrapper", "guide"),
+        ("exit code", "command-line"),
+        ("fbx", "pipelines"),
+        ("cluster", "batch"),
+    ],
+)
+def test_words_that_people_search_for_lead_to_their_page(
+    browser: Browser, site: Path, words: str, page: str
+) -> None:
+    browser.size(1280, 900)
+    assert page in found_pages(browser, site, words.replace(" ", "%20"))[:3]
+
+
+@pytest.mark.thorough
+@needs_browser
 def test_pages_fit_a_phone_and_say_nothing_in_the_console(
     browser: Browser, site: Path, pages: dict[Path, Page]
 ) -> None:

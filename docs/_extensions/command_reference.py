@@ -1,4 +1,4 @@
-"""Every command with its words, out of the parsers themselves, where a page has the mark for it."""
+"""Generate the reference of all commands from their parsers, where a page has the mark for it."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PAGE = re.compile(r"docs/([\w-]+)\.md")
 
 
 def reference(parser: argparse.ArgumentParser, about: str = "", level: int = 2) -> str:
-    """A parser and all below it as Markdown, each under a heading that is its command."""
+    """Return a parser and its subcommands as Markdown, each under its own heading."""
     name = parser.prog
     about = about or parser.description or ""
     lines = [f"{'#' * level} {name}", _sentence(about), f"```text\n{_usage(parser)}\n```"]
@@ -36,7 +36,7 @@ def reference(parser: argparse.ArgumentParser, about: str = "", level: int = 2) 
 
 
 def _escaped(text: str) -> str:
-    """As Markdown that says just this; pages that are named become links."""
+    """Escape Markdown characters and turn the names of pages into links."""
     return _PAGE.sub(r"[\1](\1.md)", _MARKDOWN.sub(r"\\\1", text.strip()))
 
 
@@ -55,7 +55,7 @@ def _usage(parser: argparse.ArgumentParser) -> str:
 
 
 def _words(parser: argparse.ArgumentParser) -> Iterator[str]:
-    """One list: the places and options, but for --help, which all have."""
+    """Yield one list of arguments and options, without --help."""
     entries = []
     for action in parser._actions:
         if isinstance(action, argparse._HelpAction | argparse._SubParsersAction):
@@ -71,7 +71,7 @@ def _words(parser: argparse.ArgumentParser) -> Iterator[str]:
 
 
 def _spelled(action: argparse.Action) -> str:
-    """`-o OUT`, `--output OUT`: as they are typed."""
+    """Return the spellings of an argument: `-o OUT`, `--output OUT`."""
     places = action.metavar or (action.dest.upper() if not action.choices else "CHOICE")
     place = " ".join(places) if isinstance(places, tuple) else places
     if not action.option_strings:
@@ -82,7 +82,7 @@ def _spelled(action: argparse.Action) -> str:
 
 
 def _lines(epilog: str, name: str) -> str:
-    """The examples of an epilog."""
+    """Return the examples of an epilog."""
     return textwrap.dedent(epilog % {"prog": name}).strip()
 
 
@@ -94,7 +94,7 @@ def _fill_in(app: Sphinx, page: str, source: list[str]) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Pages with a mark are read anew each time: nothing tells when a parser has changed."""
+    """Fill in the pages with a mark, and read them in every build, as a parser may have changed."""
     app.connect("source-read", _fill_in)
     app.connect(
         "env-get-outdated",

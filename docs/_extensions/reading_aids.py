@@ -1,4 +1,4 @@
-"""What people who hear pages or have keys only need, and the theme leaves out."""
+"""Add what screen readers and keyboard users need and the theme leaves out."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sphinx.application import Sphinx
 
-_MENDED = (
+_FIXES = (
     # A heading says how deep it is, one of two side columns which of them it is.
     (re.compile(r'(<p class="caption" role="heading")>'), r'\1 aria-level="2">'),
     (re.compile(r'(<aside class="sidebar-drawer")>'), r'\1 aria-label="All pages">'),
@@ -19,9 +19,9 @@ _MENDED = (
 )
 
 
-def mended(text: str) -> str:
-    """A page with what was left out; one that has it stays as it is."""
-    for pattern, instead in _MENDED:
+def with_aids(text: str) -> str:
+    """Return a page with the missing attributes; a complete page stays unchanged."""
+    for pattern, instead in _FIXES:
         text = pattern.sub(_lines if instead == "LINES" else instead, text)
     return text
 
@@ -31,15 +31,15 @@ def _lines(found: re.Match[str]) -> str:
     return f"{lines}"
 
 
-def _mend(app: Sphinx, error: Exception | None) -> None:
+def _fix_pages(app: Sphinx, error: Exception | None) -> None:
     if error is None and app.builder.format == "html":
         for page in Path(app.outdir).rglob("*.html"):
             text = page.read_text("utf-8")
-            if (better := mended(text)) != text:
+            if (better := with_aids(text)) != text:
                 page.write_text(better, "utf-8")
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Once all pages are written."""
-    app.connect("build-finished", _mend)
+    """Fix the pages once all are written."""
+    app.connect("build-finished", _fix_pages)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

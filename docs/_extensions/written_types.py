@@ -1,4 +1,4 @@
-"""Types and docstrings as they stand in the code.
+"""Show types and docstrings as they are in the code.
 
 Evaluated, `Array` would be four lines of numpy's own; |x| is a substitution to docutils, '@x' mail.
 """
@@ -21,7 +21,7 @@ from sphinx.util.nodes import make_refnode
 def _as_written(
     app: Sphinx, what: str, name: str, obj: Any, options: Any, arguments: str, returns: str
 ) -> tuple[str, str] | None:
-    """Arguments and what is returned; None: as Sphinx has it."""
+    """Return the signature's arguments and result, or None for Sphinx's own."""
     if not arguments or what not in ("function", "method", "class", "exception"):
         return None
     try:
@@ -51,7 +51,7 @@ def _plain_letters(
 def _by_last_name(
     app: Sphinx, env: BuildEnvironment, node: pending_xref, text: nodes.Node
 ) -> nodes.Node | None:
-    """A class is known under the room that shows it; annotations say its name alone."""
+    """Resolve an annotation by the last part of its name to the page that shows the class."""
     if node.get("refdomain") != "py":
         return None
     name = node["reftarget"].rpartition(".")[2]
@@ -64,7 +64,7 @@ def _by_last_name(
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Three places where autodoc lets others have a say."""
+    """Connect to the three events of autodoc."""
     app.connect("autodoc-process-signature", _as_written)
     app.connect("autodoc-process-docstring", _plain_letters)
     app.connect("missing-reference", _by_last_name)

@@ -7,21 +7,21 @@ from twistcore.detection import DetectorInfo
 
 
 class StepsAnalysis:
-    """What is known of a motion before any τ: the signals of every chain."""
+    """The signals of every chain: everything that does not depend on τ."""
 
     def __init__(self, motion, chains):
         self.signals = {chain.name: tc.twist_signals(motion, chain) for chain in chains}
 
     def automatic_tau(self, chain):
-        """τ in radians."""
+        """Return τ in radians."""
         return np.radians(10.0)
 
     def strength(self, chain):
-        """What τ is compared with, radians, (frames,)."""
+        """Return the curve that τ is compared with, radians, (frames,)."""
         return np.abs(self.signals[chain].dtheta_p)
 
     def intervals(self, chain, tau):
-        """From each jump to the next one the other way."""
+        """Return the intervals from each jump to the next one in the other direction."""
         step, found = self.signals[chain].dtheta_p, []
         for frame in np.flatnonzero(np.abs(step) >= tau).tolist():
             if found and found[-1][1] is None and step[frame] * step[found[-1][0]] < 0.0:
@@ -33,7 +33,7 @@ class StepsAnalysis:
 
 
 class StepsDetector:
-    """Announced to the program by `info`."""
+    """The detector; `info` describes it to the program."""
 
     info = DetectorInfo(
         name="steps",
@@ -45,5 +45,5 @@ class StepsDetector:
     )
 
     def analyse(self, motion, chains, tell=None):
-        """Everything that does not depend on τ; tell: how far it is, 0…1."""
+        """Analyse a motion; tell: called with the progress, 0…1."""
         return StepsAnalysis(motion, chains)

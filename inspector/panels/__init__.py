@@ -1,1 +1,1 @@
-"""Tables and forms around the document."""
+"""Panels of the window: the tables, the forms and the interval's card."""

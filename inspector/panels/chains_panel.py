@@ -1,4 +1,4 @@
-"""The chains of the clip: what was found in each, and how far it can be trusted."""
+"""The table of chains and limbs: how many intervals each has, and how reliable it is."""
 
 from __future__ import annotations
 
@@ -46,36 +46,42 @@ _HEADS = (
     "τ",
     tr_as("short for azimuth", "Azim."),
 )
-_SAMPLES = ("00/00", "180.0°", "55.0°", "100 %")  # of the columns of figures, from the second on
+_SAMPLES = ("00/00", "180.0°", "55.0°", "100 %")  # widest texts, from the second column on
 _TIPS = (
     tr(
-        "Side and segment of the parent joint, and beside it what else the file calls the joints;\n"
-        "the tick shows or hides its intervals"
+        "Side and segment of the parent joint, then the joints' names in the file if they differ.\n"
+        "The tick shows or hides the chain's intervals."
     ),
-    tr("Intervals decided of those found"),
-    tr("Largest strength in the clip: m(t) for the paper's method"),
-    tr("Threshold of this chain"),
+    tr("Intervals decided / intervals found"),
+    tr("Largest strength in the clip (with the paper's method: its measure m)"),
+    tr("Threshold τ of this chain"),
     tr(
-        "Median reliability of the azimuth: low on a straight limb.\n"
-        "Of a whole limb: median height of its middle joint off its line, of its length"
+        "How reliable the azimuth is, as a median over all frames.\n"
+        "The azimuth is the direction in which the bone points away from its parent's axis.\n"
+        "It cannot be measured well while the limb is straight: then the value is low.\n"
+        "For a whole limb: how far the middle joint is from the limb's line, as a share of its\n"
+        "length."
     ),
 )
 _LIMB_TIPS = (
-    tr("The whole limb; the tick shows or hides its flips"),
-    tr("Flips decided of those found"),
-    tr("Largest jump of the limb about its line in one frame"),
-    tr("Threshold of this limb: a jump in one frame"),
-    tr("Median height of its middle joint off its line, of its length: low on a straight limb"),
+    tr("The whole limb. The tick shows or hides its flips."),
+    tr("Flips decided / flips found"),
+    tr("Largest jump of the limb about its line from one frame to the next"),
+    tr("Threshold τ of this limb: the smallest jump that is reported"),
+    tr(
+        "Median distance of the middle joint from the limb's line, as a share of its length:\n"
+        "low while the limb is straight"
+    ),
 )
 _PAD = 8  # pixels
-_NAME = of_core("Right ForeArm")  # such a name, and its tick, is worth more than the last columns
+_NAME = of_core("Right ForeArm")  # room for this name comes before the last columns
 _TICK = 24  # pixels
-_RELIABLE = 0.2  # ‖v⊥‖/‖v‖, below which the azimuth says nothing
+_RELIABLE = 0.2  # ‖v⊥‖/‖v‖; below it the azimuth is not reliable
 
 
 @dataclass(frozen=True)
 class _Shown:
-    """What the table says of a chain or limb; degrees."""
+    """A chain or limb as the table shows it; angles in degrees."""
 
     chain: str
     label: str
@@ -139,7 +145,8 @@ class _ChainModel(RowModel[_Shown]):
 class ChainsPanel(QWidget):
     """Table of chains and limbs; the selected row is the document's chain.
 
-    Above it a line names what was not examined, with the button of `joint_names`.
+    A line above the table names the limbs that were not examined, next to the button of
+    `joint_names`.
     """
 
     def __init__(self, document: Document, colours: Colours, joint_names: QAction) -> None:
@@ -161,8 +168,8 @@ class ChainsPanel(QWidget):
         self.table.keep_room(name, (_AZIMUTH, _PEAK))
         self.table.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self._hint = hint(tr("The chains of a clip appear here."))
-        self._showing = False  # rows come and go, and the current one moves along them
-        self._fixed: dict[str, _Shown] = {}  # by chain: what no decision and no τ changes
+        self._showing = False  # True while rows change: then the current row is not a click
+        self._fixed: dict[str, _Shown] = {}  # by chain: the values that do not depend on τ
         self._stack = QStackedWidget()
         self.unexamined = QLabel(wordWrap=True)
         self.unexamined.setObjectName("warning")
@@ -238,7 +245,7 @@ class ChainsPanel(QWidget):
         self._select_row()
 
     def _list_people(self) -> None:
-        """Offer the people of the clip to choose from, if there are several."""
+        """Fill the list of people; it is shown only if the clip has several."""
         data = self._document.data
         people = data.analysis.people if data else ()
         self.people.clear()
@@ -249,12 +256,12 @@ class ChainsPanel(QWidget):
         self.people.setVisible(bool(people))
 
     def _show_unexamined(self) -> None:
-        """Name what was not examined; the first limb, and how many more there are."""
+        """Show which limb was not examined, and how many more there are."""
         sentences = unexamined_sentences(self._document.data)
         self.unexamined.setText(in_a_line(sentences))
         self.unexamined.setToolTip(as_tip("\n".join(sentences)) if len(sentences) > 1 else "")
         self._notice.setVisible(bool(sentences))
-        data = self._document.data  # names help where chains are missing, not frames
+        data = self._document.data  # other names help if chains are missing, not if frames are
         self._names.setVisible(bool(data and not (data.chains and data.analysis.not_examined)))
 
     def _select_row(self) -> None:
@@ -279,18 +286,25 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     beside = {} if flips else children_off_axis(data.motion, chain)
     notes = [of_core(warning) for warning in chain.warnings]
     if stuck:
-        told = tr("not corrected: {joints} without three rotation channels", joints=_listed(stuck))
-        notes.append(told)
+        note = tr(
+            "This chain cannot be corrected: fewer than three rotation channels at {joints}.",
+            joints=_listed(stuck),
+        )
+        notes.append(note)
     elif partly and isinstance(chain, Limb):
-        told = tr(
-            "not corrected where the {end} was kept: {joints} without three rotation channels",
+        note = tr(
+            "Flips that did not turn the {end} cannot be corrected: fewer than three rotation "
+            "channels at {joints}.",
             end=end_in_words(chain.end_word),
             joints=_listed(partly),
         )
-        notes.append(told)
+        notes.append(note)
     if beside:
-        told = tr("beside the bone, so a correction moves them: {joints}", joints=_listed(beside))
-        notes.append(told)
+        note = tr(
+            "A correction moves {joints}, because these joints are not on the bone's axis.",
+            joints=_listed(beside),
+        )
+        notes.append(note)
     if flips is None:
         tips = _TIPS
         reliability, least = data.analysis.reliability[chain.name], _RELIABLE
@@ -301,7 +315,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         label, joints = of_core(chain.label), short_word(Kind.HELPER_ROLL)
     return _Shown(
         chain=chain.name,
-        label=tr("{chain} (fixed)", chain=label) if stuck else label,
+        label=tr("{chain} (locked)", chain=label) if stuck else label,
         joints=joints,
         decided=0,
         found=0,

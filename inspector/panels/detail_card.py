@@ -1,4 +1,4 @@
-"""The selected interval in exact numbers, and its verdict."""
+"""The card of the selected interval: what is wrong, the exact numbers, and the decision."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from PySide6.QtWidgets import (
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.end_choice import EndChoice
 from inspector.panels.interval_filter import short_word
-from inspector.panels.limb_words import middle_of
+from inspector.panels.limb_words import middle_of, next_part, part_of_body
 from inspector.panels.protected_words import table_of, worse_line
-from inspector.panels.reject_reasons import REASONS, kept_reason, told_reason
+from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
 from inspector.session.examined import reason_unexamined
 from inspector.session.why_here import reason_near, told
 from inspector.widgets.building import hbox, vbox
-from inspector.widgets.labels import Caption, Headline, as_tip, bold
+from inspector.widgets.labels import Caption, Headline, as_tip, bold, capitalised
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
 from twistcore.analysis.clip_analysis import RESTLESS_DOUBT
@@ -48,27 +48,29 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 
-_RARE, _RARER = 0.7, 3.0  # logarithms of odds: a side where a limb is half as often, hardly ever
-_UNBOUND = 16_777_215  # pixels: Qt's own largest
-_ARROWS = 28  # pixels: of a number box, its arrows and borders
-_NEXT = tr("N goes to the next one.")
-_OPEN = tr("Open a clip: N goes through its intervals.")
+_RARE, _RARER = 0.7, 3.0  # log odds of a side where the limb is half as often, or hardly ever
+_UNBOUND = 16_777_215  # pixels: Qt's maximum
+_ARROWS = 28  # pixels of a number box: its arrows and borders
+_FINE = 10.0  # degrees: smaller angles are shown with a decimal
+_LEAST = 0.05  # degrees: smaller offsets are not mentioned
+_NEXT = tr("Press N to go to the next interval.")
+_OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth it in Quality → Track")
-_NOTHING_OUT = tr("Nothing is taken out; Accept marks it as seen.")
-_OTHER_SIDE = tr("the other side of the clip may be the wrong one")
+_NOT_CORRECTED = tr("This is not corrected. Accept marks it as seen.")
+_OTHER_SIDE = tr("perhaps the frames around the interval are the wrong ones")
 
 
 class DetailCard(QWidget):
-    """Spin boxes for start, stop and δ, a note, and Accept / Reject / Reset."""
+    """A sentence about the interval, boxes for start, stop and δ, a note, and the decision."""
 
     judged = Signal(object)  # Decision
-    quality_asked = Signal(object)  # Interval: a noise burst or frozen frames, whose joint to show
-    end_turned = Signal()  # a flipped limb's end is to be kept if it was carried, or the reverse
+    quality_asked = Signal(object)  # Interval: a noise burst or frozen frames to show in Quality
+    end_turned = Signal()  # the person switched between 'kept' and 'turned along'
 
     def __init__(self, document: Document) -> None:
         super().__init__()
         self._document = document
-        self._shown: int | None = None  # whose note stands in the form
+        self._shown: int | None = None  # id of the interval whose note is in the form
         self._burst = Burst(document.begin_drag, self)
         self.title = Headline()
         self.start, self.stop = QSpinBox(), QSpinBox()
@@ -77,30 +79,30 @@ class DetailCard(QWidget):
         for box in self._boxes:
             box.setKeyboardTracking(False)
             box.setAlignment(Qt.AlignmentFlag.AlignRight)
-            most = "−180.00°" if box is self.delta else "00000"  # longer ones where there is room
+            most = "−180.00°" if box is self.delta else "00000"
             box.setMinimumWidth(box.fontMetrics().horizontalAdvance(most) + _ARROWS)
         for box, name in (
             (self.start, tr("First frame of the interval")),
-            (self.stop, tr("Frame behind the interval's last")),
+            (self.stop, tr("First frame after the interval")),
             (self.delta, tr("Offset δ, degrees")),
         ):
             box.setAccessibleName(name)
         self.note = QLineEdit(placeholderText=tr("Note"))
         self.note.setAccessibleName(tr("Note"))
         self.reason = QComboBox(editable=True, insertPolicy=QComboBox.InsertPolicy.NoInsert)
-        self.reason.addItems(["", *map(told_reason, REASONS)])
-        self.reason.setToolTip(tr("Why it is rejected"))
-        self.reason.setAccessibleName(tr("Why it is rejected"))
+        self.reason.addItems(["", *map(shown_reason, REASONS)])
+        self.reason.setToolTip(tr("Reason for the rejection"))
+        self.reason.setAccessibleName(tr("Reason for the rejection"))
         line = self.reason.lineEdit()
         assert line is not None
         line.setPlaceholderText(tr("Reason"))
-        line.setAccessibleName(tr("Why it is rejected"))
+        line.setAccessibleName(tr("Reason for the rejection"))
         self.why = Caption(soft=True)
         self.end = EndChoice()
         self.end.turned.connect(self.end_turned)
         self.to_quality = QPushButton(_SMOOTH)
         self.to_quality.clicked.connect(self._ask_quality)
-        self._link = QWidget()  # hidden it takes no room
+        self._link = QWidget()  # takes no room while it is hidden
         hbox(self.to_quality, None, owner=self._link, margins=(0, 0, 0, 0))
         form = QFormLayout()
         form.setContentsMargins(0, 0, 0, 0)
@@ -122,8 +124,8 @@ class DetailCard(QWidget):
             buttons.addWidget(button)
             self.buttons[decision] = button
         head = hbox((self.title, 1), self.end)
-        self._told = vbox((self.why, 1), self._link)
-        vbox(head, self._told, form, buttons, owner=self)
+        self._text = vbox((self.why, 1), self._link)
+        vbox(head, self._text, form, buttons, owner=self)
         self.set_low(False)
         self.start.valueChanged.connect(self._edges_edited)
         self.stop.valueChanged.connect(self._edges_edited)
@@ -144,20 +146,20 @@ class DetailCard(QWidget):
         self._refresh()
 
     def set_low(self, low: bool) -> None:
-        """Where height is short the explanation is a line, whole in its tip; gaps are narrow."""
+        """Switch to a low layout: the explanation is one line with a tip, and gaps are narrow."""
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((8, 2, 8, 3) if low else (8, 6, 8, 8)))
-        layout.setSpacing(3 if low else -1)  # -1: as the style has it
+        layout.setSpacing(3 if low else -1)  # -1: the style's default
         self._form.setVerticalSpacing(3 if low else -1)
         self.why.set_short(low)
-        beside = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
-        self._told.setDirection(beside[0 if low else 1])
+        directions = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
+        self._text.setDirection(directions[0 if low else 1])
         line = self.fontMetrics().height() + 4 if low else _UNBOUND
         self.to_quality.setMaximumHeight(line)
 
     def _take_clip(self) -> None:
-        """Another clip: what is shown was about the last one, where it is committed already."""
+        """Show the new clip; the note of the last clip has been committed already."""
         self._shown = None
         self._show_note(None)
         self._refresh()
@@ -175,7 +177,7 @@ class DetailCard(QWidget):
         for box in self._boxes:
             box.setEnabled(kind is not None and kind.repairable)
         self.end.setVisible(kind == Kind.LIMB_FLIP)
-        for box in self._boxes:  # a number that is about nothing is not shown
+        for box in self._boxes:  # no number without an interval
             box.setSpecialValueText("" if judged else " ")
         if kind is not None and kind.of_capture:
             self.delta.setSpecialValueText(" ")
@@ -192,7 +194,7 @@ class DetailCard(QWidget):
         chain = self._document.find_chain(interval.chain)
         what = "" if kind == Kind.COUNTER_TWIST else f" · {short_word(interval.kind)}"
         label = of_core(chain.label)
-        varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", follows")
+        varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", varying δ")
         if interval.soft_ended:
             varies += tr(", up to {offset}°", offset=signed(np.degrees(interval.shown)))
         count = plural("{n} frame", "{n} frames", interval.frames)
@@ -204,8 +206,7 @@ class DetailCard(QWidget):
         measures = self._measures(judged)
         figures = filter(None, (_figures(judged, chain), table_of(measures)))
         self.why.setToolTip(as_tip("\n".join(figures)))
-        why = explanation(self._document.told(judged), chain, first, measures)
-        self.why.set_plain(f"{worse_line(measures)} {why}".strip())
+        self.why.set_plain(explanation(self._document.told(judged), chain, first, measures))
         if isinstance(chain, Limb):
             self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
@@ -219,29 +220,29 @@ class DetailCard(QWidget):
             self._show_note(judged)
 
     def _offer_quality(self, kind: Kind | None) -> None:
-        """The button of faults of the capture."""
+        """Show the button that leads to Quality, for faults of the capture only."""
         fault = kind is not None and kind.of_capture
         self._link.setVisible(fault)
-        self.end.keep_room(not fault)  # the heading has it
+        self.end.keep_room(not fault)  # then the heading may be longer
         if kind == Kind.NOISE_BURST:
             self.to_quality.setText(_SMOOTH)
             self.to_quality.setToolTip(
-                tr("Open that page with the noisy joints selected; it tracks them in every frame")
+                tr("Open that page with the noisy joints selected. It tracks them in every frame.")
             )
         elif kind == Kind.FROZEN:
             self.to_quality.setText(tr("Show the joint in Quality"))
-            self.to_quality.setToolTip(tr("Open the table of joints with this one selected"))
+            self.to_quality.setToolTip(tr("Open the table of joints with this joint selected"))
 
     def _ask_quality(self) -> None:
         if judged := self._document.interval:
             self.quality_asked.emit(self._document.told(judged).interval)
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
-        """What a correction changes in the limb, with the others that are shown as corrected."""
+        """Return what the correction changes in the limb, on top of the other corrections."""
         document = self._document
         assert document.data is not None
         if document.data.blind:
-            return ()  # an exercise does not give itself away
+            return ()  # an exercise must not reveal its errors
         motion, state = document.data.motion, document.review.state
         hinges = Hinges(motion, [j.interval for j in state.intervals if j.interval.repairable])
         return protected_measures(
@@ -253,14 +254,14 @@ class DetailCard(QWidget):
         )
 
     def _show_reason(self) -> None:
-        """No interval: at a peak of the strength past τ, why there is none."""
+        """Without an interval: show why the peak near the playhead is not one."""
         document = self._document
         if document.interval is not None:
             return
         reason = reason_near(document, document.frame)
         outside = reason is not None and reason.why != Why.INTERVAL
-        asked, none = tr("Why is nothing found here?"), tr("No interval selected")
-        self.title.setText(asked if outside else none)
+        question, none = tr("Why is nothing found here?"), tr("No interval selected")
+        self.title.setText(question if outside else none)
         nothing = _NEXT if document.data is not None else _OPEN
         if not document.intervals:
             nothing = reason_unexamined(document.data) or nothing
@@ -268,11 +269,11 @@ class DetailCard(QWidget):
         self.why.set_plain(text)
 
     def says(self, text: str) -> bool:
-        """Whether a sentence is to be read here."""
+        """True if the card shows this text and is visible."""
         return self.why.says(text) and not self.visibleRegion().isEmpty()
 
     def write(self, what: str) -> bool:
-        """Give the 'start', 'stop', 'delta', 'note' the keyboard; False where there is none."""
+        """Move the keyboard focus to 'start', 'stop', 'delta' or 'note'; False if disabled."""
         box: QWidget = getattr(self, what)
         if not box.isEnabled():
             return False
@@ -283,7 +284,7 @@ class DetailCard(QWidget):
 
     def _show_note(self, judged: Judged | None) -> None:
         self.note.setText(judged.note if judged else "")
-        self.reason.setCurrentText(told_reason(judged.reason) if judged else "")
+        self.reason.setCurrentText(shown_reason(judged.reason) if judged else "")
 
     def _edges_edited(self) -> None:
         if judged := self._document.interval:
@@ -298,14 +299,14 @@ class DetailCard(QWidget):
             self._document.edit(judged.id, edited, self._burst.drag())
 
     def commit(self) -> None:
-        """Keep a note that is still being typed, for the interval it was typed for."""
+        """Store the note and the reason that are being typed for the shown interval."""
         shown = (j for j in self._document.intervals if j.id == self._shown)
         judged = next(shown, None)
-        note, reason = self.note.text(), kept_reason(self.reason.currentText().strip())
+        note, reason = self.note.text(), stored_reason(self.reason.currentText().strip())
         if judged and note == judged.note[: self.note.maxLength()]:
-            note = judged.note  # the line holds no more of it
+            note = judged.note  # the line shows only its beginning
         if judged and reason == judged.reason.strip():
-            reason = judged.reason  # nobody has written another one
+            reason = judged.reason  # unchanged
         if judged and (note, reason) != (judged.note, judged.reason):
             self._document.do(Annotate(judged.id, note, reason))
 
@@ -313,208 +314,253 @@ class DetailCard(QWidget):
 def explanation(
     judged: Judged, chain: Chain, first_frame: int, measures: Sequence[ProtectedMeasure] = ()
 ) -> str:
-    """Why the interval of a chain is there, in a line or two; measures: said by themselves."""
-    if judged.by_hand:
-        return tr("Made by hand.")
+    """Return why an interval is listed: first what is wrong, then what gets worse, then numbers.
+
+    measures: what the correction changes.
+    """
     interval = judged.interval
     evidence = interval.evidence or {}
     if not interval.kind.known:
-        return tr("A later version of the program found it; this one only shows it.")
+        return tr("A later version of the program found this. This version can only show it.")
+    if judged.by_hand:
+        parts = _lead(judged, chain, evidence), worse_line(measures), tr("Made by hand.")
+        return " ".join(filter(None, parts))
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame)
     if interval.kind == Kind.NOISE_BURST:
         return _noise_burst(interval, evidence)
     if interval.kind == Kind.FROZEN:
         return _frozen(chain, evidence)
-    if isinstance(chain, Limb):
-        return _flip(judged, chain, first_frame, measures)
-    if isinstance(chain, Helper):
-        return _helper_roll(judged, chain, evidence)
-    sentences = []
+    sentences = [_lead(judged, chain, evidence), worse_line(measures)]
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
-    if doubts := _doubts(evidence, measures):
-        sentences.append(tr("Against it: {why}.", why=doubts))
-    if speaks := "; ".join(_for(judged, evidence, first_frame)):
-        sentences.append(tr("For it: {why}.", why=speaks))
-    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or {"worse", "small"} & set(evidence)
+    if isinstance(chain, Limb):
+        sentences += _flip(chain, evidence, first_frame)
+    elif isinstance(chain, Helper):
+        sentences += _helper_roll(evidence)
+    else:
+        sentences += _counter_twist(judged, evidence, first_frame)
+    doubts = _doubts(evidence, measures)
+    if doubts:
+        sentences.append(tr("Doubts: {why}.", why=doubts))
+    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or bool({"worse", "small"} & set(evidence))
+    if isinstance(chain, Limb | Helper):
+        known = known or bool(doubts)
     if interval.open and not known:
-        alone = len(evidence.get("edges", ())) > 1
-        why = tr("one joint alone turns") if alone else _OTHER_SIDE
-        sentences.append(tr("Open: {why}.", why=why))
+        why = _OTHER_SIDE
+        if _one_turns(judged, chain, evidence):
+            why = tr("only one of the two joints turns")
+        sentences.append(tr("Left open: {why}.", why=why))
     if not judged.supported:
         sentences.append(tr("No longer found at this τ."))
-    return " ".join(sentences)
+    return " ".join(filter(None, sentences))
 
 
-def _for(judged: Judged, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """What both joints do at the edges of a counter-twist, or over it."""
+def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
+    """Return the sentence that says what is turned, how far, and for how long."""
+    interval = judged.interval
+    degrees = abs(float(np.degrees(interval.shown)))
+    if degrees < _LEAST:
+        return ""
+    angle = plain(degrees, 0 if degrees >= _FINE else 1)
+    if interval.soft_ended:
+        angle = tr("up to {angle}", angle=angle)
+    frames = plural("{n} frame", "{n} frames", interval.frames)
+    if isinstance(chain, Limb):
+        return tr(
+            "{limb} is flipped for {frames}: the {middle} points {angle}° away from where it "
+            "should.",
+            limb=part_of_body(chain),
+            frames=frames,
+            middle=middle_of(chain),
+            angle=angle,
+        )
+    if isinstance(chain, Helper):
+        return tr(
+            "{joint} is turned {angle}° too far about its bone for {frames}; the limb itself does "
+            "not turn.",
+            joint=chain.name,
+            angle=angle,
+            frames=frames,
+        )
+    share = evidence.get("child_follows", 1.0)
+    values = {
+        "part": part_of_body(chain),
+        "angle": angle,
+        "frames": frames,
+        "next": next_part(chain),
+    }
+    if judged.by_hand or _one_turns(judged, chain, evidence):
+        return tr("{part} is turned {angle}° too far for {frames}.", **values)
+    if share < 1.0:
+        return tr(
+            "{part} is turned {angle}° too far for {frames}; the {next} turns back by {share:.0%} "
+            "of it.",
+            share=share,
+            **values,
+        )
+    return tr(
+        "{part} is turned {angle}° too far for {frames}; the {next} turns back by the same angle.",
+        **values,
+    )
+
+
+def _one_turns(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> bool:
+    """True if P turns and C does not turn back, so that the interval was left open."""
+    edges = evidence.get("edges", ())
+    return judged.interval.open and len(edges) > 1 and not isinstance(chain, Limb | Helper)
+
+
+def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
+    """Yield what both joints do at the edges of a counter-twist, or all over it."""
     interval = judged.interval
     edges = evidence.get("edges", ())
     begins = interval.start > 0 or len(edges) > 1
-    said = tr("opens with x {x}° against y {y}°"), tr("closes with x {x}° against y {y}°")
-    for words, edge in zip(said if begins else said[1:], edges, strict=False):
-        x, y = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
-        yield words.format(x=x, y=y)
+    jumps = (
+        tr("At the start θp jumps by {p}° and θc by {c}°."),
+        tr("At the end θp jumps by {p}° and θc by {c}°."),
+    )
+    for words, edge in zip(jumps if begins else jumps[1:], edges, strict=False):
+        p, c = (signed(edge[f"residual_{signal}_deg"]) for signal in "xy")
+        yield words.format(p=p, c=c)
     if soft := soft_onset(interval):
-        edited = tr("found as it sets in softly, and edited")
-        yield edited if judged.edited else of_core(soft)
+        edited = tr("It was found by its soft onset and has been edited.")
+        yield edited if judged.edited else tr("It {how}.", how=of_core(soft))
     if "transition" in evidence:
-        turn, answer = (evidence[f"transition_{signal}_deg"] for signal in "xy")
+        p, c = (evidence[f"transition_{signal}_deg"] for signal in "xy")
         yield tr(
-            "the limb is straight; at {frame} P turns by {turn}°, C by {answer}°",
+            "The limb is straight: at frame {frame} θp turns by {p}° and θc by {c}°.",
             frame=evidence["transition"] + first_frame,
-            turn=signed(turn),
-            answer=signed(answer),
+            p=signed(p),
+            c=signed(c),
         )
-    if (share := evidence.get("child_follows", 1.0)) < 1.0:
-        yield tr("the child turns back by {share:.0%} of it", share=share)
     if abs(interval.residual) > np.radians(0.005):
-        yield tr("left over {angle}°", angle=signed(np.degrees(interval.residual), 2))
+        yield tr("{angle}° remain after the end.", angle=signed(np.degrees(interval.residual), 2))
 
 
-def _helper_roll(judged: Judged, helper: Helper, evidence: Mapping[str, Any]) -> str:
-    """Return by how much a twist bone next to the chain jumps alone."""
-    parts = [tr("{joint} turns about its bone alone", joint=helper.name)]
-    jumps = tr("jumps by {angle}° at the start"), tr("jumps by {angle}° at the end")
+def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
+    """Yield by how much a twist bone next to the chain jumps at its edges."""
+    jumps = tr("It jumps by {angle}° at the start."), tr("It jumps by {angle}° at the end.")
     for words, key in zip(jumps, ("opens_deg", "closes_deg"), strict=True):
         if evidence.get(key) is not None:
-            parts.append(words.format(angle=signed(evidence[key])))
-    if doubts := _doubts(evidence):
-        parts.append(tr("against it: {why}", why=doubts))
-    elif judged.interval.open:
-        parts.append(tr("open: {why}", why=_OTHER_SIDE))
-    if not judged.supported:
-        parts.append(tr("no longer found at this τ"))
-    return "; ".join(parts)
+            yield words.format(angle=signed(evidence[key]))
 
 
 def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int) -> str:
-    """Which joint jumps, how fast, and that nothing is known to take it out."""
-    turn = f"{signed(np.degrees(interval.residual), 0)}°"
-    frame = interval.start + first_frame
-    told = tr(
-        "{joint} turns about its own axis by {turn} in a frame, at {frame}",
-        joint=interval.joint,
-        turn=turn,
-        frame=frame,
-    )
+    """Return which joint jumps, how fast, and what the person can do."""
+    sentences = [
+        tr(
+            "{joint} turns {turn}° about its own axis in one frame, at frame {frame}.",
+            joint=interval.joint,
+            turn=signed(np.degrees(interval.residual), 0),
+            frame=interval.start + first_frame,
+        )
+    ]
     if evidence:
         fps = evidence["speed_deg_s"] / abs(evidence["turn_deg"])
-        told += tr(
-            "; at {fps:.0f} frames a second no body turns by more than {limit:.0f}° in one",
+        limit = tr(
+            "At {fps:.0f} frames per second no body turns more than {limit:.0f}° in a frame.",
             fps=fps,
             limit=evidence["limit_deg_s"] / fps,
         )
-    rest = tr("Nothing is taken out; Insert makes an interval here, Accept marks it as seen.")
-    return f"{told}. {rest}"
-
-
-def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
-    """Which joints jitter, by how much, and what helps."""
-    said = tr(
-        "{joints}: noise of about {size}° in every frame, as no body moves",
-        joints=", ".join(evidence.get("joints", (interval.joint,))),
-        size=plain(np.degrees(interval.residual), 0),
+        sentences.append(limit)
+    sentences.append(
+        tr("This is not corrected. Insert makes an interval here; Accept marks it as seen.")
     )
-    return f"{said}. {_NOTHING_OUT}"
-
-
-def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Which limb does not move, and for how long."""
-    limb = of_core(evidence.get("part", chain.label))
-    limb = limb[:1].upper() + limb[1:]
-    if "seconds" not in evidence:
-        said = tr("{limb}: stands still to the last digit", limb=limb)
-    else:
-        said = tr(
-            "{limb}: stands still to the last digit for {seconds:.2f} s, while it moves in most "
-            "other frames",
-            limb=limb,
-            seconds=evidence["seconds"],
-        )
-    return f"{said}. {_NOTHING_OUT}"
-
-
-def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = ()) -> str:
-    """What speaks against a correction, as one text; measures: said by themselves."""
-    said_before = {m.doubt for m in measures if m.worse}
-    return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in said_before)
-
-
-def _flip(
-    judged: Judged, limb: Limb, first_frame: int, measures: Sequence[ProtectedMeasure] = ()
-) -> str:
-    """The jumps about the limb's line, and where it is between them."""
-    interval, evidence = judged.interval, judged.interval.evidence or {}
-    sentences = []
-    if edges := evidence.get("edges", ()):
-        jumps = (signed(e["jump_deg"], 0) for e in edges)
-        *before, last = (
-            tr("by {jump}° at {frame}", jump=jump, frame=e["start"] + first_frame)
-            for jump, e in zip(jumps, edges, strict=True)
-        )
-        told = last
-        if before:
-            told = tr("{first} and back {last}", first=", ".join(before), last=last)
-        told += _seldom(evidence["side"], several=bool(before))
-        sentences.append(tr("The {middle} jumps {told}.", middle=middle_of(limb), told=told))
-    if interval.confidence is not None:
-        sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
-    if doubts := _doubts(evidence, measures):
-        sentences.append(tr("Against it: {why}.", why=doubts))
-    elif interval.open and "worse" not in evidence:
-        sentences.append(tr("Open: {why}.", why=_OTHER_SIDE))
-    if not judged.supported:
-        sentences.append(tr("No longer found at this τ."))
     return " ".join(sentences)
 
 
-def _seldom(side: float, *, several: bool) -> str:
-    """How rare the side is that the limb stands on; '' where it is as usual as the other."""
-    if side <= _RARE:
-        return ""
-    if several and side > _RARER:
-        return tr("; between them it stands on the side where it hardly ever is in this clip")
-    if several:
-        return tr("; between them it stands on the side where it less often is in this clip")
+def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
+    """Return which joints jitter, by how much, and what the person can do."""
+    noise = tr(
+        "Noise in {joints}: about {size}° in every frame. No body moves like that.",
+        joints=", ".join(evidence.get("joints", (interval.joint,))),
+        size=plain(np.degrees(interval.residual), 0),
+    )
+    return f"{noise} {_NOT_CORRECTED}"
+
+
+def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
+    """Return which limb does not move, and for how long."""
+    limb = capitalised(of_core(evidence.get("part", chain.label)))
+    if "seconds" not in evidence:
+        still = tr("{limb} does not move at all.", limb=limb)
+    else:
+        still = tr(
+            "{limb} does not move at all for {seconds:.2f} s, although it moves in most other "
+            "frames.",
+            limb=limb,
+            seconds=evidence["seconds"],
+        )
+    return f"{still} {_NOT_CORRECTED}"
+
+
+def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = ()) -> str:
+    """Return the doubts about a correction; without doubts about `measures`, listed before."""
+    listed = {m.doubt for m in measures if m.worse}
+    return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in listed)
+
+
+def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
+    """Yield the jumps about the limb's line, and on which side the limb is between them."""
+    edges = evidence.get("edges", ())
+    if not edges:
+        return
+    *before, last = (
+        tr(
+            "by {jump}° at frame {frame}",
+            jump=signed(e["jump_deg"], 0),
+            frame=e["start"] + first_frame,
+        )
+        for e in edges
+    )
+    jumps = last
+    if before:
+        jumps = tr("{first} and back {last}", first=", ".join(before), last=last)
+    yield tr("The {middle} jumps {jumps}.", middle=middle_of(limb), jumps=jumps)
+    yield _rare_side(evidence["side"])
+
+
+def _rare_side(side: float) -> str:
+    """Return how rare the limb's side in the interval is; '' if it is as usual as the other."""
     if side > _RARER:
-        return tr("; in the interval it stands on the side where it hardly ever is in this clip")
-    return tr("; in the interval it stands on the side where it less often is in this clip")
+        return tr("In these frames it is on a side where it hardly ever is in this clip.")
+    if side > _RARE:
+        return tr("In these frames it is on a side where it is less often in this clip.")
+    return ""
 
 
 def _figures(judged: Judged, chain: Chain) -> str:
-    """What an interval was compared with, for who wants to know."""
+    """Return the figures behind a finding, for the card's tip."""
     if isinstance(chain, Limb):
         return _flip_figures(judged, chain)
     if not soft_onset(judged.interval) or judged.by_hand:
         return ""
     gain = (judged.interval.evidence or {})["gain"]
     return tr(
-        "Compared: P's level in spans of all lengths with the line between their ends,\n"
-        "and what that does elsewhere in the clip. For an error, against motion alone,\n"
-        "speak {gain} (logarithm of odds).",
+        "The parent's level was compared with the line between the ends of each span,\n"
+        "and with what it does in the rest of the clip.\n"
+        "Log odds for an error, against natural motion: {gain}.",
         gain=plain(gain, 0),
     )
 
 
 def _flip_figures(judged: Judged, limb: Limb) -> str:
-    """What speaks for a flip in figures, for who wants to know."""
+    """Return the figures behind a flip, for the card's tip."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
-    told = []
+    lines = []
     if edges := evidence.get("edges", ()):
         figures = tr(
-            "Otherwise the {middle} jumps by {unsteady:.1f}° or less.\n"
-            "For a flip speak the {middle}'s side elsewhere ({side})\n"
-            "and the price of all other explanations ({odds}),\n"
-            "logarithms of odds.",
+            "In other frames the {middle} jumps by {unsteady:.1f}° or less.\n"
+            "Log odds for a flip, from the {middle}'s side in the rest of the clip: {side}.\n"
+            "Log odds for a flip, against all other explanations: {odds}.",
             middle=middle_of(limb),
             unsteady=max(e["sigma_deg"] for e in edges),
             side=plain(evidence["side"]),
             odds=plain(evidence["odds"]),
         )
-        told.append(figures)
+        lines.append(figures)
     if abs(interval.residual) > np.radians(0.005):
         left = signed(np.degrees(interval.residual), 2)
-        told.append(tr("Left over: {angle}°.", angle=left))
-    return "\n".join(told)
+        lines.append(tr("{angle}° remain after the end.", angle=left))
+    return "\n".join(lines)

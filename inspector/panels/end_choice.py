@@ -1,4 +1,4 @@
-"""Whether the end of a flipped limb is kept or turned along: two words, one of them checked."""
+"""The choice whether a flipped limb's foot or hand was kept or turned along."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from inspector.language import tr, tr_as
 from inspector.panels.limb_words import end_as_heading, end_in_words
 from inspector.widgets.building import hbox, tool_button
 
-_WORDS = {  # of what is carried or not: the word and what it does
+_WORDS = {  # by `carried`: the button's text and its tip
     False: (
         tr_as("the limb's end is", "kept"),
-        tr("The {end} keeps its rotation in the correction (C)"),
+        tr("The flip did not turn the {end}: the correction keeps its rotation (C)"),
     ),
     True: (
         tr_as("the limb's end is", "turned along"),
-        tr("The {end} turned along with the limb, and is turned back with it (C)"),
+        tr("The flip turned the {end}, too: the correction turns it back (C)"),
     ),
 }
 
 
 class EndChoice(QWidget):
-    """'Foot: kept | turned along'."""
+    """Two buttons after a heading: 'Foot: kept | turned along'."""
 
-    turned = Signal()  # the other one is wanted
+    turned = Signal()  # the person chose the other one
 
     def __init__(self) -> None:
         super().__init__()
@@ -38,16 +38,16 @@ class EndChoice(QWidget):
             button.clicked.connect(self._clicked)
         self._carried = False
         hbox(self.name, 4, *self.choices.values(), owner=self, margins=(0, 0, 0, 0), spacing=0)
-        self.keep_room(True)  # what is below stays where it is
+        self.keep_room(True)  # so that the rows below do not move
 
     def keep_room(self, keep: bool) -> None:
-        """Whether its room stays empty while it is hidden."""
+        """Set whether the widget's space stays empty while it is hidden."""
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(keep)
         self.setSizePolicy(policy)
 
     def show_end(self, word: str, carried: bool) -> None:
-        """What became of the end, a 'foot' or a 'hand'."""
+        """Show whether the end, a 'foot' or a 'hand', turned along."""
         self._carried = carried
         self.name.setText(end_as_heading(word))
         for each, button in self.choices.items():
@@ -57,7 +57,7 @@ class EndChoice(QWidget):
 
     @property
     def shown(self) -> str:
-        """The word that is checked: 'kept' or 'turned along'."""
+        """Text of the checked button: 'kept' or 'turned along'."""
         return _WORDS[self._carried][0]
 
     def _clicked(self) -> None:

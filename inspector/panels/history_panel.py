@@ -1,4 +1,4 @@
-"""The history of the review: every step by name; a click goes back or forth to it."""
+"""The history of the review: a list of steps; a click undoes or redoes up to that step."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from inspector.widgets.building import vbox
 
 
 class HistoryPanel(QWidget):
-    """A list of steps; those undone are faint."""
+    """A list of steps; undone steps are faint."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -37,21 +37,21 @@ class HistoryPanel(QWidget):
             item = self.list.item(k)
             colour = self.palette().placeholderText() if k > done else self.palette().text()
             item.setForeground(colour)
-            told = tr("undone") if k > done else ""  # what is faint to those who see
-            item.setData(Qt.ItemDataRole.AccessibleDescriptionRole, told)
+            spoken = tr("undone") if k > done else ""  # a screen reader does not see faint text
+            item.setData(Qt.ItemDataRole.AccessibleDescriptionRole, spoken)
         self.list.setCurrentRow(done)
         self.list.scrollToItem(self.list.item(done))
 
     def _go(self, item: QListWidgetItem) -> None:
-        wanted = self.list.row(item)
+        target = self.list.row(item)
         if self._document.data is None:
             return
-        while self._document.review.position > wanted:
+        while self._document.review.position > target:
             self._document.undo()
-        while self._document.review.position < wanted and self._document.review.redo_text:
+        while self._document.review.position < target and self._document.review.redo_text:
             self._document.redo()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Colours follow the theme."""
+        """Refresh the list, so that its colours follow the theme."""
         self._refresh()
         super().showEvent(event)

@@ -1,4 +1,4 @@
-"""Columns of the table of intervals: which are shown, how wide, in which order of rows."""
+"""Columns of the interval table: which are shown, how wide they are, and how rows are sorted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,11 @@ from inspector.widgets.tables import RowTable
 
 @dataclass(frozen=True)
 class Column:
-    """id: in the settings; name: in the menu, head if empty; figures: they stand on the right."""
+    """A column of the interval table.
+
+    id: its name in the settings; head: its heading; name: its text in the menu, the heading if
+    empty; figures: True if numbers are aligned to the right.
+    """
 
     id: str
     head: str
@@ -29,48 +33,58 @@ COLUMNS = (
     Column(
         "decision",
         tr_as("column", "Decision"),
-        tip=tr("+: overlaps another; <τ: no longer found at this τ"),
+        tip=tr(
+            "+ means: overlaps another interval of the chain.\n"
+            "<τ means: no longer found at this threshold."
+        ),
     ),
-    Column("start", tr_as("column", "Start"), figures=True),
-    Column("stop", tr_as("column", "Stop"), figures=True),
-    Column("frames", tr("Frames"), tip=tr("How many"), figures=True),
-    Column("time", tr_as("column", "Time"), tip=tr("Of the start"), figures=True),
-    Column("delta", "δ", tr("δ, the offset"), tr("The offset taken out, at most"), figures=True),
+    Column("start", tr_as("column", "Start"), tip=tr("First frame"), figures=True),
+    Column("stop", tr_as("column", "Stop"), tip=tr("First frame after the interval"), figures=True),
+    Column("frames", tr("Frames"), tip=tr("Number of frames"), figures=True),
+    Column("time", tr_as("column", "Time"), tip=tr("Time of the first frame"), figures=True),
+    Column(
+        "delta",
+        "δ",
+        tr("δ, the offset"),
+        tr("Largest offset in the interval: the angle that the correction removes"),
+        figures=True,
+    ),
     Column(
         "confidence",
         tr_as("short for confidence", "Conf."),
         tr("Confidence"),
-        tr("Confidence, 0 to 1"),
+        tr("Confidence, from 0 to 1: how probable it is that this is an error"),
         figures=True,
     ),
     Column(
         "end",
-        tr_as("of a limb", "End"),
-        tip=tr("Of a flipped limb: its foot or hand is kept or turned along"),
+        tr_as("of a limb", "Foot/hand"),
+        tip=tr("Whether a flip turned the limb's foot or hand along or not"),
     ),
-    Column("kind", tr_as("of error", "Kind")),
+    Column("kind", tr_as("of error", "Kind"), tip=tr("Kind of error")),
     Column(
         "joints",
         tr("Joints"),
         tr("Joints in the file"),
-        tr("The file's names of the chain's joints"),
+        tr("Names of the chain's joints in the file"),
     ),
-    Column("note", tr("Note"), tip=tr("Reason and note")),
+    Column("note", tr("Note"), tip=tr("Reason for the decision, and your note")),
 )
 PLACE = {column.id: k for k, column in enumerate(COLUMNS)}
 _ALWAYS = "chain"
-_SPARED = ("time", "frames", "confidence", "kind", "end", "note", "stop")  # first to last
-_PAD = 10  # pixels beside a text
-_WIDEST, _LEAST = 190, 74  # pixels of a column of names: at most; of the chains where room is short
+_SPARED = ("time", "frames", "confidence", "kind", "end", "note", "stop")  # hidden in this order
+_PAD = 10  # pixels next to a text
+_WIDEST, _LEAST = 190, 74  # pixels of a column of names: at most; of the chains at least
 _NOTE = 60
 
 
 def shown_by_room(
     widths: Mapping[str, int], said: Iterable[str], room: int, least: int
 ) -> list[str]:
-    """Columns in their order that fit into so many pixels.
+    """Return the ids of the columns that fit into `room` pixels, in their order.
 
-    widths: of the columns by id; said: those that tell anything; least: of the first one.
+    widths: of the columns by id; said: columns that have a text in some row; least: width of the
+    first column at least.
     """
     shown = [c.id for c in COLUMNS if c.id in said and c.id != "joints"]
 
@@ -81,21 +95,21 @@ def shown_by_room(
         if rest() < widths[_ALWAYS] and (name != "stop" or rest() < least) and name in shown:
             shown.remove(name)
     if "note" not in shown and rest() >= widths[_ALWAYS] + _NOTE:
-        shown.append("note")  # where one may be written
+        shown.append("note")
     return shown
 
 
 class IntervalColumns(QObject):
-    """Shows the columns that were chosen, else those that there is room for; keeps the order.
+    """Shows the columns that the person chose, or all that fit; remembers the order of rows.
 
-    A right click on the heading chooses; a click sorts, a third one ends that.
+    A right click on the heading opens the choice. A click sorts; the third click ends sorting.
     """
 
     def __init__(self, table: RowTable, settings: Settings) -> None:
         super().__init__(table)
         self._table, self._settings = table, settings
         self._samples: dict[str, str] = {}
-        self._said: frozenset[str] = frozenset()
+        self._with_text: frozenset[str] = frozenset()
         self._laid: object = None
         header = table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Interactive)
@@ -112,18 +126,18 @@ class IntervalColumns(QObject):
         header.customContextMenuRequested.connect(self._ask)
 
     def take(self, samples: Mapping[str, str], said: Iterable[str]) -> None:
-        """The widest text of each column, '' if its head is that; columns that tell anything."""
-        self._samples, self._said = dict(samples), frozenset(said)
+        """Take the widest text by column ('' for its heading), and the columns that have texts."""
+        self._samples, self._with_text = dict(samples), frozenset(said)
         self.fit()
 
     def fit(self) -> None:
-        """Widths and columns for the room there is; nothing where all is as it was."""
+        """Fit columns and their widths to the table's width, if anything has changed."""
         table, header = self._table, self._table.horizontalHeader()
         room = table.width() - table.verticalScrollBar().sizeHint().width() - 2
         laid = (
             room,
             tuple(self._samples.items()),
-            self._said,
+            self._with_text,
             tuple(self._settings.columns),
             header.sortIndicatorSection(),
             table.font().key(),
@@ -134,12 +148,12 @@ class IntervalColumns(QObject):
         widths = {column.id: self._width(column) for column in COLUMNS}
         chosen, names = self._settings.columns, widths[_ALWAYS]
         least = names if chosen else min(_LEAST, names)
-        if chosen:  # the table scrolls where they need more room
+        if chosen:  # the table scrolls if they do not fit
             shown = [c.id for c in COLUMNS if c.id in {_ALWAYS, *chosen}]
         else:
-            shown = shown_by_room(widths, self._said, room, least)
+            shown = shown_by_room(widths, self._with_text, room, least)
         rest = room - sum(widths[name] for name in shown if name != _ALWAYS)
-        last_grows = shown[-1] in ("note", "joints")  # else the names take what is left
+        last_grows = shown[-1] in ("note", "joints")  # if not, the chains' names take the rest
         header.setStretchLastSection(last_grows)
         widths[_ALWAYS] = max(least, min(rest, names) if last_grows else rest)
         for k, column in enumerate(COLUMNS):
@@ -149,11 +163,11 @@ class IntervalColumns(QObject):
                 table.setColumnWidth(k, widths[column.id])
 
     def shown(self) -> list[str]:
-        """Ids of the columns to be seen."""
+        """Return the ids of the visible columns."""
         return [c.id for k, c in enumerate(COLUMNS) if not self._table.isColumnHidden(k)]
 
     def menu(self) -> QMenu:
-        """A tick a column, and the way back to what there is room for."""
+        """Return the menu of columns, with an entry that shows all that fit."""
         menu, shown = QMenu(self._table), self.shown()
         for column in COLUMNS:
             action = menu.addAction(column.name or column.head)
@@ -162,7 +176,7 @@ class IntervalColumns(QObject):
             action.setEnabled(column.id != _ALWAYS)
             action.toggled.connect(lambda on, name=column.id: self._choose(name, on))
         menu.addSeparator()
-        fitting = menu.addAction(tr("Those there is room for"))
+        fitting = menu.addAction(tr("All columns that fit"))
         fitting.setCheckable(True)
         fitting.setChecked(not self._settings.columns)
         fitting.triggered.connect(lambda: self._keep([]))
@@ -182,8 +196,8 @@ class IntervalColumns(QObject):
         self.menu().popup(self._table.horizontalHeader().mapToGlobal(place))
 
     def _choose(self, name: str, on: bool) -> None:
-        wanted = {*self.shown(), name} if on else {*self.shown()} - {name}
-        self._keep([c.id for c in COLUMNS if c.id in wanted])
+        names = {*self.shown(), name} if on else {*self.shown()} - {name}
+        self._keep([c.id for c in COLUMNS if c.id in names])
 
     def _keep(self, columns: Sequence[str]) -> None:
         self._settings.columns = list(columns)

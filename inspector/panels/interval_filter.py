@@ -1,4 +1,4 @@
-"""Which intervals are listed: by decision, kind or chain, by confidence, by words."""
+"""The filter of the interval table: by decision, kind, chain, confidence and words."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from twistcore.review import Judged
 
 ALL, OF_CHAIN = "All", "This chain"
 _OF_KIND = {kind.info.label: kind for kind in Kind}
-FILTERS = {  # what is asked for, and its words in the list of filters
+FILTERS = {  # name of the filter, and its text in the list
     ALL: tr_as("intervals", "All"),
     "Undecided": tr_as("intervals", "Undecided"),
     "Accepted": tr_as("intervals", "Accepted"),
@@ -27,7 +27,7 @@ FILTERS = {  # what is asked for, and its words in the list of filters
     OF_CHAIN: tr("This chain"),
     **{label: announced(label) for label in _OF_KIND},
 }
-_ANY = tr_as("filter", "Any conf.")
+_ANY = tr_as("filter", "Any confidence")
 _CONFIDENCES = (_ANY, "≥ 0.95", "≥ 0.50", "< 0.95", "< 0.50")
 _COMPARED: dict[str, Callable[[float, float], bool]] = {
     "≥": operator.ge,
@@ -39,29 +39,33 @@ _BOUND = re.compile(r"([<>]=?|[≤≥])\s*(\d*[.,]?\d+)")
 
 
 def short_word(kind: Kind) -> str:
-    """A kind in the table; the word of the file where this version does not know it."""
+    """Return the kind's word in the table; for an unknown kind the word in the file."""
     return announced(kind.info.short, "kind of error")
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What is asked for: one of FILTERS, bounds of the confidence, and words that are all there."""
+class IntervalFilter:
+    """A filter: one of FILTERS, bounds of the confidence, and words that must all occur."""
 
     chosen: str = ALL
     bounds: tuple[tuple[str, float], ...] = ()
     words: tuple[str, ...] = ()
 
     @staticmethod
-    def read(chosen: str, confidence: str, typed: str) -> Wanted:
-        """As the filter's three parts stand; among the typed words '>0.9' is a bound."""
+    def read(chosen: str, confidence: str, typed: str) -> IntervalFilter:
+        """Return the filter of the three inputs; among the typed words '>0.9' is a bound."""
         bounds = tuple(
             (sign.replace(">=", "≥").replace("<=", "≤"), float(number.replace(",", ".")))
             for sign, number in _BOUND.findall(f"{confidence} {typed}")
         )
-        return Wanted(chosen, bounds, tuple(_BOUND.sub(" ", typed).casefold().split()))
+        return IntervalFilter(chosen, bounds, tuple(_BOUND.sub(" ", typed).casefold().split()))
 
-    def admits(self, judged: Judged, chain: str, told: Callable[[Judged], str]) -> bool:
-        """Whether an interval is asked for; chain: the selected one; told: words about it."""
+    def admits(self, judged: Judged, chain: str, text_of: Callable[[Judged], str]) -> bool:
+        """True if an interval passes.
+
+        chain: the selected chain; text_of: returns the text of an interval that a search looks
+        through.
+        """
         if self.chosen == OF_CHAIN:
             if judged.interval.chain != chain:
                 return False
@@ -75,30 +79,30 @@ class Wanted:
             if sure is None or not all(_COMPARED[sign](sure, b) for sign, b in self.bounds):
                 return False
         if self.words:
-            text = told(judged).casefold()
+            text = text_of(judged).casefold()
             return all(word in text for word in self.words)
         return True
 
 
 class FilterLine(QWidget):
-    """A list of filters, one of confidences and a line to search in, beside each other."""
+    """A row with the list of filters, the list of confidences and the search line."""
 
     changed = Signal()
-    left = Signal()  # Enter or Esc: the keys belong to the review again
+    left = Signal()  # Enter or Esc: keys control the review again
 
     def __init__(self) -> None:
         super().__init__()
         self.choice, self.confidence = QComboBox(), QComboBox()
-        for wanted, words in FILTERS.items():
-            self.choice.addItem(words, wanted)
+        for name, words in FILTERS.items():
+            self.choice.addItem(words, name)
         self.confidence.addItems(_CONFIDENCES)
         for box, tip in (
             (self.choice, tr("Which intervals are listed")),
-            (self.confidence, tr("Confidence of the intervals that are listed")),
+            (self.confidence, tr("Which confidence listed intervals have")),
         ):
             box.setToolTip(tip)
             box.setAccessibleName(tip)
-            box.setMinimumWidth(60)  # where room is short the count beside it goes first
+            box.setMinimumWidth(60)  # in a narrow panel the count next to it is hidden first
             box.setFocusPolicy(Qt.FocusPolicy.NoFocus)
             box.currentTextChanged.connect(self._take)
         self.search = _SearchLine()
@@ -106,10 +110,10 @@ class FilterLine(QWidget):
         self.search.left.connect(self.left)
         parts = self.choice, self.confidence, (self.search, 1)
         hbox(*parts, owner=self, margins=(0, 0, 0, 0), spacing=4)
-        self.wanted = Wanted()
+        self.current = IntervalFilter()
 
     def list_all(self) -> Callable[[], None]:
-        """Keep nothing back; what it returns brings the filter back as it was."""
+        """Clear the filter; return a function that restores it."""
         before = self.choice.currentIndex(), self.confidence.currentIndex(), self.search.text()
         self._set(0, 0, "")
         return lambda: self._set(*before)
@@ -121,14 +125,14 @@ class FilterLine(QWidget):
 
     def _take(self) -> None:
         confidence, typed = self.confidence.currentText(), self.search.text()
-        wanted = Wanted.read(self.choice.currentData(), confidence, typed)
-        if wanted != self.wanted:
-            self.wanted = wanted
+        chosen = IntervalFilter.read(self.choice.currentData(), confidence, typed)
+        if chosen != self.current:
+            self.current = chosen
             self.changed.emit()
 
 
 class _SearchLine(QLineEdit):
-    """Enter and Esc end the writing; Esc also takes away what was written."""
+    """The search line: Enter and Esc end typing, and Esc also clears the text."""
 
     left = Signal()
 
@@ -138,14 +142,14 @@ class _SearchLine(QLineEdit):
         self.setMinimumWidth(60)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus | Qt.FocusPolicy.TabFocus)
         tip = tr(
-            "Words of chain, joints, kind, decision, note or reason;\n"
-            ">0.9 and <0.5 are confidences. Esc lists everything again."
+            "Words from chain, joints, kind, decision, note or reason.\n"
+            ">0.9 and <0.5 mean the confidence. Esc lists everything again."
         )
         self.setToolTip(tip)
         self.setAccessibleDescription(tip)
 
     def event(self, event: QEvent) -> bool:
-        """Enter and Esc are no shortcuts here."""
+        """Handle Enter and Esc here, so that they do not act as shortcuts."""
         if isinstance(event, QKeyEvent) and event.key() in _ENDS:
             if event.type() == QEvent.Type.ShortcutOverride:
                 event.accept()
@@ -162,7 +166,7 @@ _ENDS = (Qt.Key.Key_Escape, Qt.Key.Key_Return, Qt.Key.Key_Enter)
 
 
 class FilteredRows(QSortFilterProxyModel):
-    """Rows whose thing is `kept`: sorted by what the model says, or in the model's order."""
+    """Rows whose interval is `kept`, sorted by the model's values or in the model's order."""
 
     def __init__(
         self, model: RowModel[tuple[Judged, bool]], kept: Callable[[Judged], bool]
@@ -173,6 +177,6 @@ class FilteredRows(QSortFilterProxyModel):
         self.setSourceModel(model)
 
     def filterAcceptsRow(self, row: int, parent: Index) -> bool:
-        """Qt asks for each."""
+        """True if Qt may show the row."""
         del parent
         return self._kept(self._model.things[row][0])

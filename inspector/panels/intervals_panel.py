@@ -1,4 +1,4 @@
-"""The table of intervals: sorted, filtered, judged."""
+"""The table of intervals, which can be sorted and filtered."""
 
 from __future__ import annotations
 
@@ -11,8 +11,14 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from inspector.language import of_core, tr, tr_as
 from inspector.panels.interval_columns import COLUMNS, PLACE, IntervalColumns
-from inspector.panels.interval_filter import OF_CHAIN, FilteredRows, FilterLine, Wanted, short_word
-from inspector.panels.reject_reasons import told_reason
+from inspector.panels.interval_filter import (
+    OF_CHAIN,
+    FilteredRows,
+    FilterLine,
+    IntervalFilter,
+    short_word,
+)
+from inspector.panels.reject_reasons import shown_reason
 from inspector.panels.rig_names import joints_of
 from inspector.session.document import Document
 from inspector.session.examined import reason_unexamined, unexamined_sentences
@@ -27,9 +33,9 @@ from twistcore.review import Decision, Judged
 from twistcore.review.model import APPLIED, overlapping_ids
 from twistcore.skeleton.helper import Helper
 
-_ROOM, _ROOM_LOW = 8, 3  # pixels of a row beside its line
-_NOTED = 500  # letters of a note that its cell has
-_WITH_COUNT = 430  # pixels: in a narrower list the count stands in the status bar alone
+_ROOM, _ROOM_LOW = 8, 3  # pixels of a row in addition to its text
+_NOTED = 500  # letters of a note that its cell shows
+_WITH_COUNT = 430  # pixels: in a narrower list only the status bar shows the count
 MARKS = {
     Decision.UNDECIDED: tr("· undecided"),
     Decision.ACCEPTED: tr("✓ accepted"),
@@ -37,11 +43,11 @@ MARKS = {
 }
 _KEPT, _TURNED = tr_as("the limb's end is", "kept"), tr_as("the limb's end is", "turned")
 _SHARED, _UNSUPPORTED = " +", " <τ"
-_EVERYTHING = Wanted()
+_EVERYTHING = IntervalFilter()
 
 
 class _IntervalModel(RowModel[tuple[Judged, bool]]):
-    """Things are pairs: an interval of the review, and whether it shares frames with another."""
+    """Rows of pairs: an interval of the review, and whether it overlaps another one."""
 
     heads = tuple(column.head for column in COLUMNS)
     head_tips = tuple(column.tip or column.name for column in COLUMNS)
@@ -72,8 +78,8 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
         joints = joints_of(chain, document.data.motion.skeleton)
         end = _end(judged)
         label = of_core(chain.label if isinstance(chain, Helper) else chain.list_label)
-        note = " · ".join(filter(None, (told_reason(judged.reason), judged.note)))[:_NOTED]
-        cells: dict[str, tuple[str, object]] = {  # what is shown, and what it is sorted by
+        note = " · ".join(filter(None, (shown_reason(judged.reason), judged.note)))[:_NOTED]
+        cells: dict[str, tuple[str, object]] = {  # the text, and the value to sort by
             "chain": (label, interval.chain),
             "decision": (decision, judged.decision.value),
             "start": (str(interval.start + first), interval.start),
@@ -100,7 +106,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
 
 
 def _end(judged: Judged) -> str:
-    """Of a flipped limb: what became of its foot or hand."""
+    """Return the text of a flip's foot or hand: kept or turned; '' for other kinds."""
     if judged.interval.kind != Kind.LIMB_FLIP:
         return ""
     return _TURNED if judged.interval.carried else _KEPT
@@ -110,29 +116,31 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
     interval = judged.interval
     kind, joint = of_core(interval.kind), interval.joint
     parts = [tr("{chain}, {kind}, {n} frames", chain=chain, kind=kind, n=interval.frames)]
-    if told := interval.kind.info.tip:
+    if tip := interval.kind.info.tip:
         size = f"{plain(np.degrees(interval.residual))}°"
-        parts.append(of_core(told.format(joint=joint, size=size)))
+        parts.append(of_core(tip.format(joint=joint, size=size)))
     elif not interval.kind.known:
-        parts.append(tr("a later version found it; nothing is taken out"))
+        parts.append(tr("found by a later version; it is not corrected"))
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)
-        parts.append(tr("left over behind the last edge: {angle}°", angle=left))
+        parts.append(tr("{angle}° remain after the end", angle=left))
     if own != interval.confidence and own is not None:
-        told = tr("confidence as learned from verdicts; the detector's own is {own:.2f}", own=own)
-        parts.append(told)
+        line = tr(
+            "confidence as learned from your decisions (the detector says {own:.2f})", own=own
+        )
+        parts.append(line)
     if shared:
-        parts.append(tr("overlaps another interval of its chain: their offsets add"))
+        parts.append(tr("overlaps another interval of its chain; their offsets are added"))
     if judged.reason:
-        parts.append(tr("reason: {reason}", reason=told_reason(judged.reason)))
+        parts.append(tr("reason: {reason}", reason=shown_reason(judged.reason)))
     if judged.edited:
         parts.append(tr("edited by hand"))
     if judged.by_hand:
         parts.append(tr("made by hand"))
     if not judged.supported:
-        parts.append(tr("the detector no longer finds it at this τ"))
+        parts.append(tr("no longer found at this τ"))
     if judged.verdict == APPLIED:
-        parts.append(tr("applied automatically: no person looked at it"))
+        parts.append(tr("corrected automatically; nobody has looked at it"))
     if judged.reviewer or judged.decided_at:
         by, at = judged.reviewer, judged.decided_at
         parts.append(tr("decided {at} {reviewer}", at=at, reviewer=by).strip())
@@ -140,25 +148,25 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
 
 
 class IntervalsPanel(QWidget):
-    """Table of intervals with a filter; its current row is the document's interval."""
+    """The interval table with its filter; the current row is the document's interval."""
 
-    activated = Signal()  # a double click: look at it
+    activated = Signal()  # a double click on a row
 
     def __init__(
         self, document: Document, colours: Colours, settings: Settings | None = None
     ) -> None:
-        """`settings`: which columns are shown, and what the rows are sorted by, is kept there."""
+        """`settings`: remembers which columns are shown and how rows are sorted."""
         super().__init__()
         self._document = document
         self._refreshing = self._clicked = False
-        self._said = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
+        self._with_text = {"chain", "decision", "start", "stop", "frames", "time", "delta"}
         self._marks: set[str] = set()
         self._names: dict[str, tuple[str, str]] = {}  # by chain
-        self._told_of: dict[int, Judged] = {}  # what the columns have room for, by id()
+        self._measured: dict[int, Judged] = {}  # intervals that the columns fit already, by id()
         self._later = QTimer(self, singleShot=True, interval=0)
-        self._later.timeout.connect(self._filter_anew)
+        self._later.timeout.connect(self._filter_again)
         self._model = _IntervalModel(document, colours)
-        self._proxy = FilteredRows(self._model, self._lists)
+        self._proxy = FilteredRows(self._model, self._is_listed)
         self.table = RowTable(self._proxy, several=True)
         self.table.setAccessibleName(tr("Intervals"))
         self.table.setItemDelegate(RowDelegate(self._model, self.table, self._proxy))
@@ -181,20 +189,20 @@ class IntervalsPanel(QWidget):
         document.intervals_changed.connect(self._refresh)
         document.chains_changed.connect(self._forget_names)
         document.numbering_changed.connect(self._model.redraw)
-        for other in (self._model.redraw, self._filter_anew):
+        for other in (self._model.redraw, self._filter_again):
             document.confidence_changed.connect(other)
-        document.hidden_changed.connect(self._filter_anew)
+        document.hidden_changed.connect(self._filter_again)
         document.interval_changed.connect(self._interval_changed)
         document.chain_changed.connect(self._chain_changed)
         self._refresh()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Where room is short, what other columns tell as well is not shown."""
+        """Hide the count in a narrow window."""
         super().resizeEvent(event)
         self.count.setVisible(self.width() >= _WITH_COUNT)
 
     def set_low(self, low: bool) -> None:
-        """Where height is short rows are close together."""
+        """Switch to a low layout, with rows close together."""
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((4, 2, 4, 0) if low else (4, 4, 4, 4)))
@@ -202,44 +210,44 @@ class IntervalsPanel(QWidget):
         self.table.set_room(_ROOM_LOW if low else _ROOM)
 
     def search_here(self) -> None:
-        """The next keys are words to search for."""
+        """Move the keyboard focus to the search line."""
         self.search.setFocus()
         self.search.selectAll()
 
     def list_all(self) -> Callable[[], None]:
-        """Keep nothing back; what it returns brings the filter back as it was."""
+        """Clear the filter; return a function that restores it."""
         return self.filters.list_all()
 
     def _forget_names(self) -> None:
         self._names.clear()
-        self._told_of.clear()
+        self._measured.clear()
 
     def _take_clip(self) -> None:
         self._forget_names()
         self._marks.clear()
-        self._said -= {"confidence", "kind", "end", "note"}
+        self._with_text -= {"confidence", "kind", "end", "note"}
         self._refresh()
 
-    def _tell_columns(self, shared: bool) -> None:
-        """What the columns need room for; what was told once keeps its room in this clip."""
+    def _fit_columns(self, shared: bool) -> None:
+        """Fit the columns to the texts of new intervals; within a clip they never get narrower."""
         document = self._document
         if (data := document.data) is None or not document.intervals:
             return
-        known = self._told_of
-        fresh = [j for j in document.intervals if id(j) not in known]  # a drag of τ waits for this
-        self._told_of = {id(j): j for j in document.intervals}
+        known = self._measured
+        fresh = [j for j in document.intervals if id(j) not in known]  # must be quick: drags of τ
+        self._measured = {id(j): j for j in document.intervals}
         if shared:
             self._marks.add(_SHARED)
         if not all(j.supported for j in fresh):
             self._marks.add(_UNSUPPORTED)
-        for name, told in (
+        for name, has_text in (
             ("confidence", lambda j: j.interval.confidence is not None),
             ("kind", lambda j: j.interval.kind != Kind.COUNTER_TWIST),
             ("end", lambda j: j.interval.kind == Kind.LIMB_FLIP),
             ("note", lambda j: j.note or j.reason),
         ):
-            if name not in self._said and any(map(told, fresh)):
-                self._said.add(name)
+            if name not in self._with_text and any(map(has_text, fresh)):
+                self._with_text.add(name)
         for name in {j.interval.chain for j in fresh}:
             self._name(name)
         advance = self.fontMetrics().horizontalAdvance
@@ -262,49 +270,49 @@ class IntervalsPanel(QWidget):
                 "kind": max(map(short_word, kinds), key=advance),
                 "joints": max(joints, key=advance),
             },
-            self._said,
+            self._with_text,
         )
 
-    def _lists(self, judged: Judged) -> bool:
-        """What one works on is listed, whatever the filter."""
+    def _is_listed(self, judged: Judged) -> bool:
+        """True for the selected interval, and for all that pass the filter."""
         return judged.id == self._document.interval_id or self._passes(judged)
 
     def _passes(self, judged: Judged) -> bool:
         document = self._document
-        return judged.interval.chain not in document.hidden and self.filters.wanted.admits(
-            document.told(judged), document.chain, self._told
+        return judged.interval.chain not in document.hidden and self.filters.current.admits(
+            document.told(judged), document.chain, self._search_text
         )
 
     def _name(self, chain: str) -> tuple[str, str]:
-        """Of a chain: its label, and its joints in the file."""
+        """Return a chain's label and its joints' names in the file."""
         if chain not in self._names and (data := self._document.data) is not None:
             found = self._document.find_chain(chain)
             label = of_core(found.list_label)
             self._names[chain] = label, joints_of(found, data.motion.skeleton)
         return self._names[chain]
 
-    def _told(self, judged: Judged) -> str:
-        """What a search looks through, the words of files among them."""
+    def _search_text(self, judged: Judged) -> str:
+        """Return the text that a search looks through, in the chosen language and in English."""
         name = judged.interval.chain
         label, joints = self._name(name)
         kind = short_word(judged.interval.kind)
         verdict, reason = judged.verdict, judged.reason
         parts = label, name, joints, kind, verdict, of_core(verdict), judged.decision.value
-        words = of_core(judged.decision), _end(judged), reason, told_reason(reason), judged.note
+        words = of_core(judged.decision), _end(judged), reason, shown_reason(reason), judged.note
         return " ".join((*parts, *words))
 
     def order_by(self, order: str) -> None:
-        """List by 'time' or by 'chain'; a click on a head lists otherwise."""
+        """Sort by 'time' or by 'chain'; a click on a heading changes the order."""
         column = PLACE["start"] if order == "time" else -1
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
     def selected_ids(self) -> tuple[int, ...]:
-        """Ids of the selected rows, top to bottom."""
+        """Return the ids of the selected rows, top to bottom."""
         rows = sorted(i.row() for i in self.table.selectionModel().selectedRows())
         return tuple(self._judged(row).id for row in rows)
 
     def shown_ids(self) -> tuple[int, ...]:
-        """Ids of the rows that are listed, top to bottom."""
+        """Return the ids of the listed rows, top to bottom."""
         return tuple(self._judged(row).id for row in range(self._proxy.rowCount()))
 
     def _judged(self, proxy_row: int) -> Judged:
@@ -314,26 +322,28 @@ class IntervalsPanel(QWidget):
     def _refresh(self) -> None:
         intervals = self._document.intervals
         shared = overlapping_ids(intervals)
-        self._refreshing = True  # rows that vanish must not select others
+        self._refreshing = True  # a row that vanishes must not select another
         self._model.show([(j, j.id in shared) for j in intervals])
-        self.table.doItemsLayout()  # now: put off, it would repaint the panel twice
+        self.table.doItemsLayout()  # now: a later layout would repaint the panel twice
         self._refreshing = False
-        self._tell_columns(bool(shared))
-        self.count.setText(self._counted())
+        self._fit_columns(bool(shared))
+        self.count.setText(self._count_text())
         if not self._document.data:
-            told = tr("Open a clip: its suspicious intervals are listed here.")
+            text = tr("Open a clip: its suspicious intervals are listed here.")
         elif not intervals and (blind := reason_unexamined(self._document.data)):
-            told = blind
+            text = blind
         elif not intervals:
-            told = tr("Nothing found at this τ.\nLower the τ line to look closer.")
-            told = "\n".join((told, *unexamined_sentences(self._document.data)))
+            text = tr(
+                "Nothing found at this threshold τ.\nLower the τ line to find smaller errors."
+            )
+            text = "\n".join((text, *unexamined_sentences(self._document.data)))
         else:
-            told = tr("No interval passes this filter.")
-        self._hint.setText(told)
+            text = tr("No interval matches this filter.")
+        self._hint.setText(text)
         self._stack.setCurrentIndex(1 if self._proxy.rowCount() else 0)
         self._select_row()
 
-    def _counted(self) -> str:
+    def _count_text(self) -> str:
         intervals, listed = self._document.intervals, self._proxy.rowCount()
         if not intervals:
             return ""
@@ -344,31 +354,31 @@ class IntervalsPanel(QWidget):
 
     def _filter_changed(self) -> None:
         if (judged := self._document.interval) and not self._passes(judged):
-            self._document.select_interval(None)  # A and R never judge what is not asked for
-        self._filter_anew()
+            self._document.select_interval(None)  # A and R must not judge a hidden interval
+        self._filter_again()
 
     def _chain_changed(self) -> None:
-        if self.filters.wanted.chosen == OF_CHAIN:
-            self._filter_anew()
+        if self.filters.current.chosen == OF_CHAIN:
+            self._filter_again()
 
-    def _filter_anew(self) -> None:
+    def _filter_again(self) -> None:
         self._refreshing = True
         self._proxy.invalidate()
         self._refresh()
 
     @property
-    def _narrow(self) -> bool:
-        """Whether the filter may keep something back."""
-        return self.filters.wanted != _EVERYTHING or bool(self._document.hidden)
+    def _is_filtered(self) -> bool:
+        """True if the filter or a hidden chain may leave intervals out."""
+        return self.filters.current != _EVERYTHING or bool(self._document.hidden)
 
     def _interval_changed(self) -> None:
-        """Under a filter the selected row is listed, and the last one no longer for being that."""
-        if not self._narrow:
+        """Select the row; with a filter, refresh the list, as the selected row is always listed."""
+        if not self._is_filtered:
             self._select_row()
         elif self._clicked:
-            self._later.start()  # no row goes while the table still deals with the click
+            self._later.start()  # the table must finish the click before rows go
         else:
-            self._filter_anew()
+            self._filter_again()
 
     def _select_row(self) -> None:
         at = self._model.row_of(self._document.interval_id)

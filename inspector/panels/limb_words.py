@@ -1,11 +1,12 @@
-"""What a limb's middle joint and end are called, to be put into a sentence."""
+"""Words for a limb's middle joint and end, and for the part of the body after a bone."""
 
 from __future__ import annotations
 
-from inspector.language import tr_as
+from inspector.language import of_core, tr, tr_as
+from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 
-# In a language whose words have genders with what stands before them: 'das Knie'.
+# A translation may include the article: 'das Knie'.
 _MIDDLES = {
     "elbow": tr_as("the limb's", "elbow"),
     "knee": tr_as("the limb's", "knee"),
@@ -22,17 +23,53 @@ _HEADS = {
     "end": tr_as("heading", "End:"),
 }
 
+_PARTS = {  # by side and segment: the beginning of a sentence
+    "Left Shoulder": tr("The left shoulder"),
+    "Left Arm": tr("The left upper arm"),
+    "Left ForeArm": tr("The left forearm"),
+    "Left UpLeg": tr("The left thigh"),
+    "Left Leg": tr("The left shin"),
+    "Left arm": tr("The left arm"),
+    "Left leg": tr("The left leg"),
+    "Right Shoulder": tr("The right shoulder"),
+    "Right Arm": tr("The right upper arm"),
+    "Right ForeArm": tr("The right forearm"),
+    "Right UpLeg": tr("The right thigh"),
+    "Right Leg": tr("The right shin"),
+    "Right arm": tr("The right arm"),
+    "Right leg": tr("The right leg"),
+}
+_NEXT = {  # by segment: the part of the body that turns back
+    "Shoulder": tr_as("the part that turns back", "upper arm"),
+    "Arm": tr_as("the part that turns back", "forearm"),
+    "ForeArm": tr_as("the part that turns back", "hand"),
+    "UpLeg": tr_as("the part that turns back", "shin"),
+    "Leg": tr_as("the part that turns back", "foot"),
+}
+_PIECE = tr_as("the part that turns back", "next piece of the bone")
+_JOINT = tr_as("the part that turns back", "next joint")
+
 
 def middle_of(limb: Limb) -> str:
-    """Its knee or elbow."""
+    """Return the word for the limb's knee or elbow."""
     return _MIDDLES[limb.middle_word]
 
 
 def end_in_words(word: str) -> str:
-    """Its 'hand', 'foot' or 'end', twistcore's word, in a sentence."""
+    """Return twistcore's word 'hand', 'foot' or 'end' as it is used in a sentence."""
     return _ENDS[word]
 
 
 def end_as_heading(word: str) -> str:
-    """The same before what is said of it."""
+    """Return twistcore's word 'hand', 'foot' or 'end' as a heading with a colon."""
     return _HEADS[word]
+
+
+def next_part(chain: Chain) -> str:
+    """Return the word for the part of the body after the chain's bone: 'hand' for a forearm."""
+    return _NEXT.get(chain.segment, _JOINT) if chain.ends else _PIECE
+
+
+def part_of_body(chain: Chain) -> str:
+    """Return the words for a chain's bone or limb at the beginning of a sentence."""
+    return _PARTS.get(chain.label) or of_core(chain.label)

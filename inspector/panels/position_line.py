@@ -1,4 +1,4 @@
-"""The status bar's words about the playhead: frame and interval; chain, angle, strength, offset."""
+"""The status bar: frame and interval, and the chain's angle, strength and offset there."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LONGEST_JOINTS = 26  # letters; the rest is in the tip
 
 
 class FrameLine(ElidedLine):
-    """Frame, time and the selected interval; another message may cover it for a while."""
+    """Frame, time and the selected interval; a message may cover it for a while."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -36,8 +36,8 @@ class FrameLine(ElidedLine):
             return
         last = document.frames - 1 + first
         seconds = document.frame * data.motion.frame_time
-        told = tr("frame {frame} of {last}", frame=document.frame + first, last=last)
-        told += f"   {seconds:.3f} s"
+        text = tr("frame {frame} of {last}", frame=document.frame + first, last=last)
+        text += f"   {seconds:.3f} s"
         if judged := document.interval:
             selected = tr(
                 "interval {start} to {stop}, {decision}",
@@ -45,12 +45,12 @@ class FrameLine(ElidedLine):
                 stop=judged.interval.stop + first,
                 decision=of_core(judged.decision.value),
             )
-            told += f"   {selected}"
-        self.set_text(told)
+            text += f"   {selected}"
+        self.set_text(text)
 
 
 class PositionLine(SteadyLabel):
-    """Follows the document."""
+    """Chain, angle, strength and offset at the playhead."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What a correction makes worse, in words and numbers."""
+"""Sentences and numbers about what a correction makes worse."""
 
 from __future__ import annotations
 
@@ -16,22 +16,22 @@ from twistcore.analysis.correction.protected_measures import (
 )
 
 _NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
-    HINGE: (tr("off its hinge"), "°"),
-    TURNS: (tr("turns that no body makes"), tr(" frames")),
-    ROLL: (tr("fastest roll of the next joint"), tr("° a frame")),
+    HINGE: (tr("bend to the side"), "°"),
+    TURNS: (tr("turns faster than any body"), tr(" frames")),
+    ROLL: (tr("fastest roll of the next joint"), tr("° per frame")),
     PATH: (tr("path of the middle joint"), tr(" % of the limb")),
-    ENDS: (tr("ends moved"), tr(" % of the height")),
+    ENDS: (tr("hands and feet moved"), tr(" % of the height")),
 }
 
 
 def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
-    """A sentence about what gets worse by a correction; '' where nothing does."""
+    """Return a sentence about what the correction makes worse; '' if nothing gets worse."""
     worse = [of_core(m.doubt) for m in measures if m.worse]
-    return tr("Corrected, it gets worse: {what}.", what="; ".join(worse)) if worse else ""
+    return tr("The correction makes this worse: {what}.", what=", ".join(worse)) if worse else ""
 
 
 def table_of(measures: Sequence[ProtectedMeasure]) -> str:
-    """All measures before and after, a line each."""
+    """Return a line for each measure, with its value before and after."""
     return "\n".join(map(_line, measures))
 
 

@@ -1,4 +1,4 @@
-"""The list of reasons that one key opens: a figure picks one, or a reason is typed."""
+"""The list of reasons for a rejection: a digit picks one, or the person types a reason."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QDialog, QFrame, QLabel, QLineEdit, QWidget
 
 from inspector.language import tr
-from inspector.panels.reject_reasons import kept_reason, told_reason
+from inspector.panels.reject_reasons import shown_reason, stored_reason
 from inspector.widgets.building import soft, vbox
 from inspector.widgets.keyed_list import KeyedList
 
@@ -18,13 +18,13 @@ _STEPS = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
 
 
 class ReasonPalette(QDialog):
-    """1 to 9 pick a reason at once; letters write one of one's own, Enter takes it."""
+    """A popup of reasons: 1 to 9 pick one at once; a typed reason is taken with Enter."""
 
     chosen = Signal(str)
 
     def __init__(self, reasons: Sequence[str], title: str, parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
-        self.line = QLineEdit(placeholderText=tr("1-9, or a reason of your own and Enter"))
+        self.line = QLineEdit(placeholderText=tr("Press 1-9, or type a reason and press Enter"))
         self.line.setAccessibleName(tr("Reason"))
         self.list = KeyedList(keys_first=True)
         self.list.setAccessibleName(tr("Reasons"))
@@ -32,7 +32,7 @@ class ReasonPalette(QDialog):
         self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._reasons = list(reasons)[:_MOST]
         for k, reason in enumerate(self._reasons, 1):
-            self.list.add(told_reason(reason), str(k))
+            self.list.add(shown_reason(reason), str(k))
         self.title = soft(QLabel(title))
         frame = QFrame()
         frame.setObjectName("bar")
@@ -52,7 +52,7 @@ class ReasonPalette(QDialog):
 
     def _take_line(self) -> None:
         if text := self.line.text().strip():
-            self._end(kept_reason(text))
+            self._end(stored_reason(text))
         else:
             self._take(self.list.currentRow())
 
@@ -65,7 +65,7 @@ class ReasonPalette(QDialog):
         self.chosen.emit(reason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """A figure before any letter picks; up and down move in the list."""
+        """Pick by a digit while the line is empty; move in the list with Up and Down."""
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             if step := _STEPS.get(Qt.Key(event.key()), 0):
                 row = self.list.currentRow() + step

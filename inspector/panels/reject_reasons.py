@@ -1,10 +1,10 @@
-"""Why an interval is rejected: reasons to choose from, the same in files whatever the language."""
+"""Reasons for a rejection; files keep the English text in every language."""
 
 from __future__ import annotations
 
 from inspector.language import tr
 
-# As files have them, and as a person reads them.
+# The text in files, and the text in the chosen language.
 _REASONS = {
     "natural motion": tr("natural motion"),
     "fast but real": tr("fast but real"),
@@ -15,11 +15,11 @@ _IN_FILES = {told: kept for kept, told in _REASONS.items()}
 REASONS = tuple(_REASONS)
 
 
-def told_reason(reason: str) -> str:
-    """A reason as a person reads it; one of a person's own is as it was written."""
+def shown_reason(reason: str) -> str:
+    """Return a reason in the chosen language; a reason that a person typed stays as it is."""
     return _REASONS.get(reason, reason)
 
 
-def kept_reason(told: str) -> str:
-    """A reason that was read or written, as it is kept."""
+def stored_reason(told: str) -> str:
+    """Return a shown or typed reason as files keep it."""
     return _IN_FILES.get(told, told)

@@ -1,4 +1,4 @@
-"""Who reviews: asked once, when the first decision is made and nobody knows; nothing waits."""
+"""The question for the reviewer's name, shown once, after the first decision without a name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from inspector.widgets.building import hbox, tool_button
 
 
 class ReviewerLine(QFrame):
-    """A line for the name, which also the decisions made before it get; Enter keeps it."""
+    """A line for the name; Enter keeps it. Earlier decisions without a name get it, too."""
 
     def __init__(self, document: Document, settings: Settings) -> None:
         super().__init__()
@@ -19,14 +19,14 @@ class ReviewerLine(QFrame):
         self._document, self._settings = document, settings
         self.name = QLineEdit(placeholderText=tr("Your name"))
         self.name.setAccessibleName(tr("Your name"))
-        self.name.setToolTip(tr("Kept with your decisions, also with those made before"))
+        self.name.setToolTip(tr("The name is saved with your decisions, including earlier ones"))
         self.name.setMaximumWidth(260)
-        # Not push buttons: the style makes those of short words 80 pixels wide.
-        kept = tr("Kept with your decisions (Enter)")
-        self.keep = tool_button(tr_as("the name", "Keep"), kept, flat=False)
-        tip = tr("Not asked again; Preferences has a line for it")
+        # Not push buttons: the style makes even short ones 80 pixels wide.
+        tip = tr("Save this name with your decisions (Enter)")
+        self.keep = tool_button(tr_as("the name", "Keep"), tip, flat=False)
+        tip = tr("Do not ask again. You can enter a name in the preferences later.")
         self.never = tool_button(tr("No name"), tip, flat=False)
-        row = tr("Who reviews?"), (self.name, 9), self.keep, self.never, None
+        row = tr("Who is reviewing?"), (self.name, 9), self.keep, self.never, None
         hbox(*row, owner=self, margins=(10, 3, 4, 3))
         self.name.returnPressed.connect(self._keep)
         self.keep.clicked.connect(self._keep)
@@ -40,7 +40,7 @@ class ReviewerLine(QFrame):
             self.show()
 
     def _look(self) -> None:
-        """The name may have been given elsewhere."""
+        """Hide the line if the name was entered somewhere else."""
         if self._document.reviewer and not self.isHidden():
             self._done()
 

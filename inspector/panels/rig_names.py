@@ -1,4 +1,4 @@
-"""A chain in the file's own words, beside ours: 'lradius → lhand' is our 'Left ForeArm'."""
+"""Names of a chain's joints in the file: 'lradius → lhand' for our 'Left ForeArm'."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from twistcore.skeleton.motion import Skeleton
 
 
 def joints_of(chain: Chain, skeleton: Skeleton) -> str:
-    """The file's names of its joints, to be shown: parent → child, of a limb down to its end."""
+    """Return the file's names of the joints: parent → child, for a limb also its end."""
     joints = (chain.parent, chain.child, *((chain.end,) if isinstance(chain, Limb) else ()))
     return " → ".join(legible(skeleton.names[j]) for j in joints)
 
 
 def own_joints(chain: Chain, skeleton: Skeleton) -> str:
-    """The same where the file says something else than our label; '' where it says as much."""
+    """Return the file's names of the joints, or '' if they say the same as our label."""
     ours = _letters(chain.side + chain.segment) if chain.segment else _letters(chain.name)
     same = _letters(skeleton.names[chain.parent]).endswith(ours)
     return "" if same or not chain.segment else joints_of(chain, skeleton)

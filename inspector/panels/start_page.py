@@ -1,4 +1,4 @@
-"""What stands in the middle while nothing is open: what one can begin with, as buttons."""
+"""The start page: buttons for opening a clip, a folder, the sample or a recent file."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from inspector.widgets.labels import as_entry, as_tip
 from inspector.widgets.theme import Colours, Theme
 
 _RECENT = 5
-_PARTS = 4  # of a way to a folder
+_PARTS = 4  # of a folder's path
 _LONGEST = 48  # letters of a name
 _WIDTH = 520  # pixels, of the column
 _APART = 8  # pixels, between its buttons
-_MARGIN = 12  # pixels, at its sides
+_MARGIN = 12  # pixels, at the column's sides
 _OFFERED = {
     "open_dialog": tr("Open…"),
     "open_folder": tr("Open folder…"),
@@ -38,7 +38,7 @@ _OFFERED = {
 
 
 class StartPage(QScrollArea):
-    """Lies over the 3D view; shown by whoever knows that nothing is open."""
+    """The start page, which covers the 3D view while nothing is open."""
 
     def __init__(
         self,
@@ -48,7 +48,7 @@ class StartPage(QScrollArea):
         complaint: str,
         colours: Colours,
     ) -> None:
-        """`view`: what it covers; complaint: why there is no 3D view, or ''."""
+        """`view`: the widget that the page covers; complaint: why there is no 3D view, or ''."""
         super().__init__(view)
         self.setObjectName("start")
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -62,7 +62,7 @@ class StartPage(QScrollArea):
         self._heading = soft(QLabel(tr("Recent"), alignment=Qt.AlignmentFlag.AlignHCenter))
         self._recent = QVBoxLayout()
         self._recent.setSpacing(0)
-        drop = hint(tr("or drop a clip, a session or a folder anywhere on this window."))
+        drop = hint(tr("or drop a clip, a session or a folder on this window."))
         column = QWidget()
         column.setMaximumWidth(_WIDTH)
         vbox(
@@ -84,14 +84,14 @@ class StartPage(QScrollArea):
             button.setIcon(icon(name, theme))
 
     def show_recent(self, paths: list[str]) -> None:
-        """Offer the last files anew."""
+        """List the recent files."""
         while item := self._recent.takeAt(0):
             if widget := item.widget():
                 widget.hide()
                 widget.deleteLater()
         for name in paths[:_RECENT]:
             path = Path(name)
-            button = QPushButton(_told(path), flat=True)
+            button = QPushButton(_short_path(path), flat=True)
             button.setObjectName("recent")
             button.setToolTip(as_tip(name))
             button.clicked.connect(partial(self._open, path))
@@ -102,7 +102,7 @@ class StartPage(QScrollArea):
         self._open_path(path)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """As large as what it covers."""
+        """Keep the page as large as the view that it covers."""
         view = self.parentWidget()
         if view is not None and watched is view and event.type() == QEvent.Type.Resize:
             self.setGeometry(view.rect())
@@ -110,7 +110,7 @@ class StartPage(QScrollArea):
         return super().eventFilter(watched, event)
 
     def _arrange(self, width: int) -> None:
-        """Buttons side by side, or one below the other where that is too wide."""
+        """Put the buttons side by side, or one below the other in a narrow window."""
         sides = 2 * _MARGIN + self.verticalScrollBar().sizeHint().width()
         needed = sum(b.sizeHint().width() + _APART for b in self.buttons.values())
         beside, way = needed + sides <= width, QBoxLayout.Direction
@@ -127,8 +127,8 @@ def _button(action: QAction, text: str) -> QPushButton:
     return button
 
 
-def _told(path: Path) -> str:
-    """Name and folder of a file, the middle of a long way left out."""
+def _short_path(path: Path) -> str:
+    """Return name and folder of a file, without the middle of a long path."""
     home, folder = Path.home(), path.parent
     parts = ("~", *folder.relative_to(home).parts) if folder.is_relative_to(home) else folder.parts
     if len(parts) > _PARTS:

@@ -1,4 +1,4 @@
-"""'Accept the sure ones': how many it is about is seen before it is done."""
+"""The dialog that accepts all intervals of a high confidence and shows how many there are."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ _USUAL = 0.95
 
 
 class SureOnes(QDialog):
-    """A confidence, and how many undecided intervals have it; the window is not held up."""
+    """A non-modal dialog: a confidence, and how many undecided intervals reach it."""
 
     def __init__(
         self, document: Document, accept: Callable[[float], None], parent: QWidget
     ) -> None:
-        """`accept`: accepts those of at least a confidence."""
+        """`accept`: accepts the undecided intervals of at least a confidence."""
         super().__init__(parent)
         self._document, self._accept = document, accept
-        self.setWindowTitle(tr("Accept the sure ones"))
+        self.setWindowTitle(tr("Accept confident intervals"))
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.confidence = QDoubleSpinBox(minimum=0.0, maximum=1.0, singleStep=0.01, decimals=2)
         self.confidence.setValue(_USUAL)
@@ -35,9 +35,9 @@ class SureOnes(QDialog):
         self.ok = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
-        asked = tr("Undecided, with a confidence of at least")
-        self.confidence.setAccessibleName(asked)
-        row = hbox(asked, self.confidence, None)
+        label = tr("Accept undecided intervals with a confidence of at least")
+        self.confidence.setAccessibleName(label)
+        row = hbox(label, self.confidence, None)
         vbox(row, self.count, self.buttons, owner=self)
         self.confidence.valueChanged.connect(self._refresh)
         document.intervals_changed.connect(self._refresh)
@@ -47,7 +47,7 @@ class SureOnes(QDialog):
         self.confidence.selectAll()
 
     def accept(self) -> None:
-        """Accept them, in one step."""
+        """Accept the intervals in one step."""
         super().accept()
         self._accept(self.confidence.value())
 
@@ -55,13 +55,15 @@ class SureOnes(QDialog):
         intervals = self._document.intervals
         undecided = sum(j.decision == Decision.UNDECIDED for j in intervals)
         at_least = self.confidence.value()
-        unasked = self._document.unasked
-        ids = unasked(at_least) if intervals else ()
-        also = unasked(at_least, include_open=True) if intervals else ()
-        told = tr("{count} of {total} undecided intervals.", count=len(ids), total=undecided)
+        find = self._document.unasked
+        ids = find(at_least) if intervals else ()
+        also = find(at_least, include_open=True) if intervals else ()
+        text = tr(
+            "{count} of {total} undecided intervals reach it.", count=len(ids), total=undecided
+        )
         if also != ids:
             left = len(also) - len(ids)
-            told += " " + tr("{n} more are open and wait for a look.", n=left)
-        self.count.setText(told)
+            text += " " + tr("{n} more are open: please look at them yourself.", n=left)
+        self.count.setText(text)
         self.ok.setText(tr("Accept {count}", count=len(ids)))
         self.ok.setEnabled(bool(ids))

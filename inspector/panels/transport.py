@@ -1,4 +1,4 @@
-"""Play, step, and where we are."""
+"""The playback controls under the 3D view."""
 
 from __future__ import annotations
 
@@ -75,12 +75,12 @@ class Transport(QWidget):
         self._player_changed()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Where room is short the time is left to the curves, which say it too."""
+        """Hide the time in a narrow window; the curves show it, too."""
         super().resizeEvent(event)
         self._frame_changed(self._document.frame)
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
-        """What stands at the frame, and what it calls the first one."""
+        """Return the widgets that show the frame, each with its number of the first frame."""
         return (self.slider, 0), (self.frame, self._document.first_frame)
 
     def _opened(self) -> None:

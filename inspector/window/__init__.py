@@ -1,1 +1,1 @@
-"""The main window: the one table of actions, what they do, and the dialogs around it."""
+"""The main window: its table of actions, what the actions do, and the dialogs."""

@@ -1,4 +1,4 @@
-"""What menus, keys and help are made of: rows of what a person can do, menu by menu."""
+"""Build menus, keys and help from the rows of actions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from inspector.language import chosen_language, tr, tr_as
 from inspector.session.settings import Settings
 from inspector.widgets.labels import as_entry
 
-_TITLES = {  # of menus; &: the letter that opens one
+_TITLES = {  # of menus; & marks the letter that opens the menu
     "File": tr_as("menu", "&File"),
     "Edit": tr_as("menu", "&Edit"),
     "Go": tr_as("menu", "&Go"),
@@ -26,36 +26,34 @@ _TITLES = {  # of menus; &: the letter that opens one
 }
 
 
-Menus = Mapping[
-    str, Sequence[ActionRow[Any] | None]
-]  # by name, in their order; None: a line between rows
+Menus = Mapping[str, Sequence[ActionRow[Any] | None]]  # by name, in their order; None: a separator
 
 
 def rows(menus: Menus) -> Iterator[ActionRow[Any]]:
-    """All of them, without the lines."""
+    """Iterate over the rows of all menus, without the separators."""
     return (row for menu in menus.values() for row in menu if row is not None)
 
 
 def menu_title(name: str) -> str:
-    """A menu's title, with the mark of the letter that opens it."""
+    """Return a menu's title, with & before the letter that opens it."""
     return _TITLES.get(name, f"&{name}")
 
 
 def menu_order(name: str) -> int:
-    """The place of a menu in the bar; one that is not known here comes before the help."""
+    """Return the place of a menu in the bar; an unknown menu comes before the help."""
     known = list(_TITLES)
     return 2 * known.index(name) if name in known else 2 * known.index("Help") - 1
 
 
 def key_text(key: str) -> str:
-    """A key of a row as a person reads it."""
+    """Return a key as the system writes it."""
     return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
 def build_actions(
     menus: Menus, window: QWidget, bar: QMenuBar
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
-    """QActions by id, which do nothing yet and have no keys, and the menus by name."""
+    """Return the QActions by id and the menus by name; no action has a key or does anything yet."""
     shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}
     actions: dict[str, QAction] = {}
@@ -78,7 +76,7 @@ def build_actions(
 
 
 def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings) -> None:
-    """Give the actions the keys of their rows, or those the person has chosen instead."""
+    """Give the actions the keys that the person has chosen, or those of their rows."""
     for row in rows(menus):
         keys = settings.keys.get(row.id, list(row.keys))
         actions[row.id].setShortcuts([QKeySequence(k) for k in keys])
@@ -87,7 +85,7 @@ def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings)
 
 
 def offer(menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_figure: bool) -> None:
-    """Enable the actions whose rows need something, or not; the others look after themselves."""
+    """Enable or disable the actions that need an open clip or a 3D figure."""
     for row in rows(menus):
         if row.needs:
             lacks_figure = row.needs == "figure" and not has_figure
@@ -95,13 +93,13 @@ def offer(menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_fi
 
 
 def name_step(action: QAction, title: str, step: str) -> None:
-    """Let undo or redo say which step it takes back or does again, '' for none."""
-    if chosen_language() == "en":  # other languages have their nouns as they stand
+    """Name the step in the text of undo or redo; '' for none."""
+    if chosen_language() == "en":  # in German nouns keep their capital
         step = step[:1].lower() + step[1:]
     step = as_entry(step)
-    wanted = tr("{undo_or_redo} {step}", undo_or_redo=title, step=step) if step else title
-    # A changed action lays its tool bar out anew.
-    if (wanted, bool(step)) != (action.text(), action.isEnabled()):
+    text = tr("{undo_or_redo} {step}", undo_or_redo=title, step=step) if step else title
+    # Every change of an action makes its tool bar compute its layout again.
+    if (text, bool(step)) != (action.text(), action.isEnabled()):
         action.setEnabled(bool(step))
-        action.setText(wanted)
+        action.setText(text)
         action.setIconText(title)

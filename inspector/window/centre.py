@@ -14,7 +14,7 @@ from inspector.widgets.native_surface import own_surface
 
 
 class Centre(QWidget):
-    """The window's central widget, and its parts, one under the other without gaps."""
+    """The window's central widget: its parts one below the other, without gaps."""
 
     def __init__(self, window: HostWindow) -> None:
         super().__init__()

@@ -1,4 +1,4 @@
-"""What the actions on the set of chains do."""
+"""The actions on the set of chains."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QDockWidget, QWidget
 
-from inspector.language import plural, tr
+from inspector.language import of_core, plural, tr
 from inspector.session.document import Document
 from inspector.session.rig_profiles import keep_rig, kept_rig, rig_path
 from inspector.widgets.message_bar import MessageBar
@@ -20,9 +20,9 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 
 @dataclass(eq=False)
 class ChainActions:
-    """Chains added, removed and kept for all clips of a skeleton.
+    """Adds and removes chains, names joints, and saves both for all clips of a skeleton.
 
-    dock: that of the list of chains, whose title says what is otherwise than found.
+    dock: the dock of the list of chains; its title shows how many chains were changed.
     """
 
     document: Document
@@ -39,7 +39,7 @@ class ChainActions:
     def _retitle(self) -> None:
         rig = self._rig
         self.dock.setWindowTitle(
-            tr("Chains ({changed})", changed=_changed(rig)) if rig else tr("Chains")
+            tr("Chains ({changed})", changed=_changes_text(rig)) if rig else tr("Chains")
         )
 
     @property
@@ -47,7 +47,7 @@ class ChainActions:
         return self.document.review.state.rig if self.document.data else AS_FOUND
 
     def add_chain(self) -> None:
-        """Ask for joints, beside the window."""
+        """Open the dialog that asks for the joints of a chain."""
         if not self._open():
             return
         if self.dialog is None:
@@ -66,12 +66,12 @@ class ChainActions:
         self.document.change_chains(rig, tr("Add chain {name}", name=name))
 
     def joint_names(self) -> None:
-        """Show what each joint was taken for, next to the window, and let a person change it."""
+        """Open the dialog that shows what each joint was taken for and lets a person change it."""
         if not self._open():
             return
         if self.names is None:
             self.names = JointNamesDialog(self.document, self.window)
-            self.names.chosen.connect(self._name)
+            self.names.chosen.connect(self._use_names)
             self.names.finished.connect(self._forget_names)
             self.names.show()
         self.names.raise_()
@@ -80,50 +80,55 @@ class ChainActions:
     def _forget_names(self) -> None:
         self.names = None
 
-    def _name(self, rig: Rig) -> None:
-        """Use names of joints, and keep them for this skeleton."""
+    def _use_names(self, rig: Rig) -> None:
+        """Use the names of joints, and save them for this skeleton."""
         if rig == self._rig:
             return
-        told = tr("Clips of this skeleton that have no session open with these names from now on.")
+        message = tr("From now on, clips of this skeleton without a session open with these names.")
         data = self.document.data
         if data is not None and self._keep(replace(kept_rig(data.motion)[0], names=rig.names)):
-            self.document.change_chains(rig, tr("Joint names"), told)
+            self.document.change_chains(rig, tr("Joint names"), message)
         else:
             self.document.change_chains(rig, tr("Joint names"))
 
     def remove_chain(self) -> None:
-        """Take the selected chain away, and say what goes with it."""
+        """Remove the selected chain, and report which intervals are removed with it."""
         name, document = self.document.chain, self.document
         if not self._open() or not name:
             return
         own = document.review.state.of_chain(name)
         decided = sum(j.decision != Decision.UNDECIDED for j in own)
         label = document.find_chain(name).label
-        told = tr(
-            "{chain} is gone, and so is what was found in it: {intervals}, {decided} decided. "
-            "Undo brings all back.",
+        message = tr(
+            "{chain} was removed with {intervals}, {decided} of them decided. Undo brings them "
+            "back.",
             chain=label,
             intervals=plural("{n} interval", "{n} intervals", len(own)),
             decided=decided,
         )
         rig, what = self._rig.without(name), tr("Remove chain {name}", name=label)
-        document.change_chains(rig, what, told if own else "")
+        document.change_chains(rig, what, message if own else "")
 
     def restore_chains(self) -> None:
-        """The chains that are found, and no others."""
+        """Go back to the chains that the program found."""
         if self._open():
-            self._change(AS_FOUND, tr("Chains as found"), tr("These are the chains as found."))
+            self._change(
+                AS_FOUND,
+                tr("Restore detected chains"),
+                tr("The chains are already the detected ones."),
+            )
 
     def use_rig(self) -> None:
-        """The chains that are kept for this skeleton."""
+        """Use the chains that are saved for this skeleton."""
         data = self.document.data
         if data is None or not self._open():
             return
-        rig, told = kept_rig(data.motion)
-        if told or not is_there(rig_path(data.motion.skeleton)):
-            self.bar.show_message(told or tr("Nothing is kept for this skeleton."), bool(told))
+        rig, trouble = kept_rig(data.motion)
+        if trouble or not is_there(rig_path(data.motion.skeleton)):
+            nothing = tr("No rig profile is saved for this skeleton.")
+            self.bar.show_message(trouble or nothing, bool(trouble))
         else:
-            already = tr("These are the chains of the rig profile.")
+            already = tr("The chains are already those of the rig profile.")
             self._change(rig, tr("Use the rig profile"), already)
 
     def _change(self, rig: Rig, what: str, already: str) -> None:
@@ -133,29 +138,33 @@ class ChainActions:
             self.document.change_chains(rig, what)
 
     def keep_rig(self) -> None:
-        """Keep the chains for all clips of this skeleton that have no session yet."""
+        """Save the chains for all clips of this skeleton that have no session yet."""
         rig = self._rig
         if not self._open() or not self._keep(rig):
             return
-        which = tr("the chains as found")
+        which = tr("the detected chains")
         if rig:
-            which = tr("these chains ({changed})", changed=_changed(rig))
-        told = tr(
-            "Clips of this skeleton that have no session open with {chains} from now on.",
+            which = tr("these chains ({changed})", changed=_changes_text(rig))
+        message = tr(
+            "From now on, clips of this skeleton without a session open with {chains}.",
             chains=which,
         )
-        self.bar.show_message(told, False)
+        self.bar.show_message(message, False)
 
     def _keep(self, rig: Rig) -> bool:
-        """Write the rig of this skeleton; False, with a message, where that fails."""
+        """Write the rig profile of this skeleton; on failure show a message and return False."""
         data = self.document.data
         assert data is not None
         try:
             keep_rig(rig, data.motion.skeleton, data.clip.name)
         except OSError as error:
             place = rig_path(data.motion.skeleton)
-            told = tr("{file}: not written ({why}).", file=place, why=error.strerror)
-            self.bar.show_message(told, True)
+            message = tr(
+                "The rig profile {file} could not be written: {why}.",
+                file=place,
+                why=of_core(error.strerror),
+            )
+            self.bar.show_message(message, True)
             return False
         return True
 
@@ -165,11 +174,11 @@ class ChainActions:
         return self.document.data is not None
 
 
-def _changed(rig: Rig) -> str:
-    """In how far the chains are otherwise than found: '2 added, 1 removed'."""
+def _changes_text(rig: Rig) -> str:
+    """Return how the chains differ from those found: '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),
         (tr("{n} named", n=len(rig.names)), rig.names),
     )
-    return ", ".join(said for said, some in parts if some)
+    return ", ".join(text for text, some in parts if some)

@@ -1,4 +1,4 @@
-"""The form in which a person says which joints make a chain."""
+"""The dialog in which a person chooses the joints of a chain."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from twistcore.skeleton.rig import OwnChain, Rig
 _NONE = "–"
 _ROLES = (tr_as("joint", "Parent"), tr_as("joint", "Child"), tr_as("joint", "Below it"))
 _TIPS = (
-    tr("The joint whose twist may be wrong; the chain has its name"),
-    tr("The child that turns back where the parent is twisted wrongly"),
-    tr("A joint below the child, which shows the child's azimuth; it may be left out"),
+    tr("The joint whose twist may be wrong. The chain gets its name."),
+    tr("The child, which turns back where the parent's twist is wrong"),
+    tr("A joint below the child; it shows the child's azimuth. You may leave it out."),
 )
 
 
 class ChainDialog(QDialog):
-    """Parent, child and perhaps a joint below it; what is wrong with them is said at once.
+    """Parent, child and perhaps a joint below it; the dialog reports at once what is wrong.
 
-    It lies beside the window, which goes on, and closes with the clip.
+    The dialog is not modal, and it closes with the clip.
     """
 
     chosen = Signal(object, str)  # the rig with the chain in it, and the chain's name
@@ -46,10 +46,10 @@ class ChainDialog(QDialog):
         self.setWindowTitle(tr("Add chain"))
         self.joints = tuple(_joint_box(tip) for tip in _TIPS)
         self.limb = QCheckBox(
-            tr("A limb: look for flips about the line from the first to the last")
+            tr("A limb: look for flips about the line from the first joint to the last")
         )
-        self.told = soft(QLabel(wordWrap=True))
-        self.told.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
+        self.status = soft(QLabel(wordWrap=True))
+        self.status.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok | QDialogButtonBox.StandardButton.Cancel
         )
@@ -61,7 +61,7 @@ class ChainDialog(QDialog):
         for role, box in zip(_ROLES, self.joints, strict=True):
             form.addRow(role, box)
         form.addRow("", self.limb)
-        vbox(form, self.told, None, self.buttons, owner=self)
+        vbox(form, self.status, None, self.buttons, owner=self)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._fill(0, [j for j, below in enumerate(self._skeleton.children) if below])
         for place, box in enumerate(self.joints):
@@ -72,7 +72,7 @@ class ChainDialog(QDialog):
         document.chains_changed.connect(self._check)
 
     def _start(self) -> None:
-        """With the first joint that begins no chain yet and can begin one."""
+        """Choose the first joint that has no chain yet and can have one."""
         taken = self._document.review.state.tau
         parents = self.joints[0]
         names = [parents.itemText(k) for k in range(parents.count())]
@@ -89,11 +89,11 @@ class ChainDialog(QDialog):
         return self._document.data.motion.skeleton
 
     def _joint(self, seen: str) -> str:
-        """The name in the file of what is chosen, or was typed."""
+        """Return the file's name of the chosen or typed joint."""
         return next((name for name in self._skeleton.names if legible(name) == seen), seen)
 
     def _changed(self, place: int) -> None:
-        """Below another joint there are other joints."""
+        """List the joints below the one that was changed."""
         name = self._joint(self.joints[place].currentText())
         if place < 2 and name in self._skeleton.names:
             children = self._skeleton.children
@@ -109,7 +109,7 @@ class ChainDialog(QDialog):
         self._check()
 
     def _choose_first_good(self, place: int) -> None:
-        """The first of a list that has a bone of some length above it, as rigs begin with none."""
+        """Choose the first joint of a list whose bone has a length."""
         data, box = self._document.data, self.joints[place]
         assert data is not None
         above = [self._joint(upper.currentText()) for upper in self.joints[:place]]
@@ -140,14 +140,18 @@ class ChainDialog(QDialog):
             self._rig = self._document.review.state.rig.with_chain(data.motion, own)
         except TwistError as error:
             self._rig = None
-            self.told.setText(tr("No chain: {why}.", why=of_core(str(error))))
+            self.status.setText(
+                tr("These joints do not make a chain: {why}.", why=of_core(str(error)))
+            )
         else:
             joints = " → ".join(own.joints)
-            self.told.setText(tr("It is called {name}: {joints}.", name=own.name, joints=joints))
+            self.status.setText(
+                tr("The chain will be called {name}: {joints}.", name=own.name, joints=joints)
+            )
         self._add.setEnabled(self._rig is not None)
 
     def accept(self) -> None:
-        """Hand the rig on."""
+        """Emit the rig with the new chain, and close."""
         if self._rig is not None:
             self.chosen.emit(self._rig, self._own().name)
             super().accept()
@@ -162,7 +166,7 @@ def _is_chain(motion: Motion, joints: tuple[str, ...]) -> bool:
 
 
 def _joint_box(tip: str) -> QComboBox:
-    """A list of joints to choose from or to type a part of a name into."""
+    """Return a list of joints, in which one can also type a part of a name."""
     box = QComboBox(editable=True)
     box.setToolTip(tip)
     box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)

@@ -1,4 +1,4 @@
-"""The program driving itself: a screenshot, or a whole review with its results."""
+"""Scripts that drive the window: a screenshot, or a whole review with its results."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from inspector.window.main_window import MainWindow
 from twistcore.files.encoding import legible
 from twistcore.review import Decision
 
-_SETTLE_MS = 350  # the views redraw once an event-loop turn; give them a few
-_LOOK_MS = 200  # between two looks for a dialog that nobody will answer
+_SETTLE_MS = 350  # enough for the views to redraw
+_LOOK_MS = 200  # between two looks for an open dialog, which nobody would answer
 _GIVE_UP_MS = 120_000
 
 
 class Script(QObject):
-    """Opens something and runs steps once a clip is there, with time to redraw between them.
+    """Opens a file and runs steps once a clip is there, with time to redraw between them.
 
-    Ends with the window closed and `code`: 0, or 2 after a sentence on what went wrong. There is
-    nobody to answer: a question or a dialog before the end is such a sentence.
+    The script ends by closing the window; `code` is 0, or 2 after an error message. A question or
+    a dialog counts as an error, because nobody would answer it.
     """
 
     def __init__(
@@ -34,9 +34,9 @@ class Script(QObject):
         path: Path | None,
         steps: Callable[[Script], list[Callable[[], None]]],
     ) -> None:
-        """`path`: a clip, a session, a folder; None: the steps are for the empty window.
+        """`path`: a clip, a session or a folder; None for the empty window.
 
-        steps: what to do, in order, asked for once the clip is there.
+        steps: returns what to do, in order; called once the clip is there.
         """
         super().__init__(window)
         self.window = window
@@ -47,13 +47,13 @@ class Script(QObject):
         document = window.document
         document.opened.connect(self._begin)
         document.message.connect(self._watch)
-        document.question.connect(self._asked)
+        document.question.connect(self._stop_at_question)
         window.part(folder).queue.changed.connect(self._look_at_folder)
         self._dialogs = QTimer(self, interval=_LOOK_MS)
         self._dialogs.timeout.connect(self._look_for_dialog)
         self._dialogs.start()
-        QTimer.singleShot(0, self, self._open)  # what closes the window needs an event loop
-        QTimer.singleShot(_GIVE_UP_MS, self, lambda: self.fail("It did not end in time."))
+        QTimer.singleShot(0, self, self._open)  # closing the window needs a running event loop
+        QTimer.singleShot(_GIVE_UP_MS, self, lambda: self.fail("The script did not end in time."))
 
     def shoot(self, path: Path) -> None:
         """Save a picture of the window; raises OSError."""
@@ -62,7 +62,7 @@ class Script(QObject):
             self.fail(f"{path}: the picture could not be written.")
 
     def fail(self, text: str) -> None:
-        """Say what went wrong and end."""
+        """Print an error message and end."""
         if not self._over:
             print(legible(text))
             self.code = 2
@@ -86,7 +86,7 @@ class Script(QObject):
     def _step(self) -> None:
         if self._over or self._steps is None:
             return
-        if self.window.viewport.turning:  # as it may be in a slow start: no picture on the way
+        if self.window.viewport.turning:  # no picture while the camera moves
             self._next()
             return
         step = next(self._steps, None)
@@ -96,8 +96,8 @@ class Script(QObject):
         try:
             step()
         except OSError as error:
-            self.fail(f"{error.filename}: not written ({error.strerror}).")
-        except Exception as error:  # nobody would see it, and wait
+            self.fail(f"{error.filename} could not be written: {error.strerror}.")
+        except Exception as error:  # nobody would see it, and the script would never end
             self.fail(f"{type(error).__name__}: {error}")
         self._next()
 
@@ -105,8 +105,8 @@ class Script(QObject):
         if wrong:
             self.fail(text)
 
-    def _asked(self, text: str, _answers: object) -> None:
-        if self._steps is None:  # once a clip is open, a question may stay unanswered
+    def _stop_at_question(self, text: str, _answers: object) -> None:
+        if self._steps is None:  # after opening, a question may stay unanswered
             self.fail(text)
 
     def _look_at_folder(self) -> None:
@@ -115,18 +115,18 @@ class Script(QObject):
             return
         clips = queue.ordered
         if not clips:
-            self.fail(f"{queue.folder}: no clip in this folder.")
+            self.fail(f"{queue.folder}: there is no clip in this folder.")
         elif all(clip.state == ClipState.FAILED for clip in clips):
-            self.fail(f"{queue.folder}: no clip can be opened; {clips[0].reason}")
+            self.fail(f"{queue.folder}: no clip can be opened: {clips[0].reason}")
         elif all(clip.state == ClipState.FAILED or clip.done for clip in clips):
-            self.fail(f"{queue.folder}: every clip is decided.")
+            self.fail(f"{queue.folder}: all clips are decided already.")
 
     def _look_for_dialog(self) -> None:
         dialog = QApplication.activeModalWidget()
         if dialog is not None and not self._over:
             text = dialog.text() if isinstance(dialog, QMessageBox) else dialog.windowTitle()
             dialog.close()
-            self.fail(f"There is nobody to answer: {text}")
+            self.fail(f"A script cannot answer this question: {text}")
 
     def _finish(self) -> None:
         self._over = True
@@ -136,7 +136,7 @@ class Script(QObject):
 
 
 def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
-    """Open, go to the first interval, take a picture; or of the empty window."""
+    """Take a picture of the first interval of a clip, or of the empty window."""
 
     def steps(script: Script) -> list[Callable[[], None]]:
         review, shoot = window.review_actions, partial(script.shoot, picture)
@@ -148,8 +148,8 @@ def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
 
 
 def demo(window: MainWindow, folder: Path, path: Path) -> Script:
-    """Accept every interval by the keys' own actions, export, leave a picture."""
-    folder = folder.absolute()  # an export's own names are meant from the clip's folder on
+    """Accept every interval as a person would, export the clip, and save a picture."""
+    folder = folder.absolute()  # the exporter takes relative names from the clip's folder
     review, document = window.review_actions, window.document
     accept = partial(review.decide, Decision.ACCEPTED)
 
@@ -167,7 +167,7 @@ def demo(window: MainWindow, folder: Path, path: Path) -> Script:
             folder.mkdir(parents=True, exist_ok=True)
             clip = document.data.clip
             target = folder / f"{clip.path.stem}_refined.{clip.format}"
-            window.files.export(ExportChoice(target, replace=True))  # of an earlier run
+            window.files.export(ExportChoice(target, replace=True))  # replace an earlier run
             window.exporter.finish()
             if not script.code:
                 print(legible(window.bar.label.text()))

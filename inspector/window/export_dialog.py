@@ -1,4 +1,4 @@
-"""What to export: where to, which intervals, and what is written beside it."""
+"""The export dialog: where to write, which intervals, and which other files."""
 
 from __future__ import annotations
 
@@ -39,44 +39,44 @@ _VERDICTS = {
 
 
 class ExportDialog(WriteDialog):
-    """A form; its `choice` is what is to be exported."""
+    """A form for the export; `choice` returns what the person chose."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         proposed = document.proposed(f"{EXPORT_MARK}.{_format(document)}")
         super().__init__(tr_as("do", "Export"), proposed, parent)
         self._document = document
-        self._look = OneTask(self)  # at long files that are there
+        self._look = OneTask(self)  # reads long files that would be replaced
         self._then: Callable[[], object] = lambda: None
         self.finished.connect(self._look.cancel)
-        document.opened.connect(self.reject)  # what it says is of the clip that was open
-        told = Counter(j.verdict for j in document.intervals)
+        document.opened.connect(self.reject)  # the form is about the clip that was open
+        counts = Counter(j.verdict for j in document.intervals)
         words = [
-            f"{told[v]} {_VERDICTS[v]}"
+            f"{counts[v]} {_VERDICTS[v]}"
             for v in (Decision.ACCEPTED, SEEN, APPLIED)
-            if told[v] or v == "accepted"
+            if counts[v] or v == "accepted"
         ]
-        words += [f"{told[v]} {_VERDICTS[v]}" for v in (Decision.REJECTED, Decision.UNDECIDED)]
+        words += [f"{counts[v]} {_VERDICTS[v]}" for v in (Decision.REJECTED, Decision.UNDECIDED)]
         undecided = len(document.review.state.unasked()) if document.data else 0
         repairable = (j for j in document.intervals if j.interval.repairable)
         every = sum(j.decision == Decision.UNDECIDED for j in repairable)
-        total = told[Decision.UNDECIDED]  # jumps among them, of which nothing is taken out
-        self.undecided = QCheckBox(_to_correct(undecided, every, total))
+        total = counts[Decision.UNDECIDED]  # including jumps, which cannot be corrected
+        self.undecided = QCheckBox(_undecided_text(undecided, every, total))
         self.undecided.setToolTip(
             tr(
-                "Closed ones, with a confidence of {confidence:.2f} or more if they have any",
+                "Intervals that are not open, with a confidence of {confidence:.2f} or more",
                 confidence=SURE_ENOUGH,
             )
         )
         self.undecided.setEnabled(undecided > 0)
-        self.session = QCheckBox(tr("Session beside it, to go on or to replay the export"))
-        self.report = QCheckBox(tr("Report beside it (HTML, CSV, JSON, markers for Blender)"))
+        self.session = QCheckBox(tr("Session file, to continue the review or repeat the export"))
+        self.report = QCheckBox(tr("Report (HTML, CSV, JSON and markers for Blender)"))
         for beside in (self.session, self.report):
             beside.setChecked(True)
         self.warning, self.obstacle = QLabel(wordWrap=True), QLabel(wordWrap=True)
         self.replaces = QLabel(wordWrap=True)
         note = tr(
-            "In one step, which undo takes back; the report says that they were applied "
-            "automatically, not that you accepted them."
+            "One undo takes these corrections back. The report lists them as automatic "
+            "corrections, not as accepted by you."
         )
         self.warning.setText(note)
         self.warning.hide()
@@ -93,7 +93,7 @@ class ExportDialog(WriteDialog):
         tracking = document.review.state.tracking if document.data else None
         if tracking is not None:
             how = tr(
-                "{joints} with QuaMo, {way}, {gains} gains, afterwards",
+                "{joints} with QuaMo after the correction ({way}, {gains} gains)",
                 joints=of_core(tracking.what),
                 way=tr("causally") if tracking.causal else tr("both ways"),
                 gains=tr_as("gains", "learned") if tracking.learned else tr_as("gains", "hand"),
@@ -108,50 +108,53 @@ class ExportDialog(WriteDialog):
         form.addRow("", self.obstacle)
         self.end_form()
         self.path.textChanged.connect(self._path_changed)
-        self.replace.toggled.connect(self._see_whether_it_can)
+        self.replace.toggled.connect(self._check_obstacles)
         for beside in (self.session, self.report):
             beside.toggled.connect(self._path_changed)
         self._path_changed()
 
     def _path_changed(self) -> None:
         with QSignalBlocker(self.replace):
-            self.replace.setChecked(False)  # what was said of another file
+            self.replace.setChecked(False)  # the tick was for another file
         self._look.cancel()
         if long := to_look_at(self.choice(), self._document.exported):
             names = ", ".join(path.name for path in long)
-            self.replaces.setText(tr("{files}: being looked at …", files=names))
+            self.replaces.setText(tr("Checking {files} …", files=names))
             self.replace.hide()
             self.obstacle.hide()
             self.do_it.setEnabled(False)
-            self._look.run(lambda _: _take_marks(long), lambda _: self._seen())
+            self._look.run(lambda _: _hash_files(long), lambda _: self._show_replaced())
         else:
-            self._seen()
+            self._show_replaced()
 
     @property
     def looking(self) -> bool:
-        """Whether long files that are there are still being read."""
+        """True while long files that would be replaced are being read."""
         return self._look.running
 
     def when_seen(self, then: Callable[[], object]) -> None:
-        """Do it once it is known what is there."""
+        """Call `then` once it is known which files would be replaced."""
         if self.looking:
             self._then = then
         else:
             then()
 
-    def _seen(self) -> None:
+    def _show_replaced(self) -> None:
         there = replaced(self.choice(), self._document.exported)
         foreign = [path for path, ours in there.items() if not ours]
-        whose = tr("not ours, or changed since"), tr("written by this program")
+        whose = (
+            tr("not written by this program, or changed since"),
+            tr("written by this program"),
+        )
         lines = [f"{path.name} ({whose[ours]})" for path, ours in there.items()]
-        self.replaces.setText("\n".join(lines) or tr("nothing: all files are new"))
+        self.replaces.setText("\n".join(lines) or tr("no file: all files are new"))
         self.replace.setVisible(bool(foreign))
-        self._see_whether_it_can()
+        self._check_obstacles()
         then, self._then = self._then, lambda: None
         then()
 
-    def _see_whether_it_can(self) -> None:
-        """The button works where nothing is in the way; else a sentence says what is."""
+    def _check_obstacles(self) -> None:
+        """Enable the button, or show what prevents the export."""
         why = ""
         document = self._document
         if (data := document.data) is not None:
@@ -160,13 +163,13 @@ class ExportDialog(WriteDialog):
             except TwistError as error:
                 why = of_core(str(error))
         if why and self.replace.isVisibleTo(self) and not self.replace.isChecked():
-            why = tr("Tick Replace, or choose another name.")
+            why = tr("Tick 'Replace the existing file', or choose another name.")
         self.obstacle.setText(why)
         self.obstacle.setVisible(bool(why))
         self.do_it.setEnabled(not why)
 
     def choice(self) -> ExportChoice:
-        """What the form says."""
+        """Return what the person chose."""
         return ExportChoice(
             self._document.folder.absolute() / Path(self.path.text()).expanduser(),
             undecided=self.undecided.isChecked(),
@@ -176,29 +179,29 @@ class ExportDialog(WriteDialog):
         )
 
     def pattern(self) -> str:
-        """Clips of the format of this one."""
+        """Return the pattern of clips in this clip's format."""
         ending = _format(self._document)
         return f"{ending.upper()} (*.{ending})"
 
 
-def _to_correct(sure: int, repairable: int, total: int) -> str:
-    """What the box offers of so many undecided intervals."""
+def _undecided_text(sure: int, repairable: int, total: int) -> str:
+    """Return the text of the box that corrects undecided intervals as well."""
     if sure != repairable:
         return plural(
-            "Correct the {sure} sure of {n} undecided one as well",
-            "Correct the {sure} sure of {n} undecided ones as well",
+            "Also correct {sure} of {n} undecided interval: the confident ones",
+            "Also correct {sure} of {n} undecided intervals: the confident ones",
             total,
             sure=sure,
         )
     if repairable < total:
         return plural(
-            "Correct the {sure} repairable of {n} undecided one as well",
-            "Correct the {sure} repairable of {n} undecided ones as well",
+            "Also correct {sure} of {n} undecided interval: those that can be corrected",
+            "Also correct {sure} of {n} undecided intervals: those that can be corrected",
             total,
             sure=sure,
         )
     return plural(
-        "Correct the {n} undecided one as well", "Correct the {n} undecided ones as well", sure
+        "Also correct {n} undecided interval", "Also correct {n} undecided intervals", sure
     )
 
 
@@ -206,7 +209,7 @@ def _format(document: Document) -> str:
     return document.data.clip.format if document.data is not None else "bvh"
 
 
-def _take_marks(files: Iterable[Path]) -> None:
+def _hash_files(files: Iterable[Path]) -> None:
     for path in files:
-        with suppress(OSError):  # gone meanwhile
+        with suppress(OSError):  # deleted in the meantime
             file_mark(path)

@@ -1,4 +1,4 @@
-"""The list of all features that the window is built from, and the menus with their rows."""
+"""The list of all features of the window, and the menus with their rows."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from inspector.window.actions import Menus, menu_order
 from inspector.window.chains_feature import feature as chains
 from inspector.window.review_feature import feature as review
 
-# In this order they are built; each may use the parts of the ones before it.
+# The window builds them in this order; each may use the parts of the features before it.
 FEATURES: tuple[AnyFeature, ...] = (
     chains, review, video, folder, tuning, teaching, lessons, quality, recording,
 )  # fmt: skip
 
 
 def joined(own: Menus) -> Menus:
-    """Return the window's own menus with the rows of every feature in their places."""
+    """Return the window's own menus with the rows of all features inserted."""
     menus = {name: list(rows) for name, rows in own.items()}
     for rows in (rows for feature in FEATURES for rows in feature.rows):
         _place(rows, menus)
@@ -38,7 +38,7 @@ def _place(rows: MenuRows[Any], menus: dict[str, list[ActionRow[Any] | None]]) -
 
 
 def panels() -> list[tuple[AnyFeature, DockPanel[Any]]]:
-    """Return the docks of all features in their order, with whose they are."""
+    """Return the panels of all features in their order, each with its feature."""
     names: list[str] = []
     out: list[tuple[AnyFeature, DockPanel[Any]]] = []
     for feature in FEATURES:

@@ -1,4 +1,4 @@
-"""What the actions on files do."""
+"""The actions on files and folders."""
 
 from __future__ import annotations
 
@@ -12,6 +12,11 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
+from inspector.folder.remembered_folders import (
+    NEXT_AFTER_EXPORT,
+    known_of_folder,
+    remember_folder,
+)
 from inspector.language import chosen_language, plural, tr, tr_as
 from inspector.session.export_files import Export, ExportChoice
 from inspector.session.leftovers import unsaved_among
@@ -27,25 +32,25 @@ from twistcore.formats.reading import CLIP_PATTERNS
 from twistcore.review import ReviewState
 from twistcore.tuning import Profile
 
-_FIRST_MS = 4_000  # a person waits so long for the worst clip of a folder
+_FIRST_MS = 4_000  # how long a person waits for the worst clip of a folder
 _VISITED = 100
-_CHAINS = 160  # pixels for the chains, below the clips
+_CHAINS = 160  # pixels for the list of chains, below the clips
 
 
 @dataclass(eq=False, kw_only=True)
 class FileActions(Saving):
-    """Opening, saving and exporting; folders and recent files.
+    """Opens, saves and exports files; lists folders and recent files.
 
-    begin: goes to the first interval to decide.
+    begin: goes to the first undecided interval.
     """
 
     recent_menu: QMenu
     begin: Callable[[], object]
-    closing: bool = field(default=False, init=False)  # no other clip is to be opened any more
+    closing: bool = field(default=False, init=False)  # True: open no other clip
     _under_way: str = field(default="", init=False)
-    _wait_for_first: bool = field(default=False, init=False)  # it opens by itself
-    _since: ReviewState | None = field(default=None, init=False)  # the review as it waits
-    _at_once: ExportDialog | None = field(default=None, init=False)  # while it looks what is there
+    _wait_for_first: bool = field(default=False, init=False)  # the next clip opens by itself
+    _since: ReviewState | None = field(default=None, init=False)  # the review when waiting began
+    _at_once: ExportDialog | None = field(default=None, init=False)  # while it reads old files
     _visited: list[Path] = field(default_factory=list, init=False)  # clips, the open one last
     _when_open: tuple[Path, Callable[[], object]] | None = field(default=None, init=False)
     _back_to: Path | None = field(default=None, init=False)
@@ -67,7 +72,7 @@ class FileActions(Saving):
         self.queue.changed.connect(self._queue_changed)
         self.queue.finished.connect(self._open_first)
         self.queue.profile_changed.connect(self._keep_profile)
-        self.queue.failed.connect(lambda told: self.bar.show_message(told, True))
+        self.queue.failed.connect(lambda text: self.bar.show_message(text, True))
         self.exporter.written.connect(self._exported)
         self.cancel.setEnabled(False)
         self._show_recent()
@@ -75,7 +80,7 @@ class FileActions(Saving):
     # -- opening ------------------------------------------------------------------------------
 
     def open_path(self, path: Path) -> None:
-        """Open a clip or a session."""
+        """Open a clip, a session or a folder."""
         if path.is_dir():
             self.open_queue(path)
         else:
@@ -95,16 +100,16 @@ class FileActions(Saving):
         ask_files(self.window, tr_as("do", "Open"), pattern, lambda paths: self.open_path(paths[0]))
 
     def open_folder(self) -> None:
-        """Ask for a folder and queue its clips."""
+        """Ask for a folder and analyse its clips."""
         ask_folder(self.window, tr("Open folder"), self.open_path)
 
     def open_queue(self, folder: Path) -> None:
         """Analyse the clips of a folder in the background.
 
-        The clip where one stopped opens, else the worst once all are analysed, or the worst of
-        those that are after a few seconds.
+        Opens the clip where the person stopped last time; if there is none, the worst clip known
+        after a few seconds, or once all are analysed.
         """
-        kept = self.settings.of_folder(folder)
+        kept = known_of_folder(self.settings, folder)
         self._wait_for_first = False
         there = (kept["method"] or DEFAULT_METHOD) in DETECTORS
         profile = Profile(kept["tau"], kept["method"]) if kept["profile"] and there else None
@@ -117,16 +122,19 @@ class FileActions(Saving):
             upright = Qt.Orientation.Vertical
             resize = partial(self.window.resizeDocks, docks, wanted, upright)
             QTimer.singleShot(0, self.window, resize)  # once the panel has its place
-        name = Path(kept["clip"]).name  # in the folder, or wherever a batch found it
+        name = Path(kept["clip"]).name  # a batch's clips may be in other folders
         stopped_at = next((c for c in self.queue.clips.values() if c.path.name == name), None)
         if stopped_at is not None and (stopped_at.waits or not stopped_at.done):
             self.open_path(stopped_at.path)
             return
         if not self.queue.clips:
-            told = tr("{folder}: no clip in this folder yet; it is watched.", folder=folder)
+            text = tr(
+                "{folder}: there is no clip in this folder yet. New clips appear in the list.",
+                folder=folder,
+            )
         else:
-            told = tr("{folder}: the worst clip opens in a moment …", folder=folder.name)
-        self.bar.show_message(told, False)
+            text = tr("{folder}: the worst clip opens in a moment …", folder=folder.name)
+        self.bar.show_message(text, False)
         self._wait_for_first, self._since = True, self._state()
         self._first.start()
         self._queue_changed()
@@ -138,23 +146,24 @@ class FileActions(Saving):
     def _open_first(self) -> None:
         if not self._wait_for_first:
             return
-        if self._goes_on(self._since):
+        if self._is_busy(self._since):
             self._wait_for_first = False
         elif path := self.queue.next_after(None):
             self.open_path(path)
         elif not self.queue.running and self.queue.clips:
             self._wait_for_first = False
-            told = tr(
-                "{folder}: nothing is to be decided in its clips; a double click opens one.",
+            text = tr(
+                "{folder}: no clip has undecided intervals. Double-click a clip to open it.",
                 folder=self.queue.folder and self.queue.folder.name,
             )
             one_is_open = self.document.data is not None
-            self.bar.show_message(self._nothing_next() if one_is_open else told, False)
+            self.bar.show_message(self._nothing_next() if one_is_open else text, False)
 
     def _keep_profile(self) -> None:
         if (folder := self.queue.folder) is not None:
             profile = self.queue.profile or Profile({})
-            self.settings.remember_folder(
+            remember_folder(
+                self.settings,
                 folder,
                 profile=self.queue.profile_name,
                 method=profile.method,
@@ -162,7 +171,7 @@ class FileActions(Saving):
             )
 
     def next_clip(self) -> None:
-        """Open the worst clip in which something is to be decided, behind the open one."""
+        """Open the next clip in the list, worst first, that has undecided intervals."""
         data = self.document.data
         path = self.queue.next_after(data.clip.path if data else None)
         if path is not None:
@@ -175,8 +184,8 @@ class FileActions(Saving):
 
     def _nothing_next(self) -> str:
         if self.queue.running:
-            return tr("The other clips are still being analysed; the next one opens by itself.")
-        return tr("No other clip of the folder waits for a decision.")
+            return tr("The other clips are still being analysed. The next one opens by itself.")
+        return tr("No other clip of the folder has undecided intervals.")
 
     def previous_clip(self) -> None:
         """Open the clip that was open before."""
@@ -194,7 +203,7 @@ class FileActions(Saving):
 
     def _opening_share(self, share: float) -> None:
         key = self.cancel.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
-        how = "   " + tr("{key} cancels.", key=key) if key else ""
+        how = "   " + tr("Press {key} to cancel.", key=key) if key else ""
         self.window.statusBar().showMessage(f"{self._under_way} … {100.0 * share:.0f} %{how}")
 
     def _opening_over(self) -> None:
@@ -213,13 +222,13 @@ class FileActions(Saving):
                 self._visited = [*(p for p in self._visited if p != path), path][-_VISITED:]
             self._back_to = None
             if self.queue.folder is not None and path in self.queue.clips:
-                self.settings.remember_folder(self.queue.folder, clip=path.name)
-                if not self.document.keeper.leftovers:  # about these one is asked first
+                remember_folder(self.settings, self.queue.folder, clip=path.name)
+                if not self.document.keeper.leftovers:  # a question about these comes first
                     QTimer.singleShot(0, self.window, self.begin)
         self._show_recent()
         when_open, self._when_open = self._when_open, None
         if when_open is not None and when_open[0] == data.clip.path:
-            # Behind what is said and asked about the clip itself.
+            # After the messages and questions about the clip itself.
             QTimer.singleShot(0, self.window, when_open[1])
         text = tr(
             "{clip}: {frames} frames at {fps:.4g} fps, {joints} joints",
@@ -233,7 +242,7 @@ class FileActions(Saving):
     def _show_recent(self) -> None:
         self.recent_menu.clear()
         for name in self.settings.recent:
-            # Made here, not by addAction(text): its answer may be taken for an object long deleted.
+            # Not addAction(text): PySide may take its result for an object deleted long ago.
             action = QAction(as_entry(name), self.recent_menu, toolTip=as_tip(name))
             action.triggered.connect(lambda _=False, n=name: self.open_path(Path(n)))
             self.recent_menu.addAction(action)
@@ -242,14 +251,14 @@ class FileActions(Saving):
     # -- exporting ----------------------------------------------------------------------------
 
     def locate_clip(self, session: Path) -> None:
-        """Ask where the clip of a session went, and open both."""
+        """Ask where the clip of a session is now, and open both."""
         title, reopen = tr("Locate the clip"), partial(self.document.opener.open_session, session)
         ask_files(self.window, title, CLIP_PATTERNS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
-        """Ask where to and export; at once, as it stands, unless anything is in the way.
+        """Open the export dialog; at_once: export without it unless something prevents that.
 
-        Of a borrowed clip it always asks: it would lie among the person's own.
+        For a borrowed clip the dialog always opens: its export would be among the person's files.
         """
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
@@ -260,31 +269,31 @@ class FileActions(Saving):
             dialog.open()
             return
         if self._at_once is not None:
-            self._at_once.reject()  # pressed again: as the review is now
+            self._at_once.reject()  # pressed again: export the present state of the review
         self._at_once = dialog
         dialog.finished.connect(self._at_once_over)
 
         def decide() -> None:
             if dialog.do_it.isEnabled():
                 dialog.accept()
-            else:  # in a form of its own: this one says what there was when it began to look
+            else:  # in a new form: this one shows the files as they were
                 dialog.reject()
                 self.export_dialog()
 
         if dialog.looking:
-            self.bar.show_message(tr("Looking at what the export would replace …"), False)
+            self.bar.show_message(tr("Checking which files the export would replace …"), False)
         dialog.when_seen(decide)
 
     def _at_once_over(self, _: int) -> None:
         self._at_once = None
 
     def export(self, choice: ExportChoice) -> None:
-        """Write what was chosen in the background; the message bar says what changed."""
+        """Export in the background; the message bar shows the result."""
         self.detail.commit()
         self.exporter.start(choice)
 
     def _exported(self, export: Export, text: str) -> None:
-        """The session goes with the export; in a folder the next clip opens."""
+        """Save the session with the export, and open the next clip of the folder."""
         path, data = export.clip.path, self.document.data
         own = data is not None and data.clip is export.clip
         if own and not self.document.review.saved and not self.document.keeper.read_only:
@@ -292,29 +301,29 @@ class FileActions(Saving):
         if path not in self.queue.clips:
             return
         self.queue.note_export(path, export.choice.path)
-        if not own or self.closing or export.changed or not self.settings.next_after_export:
+        if not own or self.closing or export.changed or not NEXT_AFTER_EXPORT.of(self.settings):
             return
-        if self._goes_on(export.state):
+        if self._is_busy(export.state):
             return
         if (following := self.queue.next_after(path)) is None:
             self.bar.show_message(f"{text} {self._nothing_next()}", False)
             self._wait_for_first, self._since = self.queue.running, self._state()
             return
-        told = f"{text} " + tr("Next clip: {name}.", name=following.name)
-        self._when_open = following, lambda: self._tell_next(told, path)
+        message = f"{text} " + tr("Next clip: {name}.", name=following.name)
+        self._when_open = following, lambda: self._report_next(message, path)
         self.open_path(following)
 
-    def _goes_on(self, since: ReviewState | None) -> bool:
-        """Whether the person has gone on since the review was so: no clip is taken away then."""
-        asked = QApplication.activeModalWidget() or QApplication.activePopupWidget()
+    def _is_busy(self, since: ReviewState | None) -> bool:
+        """True if the person has continued since that state: then no other clip opens by itself."""
+        dialog = QApplication.activeModalWidget() or QApplication.activePopupWidget()
         busy = self.document.opener.busy or self.lessons.on
-        elsewhere = busy or asked is not None or is_text_written()
+        elsewhere = busy or dialog is not None or is_text_written()
         return elsewhere or self._state() is not since
 
     def _state(self) -> ReviewState | None:
         return None if self.document.data is None else self.document.review.state
 
-    def _tell_next(self, text: str, before: Path) -> None:
+    def _report_next(self, text: str, before: Path) -> None:
         if self.bar.asks:
             self.window.statusBar().showMessage(text, 15_000)
         else:
@@ -322,29 +331,33 @@ class FileActions(Saving):
             self.bar.offer(text, ((back, lambda: self.open_path(before)),))
 
     def offer_unsaved(self) -> None:
-        """Say which clip of the last ones has decisions that were not saved, and offer it."""
+        """Offer to restore a recent clip whose decisions were not saved."""
         clips = tuple(map(Path, self.settings.recent))
         OneTask(self.window).run(lambda _: unsaved_among(clips), self._offer)
 
     def _offer(self, unsaved: Sequence[tuple[Path, Path, int]]) -> None:
         busy = self.document.opener.busy or self.bar.asks
         if not unsaved or self.document.data is not None or busy:
-            return  # of a clip that is opened all this is asked by itself
+            return  # opening a clip asks this question anyway
         (clip, journal, count), *others = unsaved
         when = datetime.fromtimestamp(written(journal) / 1e9)
-        told = tr(
-            "The last review of {clip} ended without saving ({when}); {decisions} can be restored.",
+        text = tr(
+            "The last review of {clip} was not saved ({when}). {decisions} can be restored.",
             clip=clip.name,
             when=f"{when:%d %B, %H:%M}" if chosen_language() == "en" else f"{when:%x, %H:%M}",
             decisions=plural("{n} decision", "{n} decisions", count),
         )
         if others:
-            told += " " + tr("{n} more of the last clips have some, too.", n=len(others))
+            text += " " + plural(
+                "{n} more recent clip has unsaved decisions.",
+                "{n} more recent clips have unsaved decisions.",
+                len(others),
+            )
         restore = tr("Open and restore"), lambda: self._restore(clip)
-        self.bar.ask(told, (restore, (tr("Not now"), lambda: None)))
+        self.bar.ask(text, (restore, (tr("Not now"), lambda: None)))
 
     def _restore(self, clip: Path) -> None:
-        """Open a clip, in its folder where that was open, and go on with its latest review."""
+        """Open a clip, with its folder if that was open, and restore its latest review."""
 
         def go_on() -> None:
             if leftovers := self.document.keeper.leftovers:
@@ -352,7 +365,7 @@ class FileActions(Saving):
                 self.document.recovery.restore(leftovers[0])
 
         self._when_open = clip, go_on
-        if self.settings.of_folder(clip.parent)["clip"] == clip.name:
+        if known_of_folder(self.settings, clip.parent)["clip"] == clip.name:
             self.open_queue(clip.parent)
         else:
             self.open_path(clip)

@@ -1,4 +1,4 @@
-"""What each joint of the skeleton was taken for, and the form in which a person changes it."""
+"""The dialog that shows what each joint was taken for and lets a person change it."""
 
 from __future__ import annotations
 
@@ -34,11 +34,16 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rig import Rig
 
 _JOINT, _TAKEN, _BY, _CHANGE = range(4)
-_HEADS = (tr("Joint"), tr("Taken for"), tr_as("what a joint is known by", "By"), tr("Change to"))
+_HEADS = (
+    tr("Joint"),
+    tr("Taken for"),
+    tr_as("what a joint is known by", "Because of"),
+    tr("Change to"),
+)
 _INDENT = "\N{NO-BREAK SPACE}" * 2
 _SIZE = 820, 620  # pixels
-_SAID = {  # what a person may say of a joint, as a rig keeps it, in words
-    "": tr_as("a joint", "as found"),
+_CHOICES = {  # the rig's word for a joint, and the text in the list
+    "": tr_as("a joint", "as detected"),
     "left shoulder": tr("left shoulder (collar bone)"),
     "left arm": tr("left upper arm (Arm)"),
     "left forearm": tr("left forearm"),
@@ -59,9 +64,9 @@ _SAID = {  # what a person may say of a joint, as a rig keeps it, in words
     "other": tr("not part of an arm or leg"),
     "unknown": tr_as("a joint", "unknown"),
 }
-_SEGMENTS = {"forearm": "ForeArm", "upleg": "UpLeg"}  # as chains are called
+_SEGMENTS = {"forearm": "ForeArm", "upleg": "UpLeg"}  # as in the names of chains
 _PIECE = "piece of "
-_UNNAMED = {  # joints of limbs that no name says more of
+_UNNAMED = {  # joints of limbs whose names say no more
     "limb": tr_as("a joint", "limb"),
     "end": tr_as("a joint", "end of a limb"),
     "below the end": tr_as("a joint", "below the end of a limb"),
@@ -70,12 +75,12 @@ _ENTER = Qt.Key.Key_Return, Qt.Key.Key_Enter
 
 
 class _Choice(QComboBox):
-    """What a joint is changed to."""
+    """The list from which a person chooses what a joint is."""
 
-    reached = Signal()  # by the keyboard: its row is to be seen
+    reached = Signal()  # the list got the keyboard focus: bring its row into view
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Bring the row into view."""
+        """Report the focus, so that the row comes into view."""
         super().focusInEvent(event)
         self.reached.emit()
 
@@ -85,9 +90,9 @@ class _Choice(QComboBox):
 
 
 class JointNamesDialog(QDialog):
-    """A table of joints; below it, which chains the changes give.
+    """A table of joints, and below it the chains that result from the changes.
 
-    It lies next to the window, which stays usable, and closes with the clip.
+    The dialog is not modal, and it closes with the clip.
     """
 
     chosen = Signal(object)  # the rig with the names in it
@@ -112,7 +117,7 @@ class JointNamesDialog(QDialog):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(_JOINT, QHeaderView.ResizeMode.Stretch)
         header.setDefaultAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-        self.told = soft(QLabel(wordWrap=True))
+        self.status = soft(QLabel(wordWrap=True))
         self.buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Ok
             | QDialogButtonBox.StandardButton.Cancel
@@ -121,21 +126,21 @@ class JointNamesDialog(QDialog):
         self._use = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
         self._use.setText(tr("Use these names"))
         reset = self.buttons.button(QDialogButtonBox.StandardButton.Reset)
-        reset.setText(tr("All as found"))
+        reset.setText(tr("Reset all"))
         reset.clicked.connect(self.reset)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
         about = tr(
-            "Arms and legs are found by their joints' names, or else by the shape of the skeleton. "
-            "Name a hand or a foot, and the joints above it follow. The names are kept for all "
-            "clips of this skeleton."
+            "The program finds arms and legs by their joints' names, or by the shape of the "
+            "skeleton. Name a hand or a foot, and the joints above it follow. The names are saved "
+            "for all clips of this skeleton."
         )
         top = soft(QLabel(about, wordWrap=True))
-        vbox(top, self.search, (self.table, 1), self.told, self.buttons, owner=self)
+        vbox(top, self.search, (self.table, 1), self.status, self.buttons, owner=self)
         self.resize(*_SIZE)
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self.choices: dict[str, QComboBox] = {}
-        self._known: Mapping[str, str] = {}  # what the review says, without changes made here
+        self._known: Mapping[str, str] = {}  # the review's names, without the changes made here
         self._fill()
         self.search.textChanged.connect(self._find)
         document.opened.connect(self.reject)
@@ -157,8 +162,8 @@ class JointNamesDialog(QDialog):
             item.setToolTip(legible(name))
             self.table.setItem(joint, _JOINT, item)
             choice = _Choice()
-            choice.setAccessibleName(tr("{joint} is the", joint=legible(name)))
-            for key, words in _SAID.items():
+            choice.setAccessibleName(tr("What {joint} is", joint=legible(name)))
+            for key, words in _CHOICES.items():
                 choice.addItem(words, key)
             choice.setCurrentIndex(max(0, choice.findData(said.get(name, ""))))
             choice.currentIndexChanged.connect(self._check)
@@ -169,12 +174,12 @@ class JointNamesDialog(QDialog):
 
     @property
     def names(self) -> dict[str, str]:
-        """What the person says of joints, by name."""
+        """The person's choices, by the joint's name."""
         chosen = {name: str(box.currentData()) for name, box in self.choices.items()}
         return {name: said for name, said in chosen.items() if said}
 
     def reset(self) -> None:
-        """Take every joint for what was found."""
+        """Take every joint for what the program found."""
         self._choose({})
 
     def _choose(self, names: Mapping[str, str]) -> None:
@@ -184,7 +189,7 @@ class JointNamesDialog(QDialog):
         self._check()
 
     def _follow(self) -> None:
-        """Show names that the review has got meanwhile, by an undo for instance."""
+        """Show the review's names after they changed, for example by an undo."""
         said = self._document.review.state.rig.names
         if said != self._known:
             self._known = said
@@ -193,7 +198,7 @@ class JointNamesDialog(QDialog):
             self._check()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Enter in the search goes to the first joint that is found; elsewhere it ends the form."""
+        """Go to the first joint found by Enter in the search; elsewhere Enter accepts."""
         if event.key() in _ENTER and self.focusWidget() is self.search:
             rows = range(self.table.rowCount())
             shown = [box for row, box in zip(rows, self.choices.values(), strict=True)
@@ -210,7 +215,7 @@ class JointNamesDialog(QDialog):
             self.table.setRowHidden(row, text.casefold() not in words)
 
     def _check(self) -> None:
-        """Show what the joints are taken for now, and which chains come of it."""
+        """Show what the joints are taken for now, and which chains result."""
         data = self._document.data
         if data is None:
             return
@@ -218,24 +223,24 @@ class JointNamesDialog(QDialog):
         rig = self._document.review.state.rig.with_names(names)
         try:
             chains = [c for c in rig.chains(data.motion) if not isinstance(c, Limb)]
-        except TwistError as error:  # chains of one's own that no longer fit
+        except TwistError as error:  # added chains that no longer fit
             self._rig = None
-            self.told.setText(tr("Not possible: {why}.", why=of_core(str(error))))
+            self.status.setText(tr("These names do not work: {why}.", why=of_core(str(error))))
         else:
             self._rig = rig
             body = rig.body(data.motion)
             missing = unexamined_limbs(body, chains)
-            told = _counted(chains)
+            text = _chain_counts(chains)
             if missing:
-                told += " · " + " ".join(of_core(str(limb)) for limb in missing)
+                text += " · " + " ".join(of_core(str(limb)) for limb in missing)
             else:
-                told += " · " + tr("all arms and legs are examined")
-            self.told.setText(told)
+                text += " · " + tr("all arms and legs are examined")
+            self.status.setText(text)
             self._show(body, names, {c.parent: c for c in chains if isinstance(c, Helper)})
         self._use.setEnabled(self._rig is not None)
 
     def _show(self, body: Body, said: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
-        """Fill in what the joints are taken for and by what; helpers: by joint."""
+        """Fill in what the joints are taken for, and why; helpers: twist bones by joint."""
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):
             name, helper = body.names[joint], helpers.get(joint)
@@ -246,7 +251,7 @@ class JointNamesDialog(QDialog):
                 taken = f"{side.title()} {_SEGMENTS.get(part, part.title())}" if part else ""
             elif joint in by_shape or (helper is not None and not name.helper):
                 by = tr_as("by", "the skeleton's shape")
-            words = _within(taken) if taken else _outside(name)
+            words = _limb_joint_text(taken) if taken else _other_joint_text(name)
             if helper is not None and helper.segment:
                 bone = of_core(f"{helper.side} {helper.segment}")
                 words = tr("twist bone of {bone}", bone=bone)
@@ -255,28 +260,28 @@ class JointNamesDialog(QDialog):
             self.table.setItem(joint, _BY, QTableWidgetItem(by if known else ""))
 
     def accept(self) -> None:
-        """Hand the rig on."""
+        """Emit the rig with the new names, and close."""
         if self._rig is not None:
             self.chosen.emit(replace(self._rig))
             super().accept()
 
 
-def _counted(chains: Sequence[Chain]) -> str:
-    """'10 chains, 12 twist bones'."""
+def _chain_counts(chains: Sequence[Chain]) -> str:
+    """Return the numbers of chains and twist bones: '10 chains, 12 twist bones'."""
     helpers = sum(isinstance(chain, Helper) for chain in chains)
-    told = plural("{n} chain", "{n} chains", len(chains) - helpers)
-    return f"{told}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else told
+    text = plural("{n} chain", "{n} chains", len(chains) - helpers)
+    return f"{text}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else text
 
 
-def _within(taken: str) -> str:
-    """What a joint of a limb was taken for."""
+def _limb_joint_text(taken: str) -> str:
+    """Return the words for what a joint of a limb was taken for."""
     whole = taken.removeprefix(_PIECE)
     words = _UNNAMED.get(whole) or of_core(whole)
     return words if whole == taken else tr("piece of {bone}", bone=words)
 
 
-def _outside(name: JointName) -> str:
-    """What a joint is that is in no arm or leg."""
+def _other_joint_text(name: JointName) -> str:
+    """Return the words for a joint that is in no arm or leg."""
     if name.helper:
         return tr("twist bone")
     if name.other:

@@ -1,4 +1,4 @@
-"""The page of keys and mouse: a window of its own, and docs/shortcuts.md."""
+"""The page of keys and mouse gestures, for its window and for docs/shortcuts.md."""
 
 from __future__ import annotations
 
@@ -20,40 +20,43 @@ _MOUSE = (
     (tr("Plots: Shift+wheel"), tr("pan")),
     (tr("Plots: Ctrl+wheel, wheel over the left axis"), tr("zoom the values at the cursor")),
     (tr("Plots: drag the left axis · double click it"), tr("pan the values · show all values")),
-    (tr("Plots: double click a title"), tr("that plot alone, or all again")),
+    (tr("Plots: double click a title"), tr("show only that plot, or all plots")),
     (tr("Plots: drag an edge or the body of an interval"), tr("resize or move it")),
-    (tr("Plots: drag on empty ground"), tr("draw an interval of the selected chain")),
+    (tr("Plots: drag where no interval is"), tr("draw an interval of the selected chain")),
     (
         tr("Plots: click · drag the playhead"),
         tr("select an interval or set the playhead · move it"),
     ),
     (tr("Plots: drag the τ line, double click on the strength"), tr("set τ")),
     (tr("Tuning: drag the τ line, double click in a plot"), tr("set τ")),
-    (tr("Plots: right button"), tr("menu; it never deletes")),
-    (tr("Overview: click"), tr("select the interval there, else set the playhead")),
+    (tr("Plots: right button"), tr("open the menu")),
+    (tr("Overview: click"), tr("select the interval there, or set the playhead")),
     (
-        tr("Overview: drag the window or its edges · beside it"),
+        tr("Overview: drag the window or its edges · drag outside it"),
         tr("pan or zoom · move the playhead"),
     ),
     (tr("3D: drag · Shift+drag · wheel"), tr("orbit · pan · zoom")),
-    (tr("3D: click a bone"), tr("select its chain; again: its whole arm or leg")),
-    (tr("Teaching: drag w in 3D · its dial · with Ctrl"), tr("swing · twist · the child counters")),
-    (tr("Teaching: click a symbol"), tr("light it up in the list, in 3D and in the plots")),
+    (tr("3D: click a bone"), tr("select its chain; click again for the whole arm or leg")),
+    (
+        tr("Teaching: drag w in 3D · its dial · with Ctrl"),
+        tr("swing · twist · let the child turn back"),
+    ),
+    (tr("Teaching: click a symbol"), tr("highlight it in the list, in 3D and in the plots")),
 )
 
 
 def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
-    """The table of keys and mouse for the help window and docs/shortcuts.md.
+    """Return the table of keys and mouse gestures, for the help window and docs/shortcuts.md.
 
-    wanted: only what has all of these words in its keys, its menu or what it does.
+    wanted: words; list only rows that have all of them in their keys, menu or description.
     """
     words = wanted.lower().split()
 
-    def fits(*said: str) -> bool:
-        return all(word in " ".join(said).lower() for word in words)
+    def fits(*texts: str) -> bool:
+        return all(word in " ".join(texts).lower() for word in words)
 
     lines = ["# " + tr("Keyboard and mouse"), ""]
-    key, does, place, mouse_title = tr("key"), tr("does"), tr("where"), tr("Mouse")
+    key, does, place, mouse_title = tr("key"), tr("action"), tr("where"), tr("Mouse")
     for name, menu in menus.items():
         title = menu_title(name).replace("&", "")
         keyed = [row for row in menu if row is not None and row.keys]
@@ -68,7 +71,7 @@ def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
         lines += [f"## {mouse_title}", "", f"| {place} | {does} |", "|---|---|"]
         lines += [f"| {where} | {what} |" for where, what in mouse]
     elif len(lines) == 2:
-        lines.append(tr("Nothing of that kind."))
+        lines.append(tr("No key or mouse gesture matches."))
     return "\n".join(lines) + "\n"
 
 
@@ -81,9 +84,9 @@ def _does(row: ActionRow[Any]) -> str:
 
 
 class KeyboardPage(QWidget):
-    """Keys and mouse in a window of their own, with a line to search them.
+    """A window of keys and mouse gestures, with a search line.
 
-    Esc closes it; keys with Ctrl and the like go on working in the program behind it.
+    Esc closes the window; other keys with Ctrl still work in the program.
     """
 
     def __init__(self, menus: Menus, window: QWidget) -> None:
@@ -92,9 +95,9 @@ class KeyboardPage(QWidget):
         self.setWindowTitle(tr("Keyboard and mouse"))
         self._menus = menus
         self.line = QLineEdit(
-            placeholderText=tr("Find a key, or what it does"), clearButtonEnabled=True
+            placeholderText=tr("Find a key or an action"), clearButtonEnabled=True
         )
-        self.line.setAccessibleName(tr("Find a key, or what it does"))
+        self.line.setAccessibleName(tr("Find a key or an action"))
         self.page = MarkdownPage()
         self.page.setAccessibleName(tr("Keyboard and mouse"))
         self.page.document().setDocumentMargin(_MARGIN)
@@ -110,7 +113,7 @@ class KeyboardPage(QWidget):
         self.page.soften_tables()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Esc closes it."""
+        """Close the window with Esc."""
         if event.key() == Qt.Key.Key_Escape:
             self.close()
         else:
@@ -118,8 +121,8 @@ class KeyboardPage(QWidget):
 
 
 def show_shortcuts(menus: Menus, window: QWidget) -> None:
-    """Keys and mouse, ready to be searched."""
+    """Open the page of keys and mouse gestures, with the focus on the search line."""
     page = KeyboardPage(menus, window)
     page.show()
-    page.activateWindow()  # so that Esc is meant for it
+    page.activateWindow()  # so that Esc goes to this window
     page.line.setFocus()

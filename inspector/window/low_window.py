@@ -1,4 +1,4 @@
-"""A low window, as of a laptop at 200 %: what only frames is smaller, or away."""
+"""The layout of a low window, as on a laptop at 200 %: small margins, and fewer titles."""
 
 from __future__ import annotations
 
@@ -16,26 +16,26 @@ QToolBar QToolButton { padding: 1px 5px; }
 QTabBar::tab { padding: 2px 11px; }
 QHeaderView::section { padding: 2px 4px; }
 """
-_REASONS = "title_away"  # a dock's property: who wants it without its title
+_REASONS = "title_away"  # a dock's property: the parts that hide its title
 
 
 class Compact(Protocol):
-    """What can do with less height."""
+    """A widget that has a low layout."""
 
     def set_low(self, low: bool) -> None:
-        """There is little height, or enough again."""
+        """Switch to the low layout or back."""
 
 
 class LowWindow:
-    """Follows the height of the window."""
+    """Switches the window and its parts to the low layout and back."""
 
     def __init__(
         self, window: QMainWindow, docks: Mapping[str, QDockWidget], parts: Sequence[Compact]
     ) -> None:
-        """`parts`: what can do with less height."""
+        """`parts`: widgets that have a low layout."""
         self._window, self._docks, self._parts = window, docks, parts
         self.low = False
-        # Once a change is through: in the midst of it a dock still has the neighbours it had.
+        # After the change: during it a dock still has its old neighbours.
         self._soon = QTimer(window, singleShot=True, interval=0)
         self._soon.timeout.connect(self._name_docks)
         for dock in docks.values():
@@ -43,7 +43,7 @@ class LowWindow:
                 changed.connect(lambda _: self._soon.start())
 
     def follow(self) -> None:
-        """The window has a size."""
+        """Use the layout for the window's present height."""
         low = self._window.height() < _LOW
         if low == self.low:
             return
@@ -54,23 +54,24 @@ class LowWindow:
         self._name_docks()
 
     def _name_docks(self) -> None:
-        """A dock behind a tab has its name on it: a title says it again."""
+        """Hide the titles of docks in tabs, as the tabs show the names already."""
         for dock in self._docks.values():
             tabbed = not dock.isFloating() and bool(self._window.tabifiedDockWidgets(dock))
             show_title(dock, "low", shown=not (self.low and tabbed))
 
 
 def is_seen(dock: QDockWidget) -> bool:
-    """Whether it is in sight: behind another's tab it is 'visible', too, but beside the window.
+    """True if a dock can be seen.
 
-    Its visible region does not tell: what it holds may cover all of it.
+    Qt calls a dock behind another tab visible, too, but places it outside the window. The visible
+    region does not help: the dock's content may cover all of it.
     """
     within = dock.window().rect().intersects(dock.geometry())
     return dock.isVisible() and (dock.isFloating() or within)
 
 
 def show_title(dock: QDockWidget, by: str, *, shown: bool) -> None:
-    """Show a dock's title or take it away; it is away while anybody wants it to be."""
+    """Show or hide a dock's title for the part `by`; it stays hidden while any part hides it."""
     before = frozenset(dock.property(_REASONS) or ())
     reasons = before - {by} if shown else before | {by}
     if reasons == before:

@@ -1,4 +1,4 @@
-"""Docks, menus and layout, nothing else: what happens is in the document and the views."""
+"""The main window: docks, menus and layout. The document and the views do the work."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ class MainWindow(Parts):
     """The program's window."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
-        """`settings_file`: where to keep the settings; None: nowhere."""
+        """`settings_file`: where to save the settings; None: nowhere."""
         super().__init__()
         self.settings = settings
-        self._unasked = False  # closing: what is not saved stays in the journal
+        self._unasked = False  # True: close without a question; the journal has the decisions
         self.document = Document(self)
         self.exporter = Exporter(self.document, self)
         self.player = Player(self.document, self)
@@ -68,12 +68,14 @@ class MainWindow(Parts):
         self._build_bars()
         self._build_features()
         self._connect()
-        self.program.colour()  # again: what is given a parent forgets its colours
+        self.program.colour()  # again: a widget that gets a parent loses its colours
         self._restore()
         self.keys = ReviewKeys(self, self._keyboard_home)
         complain = partial(self.bar.show_message, wrong=True)
-        self._kept_settings = SettingsKeeper(settings, settings_file, self._looks, complain, self)
-        # At once: after a crash the next start has to know which clip was open.
+        self._kept_settings = SettingsKeeper(
+            settings, settings_file, self._geometry_and_layout, complain, self
+        )
+        # At once: after a crash the next start must know which clip was open.
         self.document.opened.connect(self._kept_settings.write)
 
     # -- building -----------------------------------------------------------------------------
@@ -88,7 +90,7 @@ class MainWindow(Parts):
             self._publish(self.built[feature.name])
 
     def _publish(self, part: FeatureParts) -> None:
-        """Make what a feature has built attributes of the window."""
+        """Make the public parts of a feature attributes of the window."""
         for name, built in vars(part).items():
             if not name.startswith("_"):
                 setattr(self, name, built)
@@ -112,7 +114,7 @@ class MainWindow(Parts):
         return dock
 
     def _build_bars(self) -> None:
-        self.tools = ToolBar(self.actions_by_id, self.colours)
+        self.tools = ToolBar(MENUS, self.actions_by_id, self.colours)
         self.addToolBar(self.tools)
         view = self._menus["View"]
         view.addSeparator()
@@ -123,7 +125,7 @@ class MainWindow(Parts):
         self.signs = ReviewSigns(self)
 
     def _build_features(self) -> None:
-        """What actions do, and the actions' way to it."""
+        """Connect the features, and build what the actions do."""
         self.presentation = Presentation(self, self.docks, self.viewport, self.timeline)
         for part in self.built.values():
             part.connect(self)
@@ -139,7 +141,7 @@ class MainWindow(Parts):
         self.start_page = StartPage(
             self.viewport, self.actions_by_id, self.open_path, complaint, self.colours
         )
-        self._offer_what_can_be_done()
+        self._enable_actions()
 
     def _connect(self) -> None:
         document, actions = self.document, self.actions_by_id
@@ -148,7 +150,7 @@ class MainWindow(Parts):
         document.withdrawn.connect(self.bar.clear)
         document.message.connect(self.statusBar().clearMessage)
         document.opened.connect(self.signs.show)
-        document.opened.connect(self._offer_what_can_be_done)
+        document.opened.connect(self._enable_actions)
         document.intervals_changed.connect(self.signs.show)
         self.presentation.escaped.connect(lambda: actions["presentation"].setChecked(False))
         self.timeline.toggles["other"].toggled.connect(actions["both_detectors"].setChecked)
@@ -166,34 +168,34 @@ class MainWindow(Parts):
         table = self.intervals.table
         return self if table.visibleRegion().isEmpty() else table
 
-    def _looks(self) -> tuple[str, str] | None:
-        """Geometry and layout, as a person has them when nothing is presented."""
+    def _geometry_and_layout(self) -> tuple[str, str] | None:
+        """Return the window's geometry and layout; None during a presentation."""
         if self.actions_by_id["presentation"].isChecked():
             return None
         return self.usual_layout.kept(self.settings.geometry)
 
-    # -- what is asked of it ------------------------------------------------------------------
+    # -- requests -----------------------------------------------------------------------------
 
     def open_path(self, path: Path) -> None:
         """Open a clip, a session or a folder."""
         self.files.open_path(path)
 
     def save_quietly(self) -> bool:
-        """Save the review without a word; True if it is on disk."""
+        """Save the review without a message; True if it is on disk."""
         return self.files.save_quietly()
 
-    def _scheme_changed(self) -> None:  # of the window: Qt disconnects it when it goes
+    def _scheme_changed(self) -> None:  # a method: Qt disconnects it when the window goes
         self.program.colour()
 
     def close_unasked(self) -> None:
-        """Close without a question: decisions that are not saved wait in the journal."""
+        """Close without a question; unsaved decisions stay in the journal."""
         self._unasked = True
         self.close()
 
     # -- what follows the document ------------------------------------------------------------
 
-    def _offer_what_can_be_done(self) -> None:
-        """Actions without anything to work on cannot be pressed; a page says how to begin."""
+    def _enable_actions(self) -> None:
+        """Enable the actions that can work now; without a clip show the start page."""
         is_open, has_figure = self.document.data is not None, self.viewport.view is not None
         offer(MENUS, self.actions_by_id, is_open=is_open, has_figure=has_figure)
         self.start_page.setVisible(not is_open)
@@ -202,28 +204,28 @@ class MainWindow(Parts):
     # -- Qt events ----------------------------------------------------------------------------
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Panels that nobody has sized keep their share of the window."""
+        """Resize the panels with the window, unless a person has sized them."""
         super().resizeEvent(event)
         self.usual_layout.follow()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Panels that float come after the window: shown before, they would lie behind it."""
+        """Show floating panels after the window, or they would be behind it."""
         super().showEvent(event)
         self.usual_layout.window_shown()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Coming to the front, look what other programs have done to the clip and its lock."""
+        """Check the clip and its lock for changes when the window comes to the front."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
             self.document.recovery.look_around()
 
     def dragEnterEvent(self, event: QDragEnterEvent) -> None:
-        """A file may be dropped."""
+        """Accept dropped files."""
         if any(url.isLocalFile() for url in event.mimeData().urls()):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open the first file that was dropped; a video goes beside the present clip."""
+        """Open the first dropped file; a video is shown next to the open clip."""
         files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
         if files:
             event.acceptProposedAction()
@@ -232,7 +234,7 @@ class MainWindow(Parts):
                 self.open_path(path)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Finish an export, ask about unsaved decisions, keep the layout, let the 3D view go."""
+        """Finish an export, ask about unsaved decisions, save the layout, and close the views."""
         self.files.closing = True
         if not self.exporter.finish() or not self.files.may_close(ask=not self._unasked):
             self.files.closing = False
@@ -242,11 +244,11 @@ class MainWindow(Parts):
             task.cancel()
         self.player.pause()
         self.program.close_guide()
-        self.actions_by_id["presentation"].setChecked(False)  # the layout to keep is the usual one
+        self.actions_by_id["presentation"].setChecked(False)  # save the usual layout, not this one
         self.document.close_clip()
         for part in self.built.values():
             part.close()
-        if trouble := self._kept_settings.end():  # the window is going: a terminal may be there
+        if trouble := self._kept_settings.end():  # the window closes: print to the terminal
             print(legible(trouble), file=sys.stderr)
         self.viewport.close()
         super().closeEvent(event)

@@ -1,4 +1,4 @@
-"""The command palette: every action by typing a part of its name."""
+"""The command palette, which finds every action by a part of its name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ROWS = 12
 
 
 class CommandPalette(QDialog):
-    """A line to type in and the actions that fit; Enter does the first or the chosen one."""
+    """A search line and the matching actions; Enter triggers the first or the selected one."""
 
     def __init__(self, actions: Mapping[str, QAction], parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
@@ -26,7 +26,7 @@ class CommandPalette(QDialog):
         self.line.setAccessibleName(tr("What do you want to do?"))
         self.list = KeyedList(keys_first=False)
         self.list.setObjectName("palette")
-        self.list.setAccessibleName(tr("Actions that fit"))
+        self.list.setAccessibleName(tr("Matching actions"))
         vbox(self.line, self.list, owner=self, margins=(6, 6, 6, 6))
         self.line.textChanged.connect(self._filter)
         self.line.returnPressed.connect(self._do)
@@ -56,7 +56,7 @@ class CommandPalette(QDialog):
             self._actions[item.data(Qt.ItemDataRole.UserRole)].trigger()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Up and down move in the list while the line is typed in."""
+        """Move in the list with Up and Down while the line has the focus."""
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             step = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()), 0)
             if step:

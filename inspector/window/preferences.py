@@ -1,4 +1,4 @@
-"""Preferences: who reviews, how frames are counted, which keys do what."""
+"""The preferences: the reviewer, how frames are counted, and the keys."""
 
 from __future__ import annotations
 
@@ -30,23 +30,23 @@ from inspector.window.actions import Menus, key_text, rows
 
 _AUTOSAVE = Tick(
     "autosave",
-    tr("Save sessions by themselves"),
-    tr("A minute after the last step, and when another clip is opened"),
+    tr("Save sessions automatically"),
+    tr("Save a minute after the last step, and when another clip is opened"),
 )
-_FRAME = 60  # pixels: more than a title bar and what it keeps from the edges take
+_FRAME = 60  # pixels for the title bar and a margin at the screen's edges
 
 
 class Preferences(QDialog):
-    """A form over the settings, which are what was chosen once it is accepted."""
+    """A form for the settings, which are changed when the person accepts it."""
 
     def __init__(
         self, settings: Settings, menus: Menus, ticks: Sequence[Tick], parent: QWidget
     ) -> None:
-        """`ticks`: settings of features that are on or off."""
+        """`ticks`: the features' settings that are on or off."""
         super().__init__(parent)
         self._settings, self._rows = settings, tuple(rows(menus))
         self.setWindowTitle(tr("Preferences"))
-        hint = tr("Your name, kept with every decision")
+        hint = tr("Your name, saved with every decision")
         self.reviewer = QLineEdit(settings.reviewer, placeholderText=hint)
         self.first = QComboBox()
         self.first.addItems(["0", "1"])
@@ -63,10 +63,10 @@ class Preferences(QDialog):
         form = QFormLayout()
         form.addRow(tr("Reviewer"), self.reviewer)
         form.addRow(tr("Frames are counted from"), self.first)
-        form.addRow(tr("Ctrl+← and Ctrl+→ go by"), self.step)
+        form.addRow(tr("Ctrl+← and Ctrl+→ move by"), self.step)
         for box in self.boxes.values():
             form.addRow("", box)
-        form.addRow(tr("Language, from the next start"), self.language)
+        form.addRow(tr("Language (after a restart)"), self.language)
         self.keys = QTableWidget(len(self._rows), 2)
         self.keys.setHorizontalHeaderLabels([tr("Action"), tr("Key")])
         self.keys.setAccessibleName(tr("Actions and their keys"))
@@ -82,7 +82,7 @@ class Preferences(QDialog):
             keys = settings.keys.get(row.id, list(row.keys))
             edit = QKeySequenceEdit(QKeySequence(keys[0] if keys else ""))
             edit.setClearButtonEnabled(True)
-            edit.setAccessibleName(tr("Key of {action}", action=row.text))
+            edit.setAccessibleName(tr("Key for {action}", action=row.text))
             edit.setMaximumSequenceLength(1)
             edit.keySequenceChanged.connect(self._check)
             self.edits[row.id] = edit
@@ -104,7 +104,7 @@ class Preferences(QDialog):
         settings.first_frame = self.first.currentIndex()
         settings.step = self.step.value()
         for name, box in self.boxes.items():
-            setattr(settings, name, box.isChecked())
+            settings.put(name, box.isChecked())
         settings.language = self.language.currentData()
         changed = {}
         for row in self._rows:
@@ -124,13 +124,13 @@ class Preferences(QDialog):
         twice = [
             f"{key_text(key)}: {', '.join(names)}" for key, names in used.items() if len(names) > 1
         ]
-        told = tr("Used twice: {keys}", keys="; ".join(twice))
-        self.conflict.setText(told if twice else "")
+        text = tr("These keys are used twice: {keys}", keys="; ".join(twice))
+        self.conflict.setText(text if twice else "")
         self.buttons.button(QDialogButtonBox.StandardButton.Ok).setEnabled(not twice)
 
 
 def _box(tick: Tick, settings: Settings) -> QCheckBox:
     box = QCheckBox(tick.text)
-    box.setChecked(getattr(settings, tick.name))
+    box.setChecked(settings.value(tick.name))
     box.setToolTip(tick.tip)
     return box

@@ -1,4 +1,4 @@
-"""Presentation: large type, the figure and its curves, for a lecture hall or a meeting."""
+"""The presentation: figure and curves in large type, for a lecture hall or a meeting."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from inspector.timeline.timeline import Timeline
 from inspector.viewport.viewport import Viewport
 from inspector.window.low_window import is_seen, show_title
 
-_KEPT = ("curves", "teaching")  # docks that stay if they are seen
+_KEPT = ("curves", "teaching")  # docks that stay if they are visible
 _SCALE = 1.7  # of type and lines
 _CURVES_SHARE = 0.42  # of the window's height
 
 
 class Presentation:
-    """Takes everything out of the window but figure, transport and curves, and puts it back."""
+    """Hides everything but figure, transport and curves, and restores the window."""
 
     def __init__(
         self,
@@ -28,19 +28,19 @@ class Presentation:
         viewport: Viewport,
         timeline: Timeline,
     ) -> None:
-        """`docks`: by their object names."""
+        """`docks`: by object name."""
         self._window, self._docks = window, docks
         self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None
         self._full = False
         self._escape = QShortcut(QKeySequence(Qt.Key.Key_Escape), window)
-        # A floating dock is a window of its own; Escape ends the presentation from there, too.
+        # A floating dock is a window of its own; Esc must end the presentation from there, too.
         self._escape.setContext(Qt.ShortcutContext.ApplicationShortcut)
         self._escape.setEnabled(False)
         self.escaped = self._escape.activated
 
     def enter(self) -> None:
-        """Large type, full screen."""
+        """Start the presentation: large type, full screen."""
         if self._layout is not None:
             return
         window = self._window
@@ -60,7 +60,7 @@ class Presentation:
         window.resizeDocks([self._docks["curves"]], [height], Qt.Orientation.Vertical)
 
     def leave(self) -> None:
-        """The window as it was."""
+        """End the presentation and restore the window."""
         if self._layout is None:
             return
         window, layout = self._window, self._layout
@@ -74,12 +74,12 @@ class Presentation:
         window.restoreState(layout)
 
     def set_full_screen(self, on: bool) -> None:
-        """The whole screen or not; a window that was maximised before is so afterwards."""
+        """Fill the screen or not; a window that was maximised stays so afterwards."""
         full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
         self._window.setWindowState(now | full if on else now & ~full)
 
     def _show_titles(self, *, shown: bool) -> None:
-        """Of what stays: curves are seen to be curves."""
+        """Show or hide the titles of the docks that stay."""
         for name in _KEPT:
             show_title(self._docks[name], "presentation", shown=shown)
 

@@ -1,4 +1,4 @@
-"""What the actions of the program itself do."""
+"""The actions of the program itself: theme, preferences, palette and help."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ICON = 64  # pixels
 
 @dataclass(eq=False)
 class ProgramActions:
-    """Theme, preferences, palette, help; ticks: settings of features that preferences ask for."""
+    """Theme, preferences, palette and help; ticks: the features' settings in the preferences."""
 
     document: Document
     settings: Settings
@@ -41,47 +41,47 @@ class ProgramActions:
         self.colours = themes.Colours(self.wanted_theme(), self.window)
 
     def choose_theme(self, name: str) -> None:
-        """Colours as the system has them, light or dark ones."""
+        """Use the theme 'system', 'light' or 'dark', and remember it."""
         if name != self.settings.theme:
             self.settings.theme = name
             self.colour()
 
     def colour(self) -> None:
-        """Colour everything as the settings, or the system where they leave it to it, say now."""
+        """Apply the theme of the settings, or the system's."""
         self.apply_theme(self.wanted_theme())
 
     def apply_theme(self, theme: themes.Theme) -> None:
-        """Colour everything so."""
+        """Apply a theme to the application and all views."""
         app = QApplication.instance()
         assert isinstance(app, QApplication)
         themes.apply_theme(app, theme)
         self.colours.use(theme)
 
     def wanted_theme(self) -> themes.Theme:
-        """The theme of the settings."""
+        """Return the theme of the settings, or the system's."""
         fixed = {"light": themes.LIGHT, "dark": themes.DARK}
         return fixed.get(self.settings.theme) or themes.system_theme()
 
     def take_settings(self) -> None:
-        """Let what a person may prefer be so."""
+        """Apply the reviewer, the first frame's number and the keys from the settings."""
         self.document.sign(self.settings.reviewer)
         self.document.set_first_frame(self.settings.first_frame)
         apply_keys(self.menus, self.actions, self.settings)
 
     def preferences(self) -> None:
-        """Reviewer, how frames are counted, keys."""
+        """Open the preferences."""
         dialog = Preferences(self.settings, self.menus, self.ticks, self.window)
         dialog.accepted.connect(self.take_settings)
         dialog.open()
 
     def command_palette(self) -> None:
-        """Any action by a part of its name."""
+        """Open the command palette."""
         palette = CommandPalette(self.actions, self.window)
         palette.show()
         palette.line.setFocus()
 
     def show_guide(self) -> None:
-        """The guide in a window of its own; the one that is open comes to the front."""
+        """Open the guide, or bring its window to the front."""
         if self._guide is None:
             self._guide = GuidePage(self.window, self.colours)
             self._guide.destroyed.connect(self._guide_gone)
@@ -89,7 +89,7 @@ class ProgramActions:
         self._guide.activateWindow()
 
     def close_guide(self) -> None:
-        """Let no window of it outlive the program's."""
+        """Close the guide's window."""
         if self._guide is not None:
             self._guide.close()
 
@@ -97,7 +97,7 @@ class ProgramActions:
         self._guide = None
 
     def show_about(self) -> None:
-        """Version, method and data."""
+        """Show version, method, data and licence."""
         box = QMessageBox(self.window)
         box.setWindowTitle("Twist Inspector")
         box.setIconPixmap(program_icon().pixmap(_ICON))

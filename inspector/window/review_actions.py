@@ -1,4 +1,4 @@
-"""What the actions of the review do."""
+"""The actions of the review."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
-from twistcore.detection import DETECTORS, Interval, Kind
+from twistcore.detection import Interval, Kind
 from twistcore.review import Annotate, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 
 
 @dataclass(eq=False)
 class ReviewActions:
-    """Verdicts, edges, hand-made intervals, what was missed, and the way from one to the next.
+    """Decides, moves, inserts and removes intervals, and goes from one to the next.
 
-    card: where a reason may be read already; show_card: brings it before other tabs; look: turns
-    the camera to where the selected limb's roll shows best; sees: whether that limb is in the
-    picture as it is; key: of an action, as a person reads it; more_clips: whether a folder is open.
+    card: shows reasons, too; show_card: brings the card to the front; look: turns the camera to
+    where the selected limb's roll is seen best; sees: True if the limb is in the picture; key:
+    returns an action's key as text; more_clips: True if a folder is open.
     """
 
     document: Document
@@ -60,29 +60,29 @@ class ReviewActions:
         document.answered.connect(self.answer)
         for moved in (document.frame_changed, document.chain_changed, document.opened):
             moved.connect(self._withdraw)
-        # The playhead is there by then. The camera stays, unless what was selected is out of sight.
+        # Later, when the playhead has moved. The camera turns only if the limb cannot be seen.
         find = QTimer(self.window, singleShot=True, interval=0)
         find.timeout.connect(lambda: None if self.sees() else self.look())
         document.interval_changed.connect(
             lambda: find.stop() if document.interval is None else find.start()
         )
         document.chains_changed.connect(find.start)
-        document.opened.connect(lambda: setattr(self, "_faint", None))  # it was the last clip's
+        document.opened.connect(lambda: setattr(self, "_faint", None))
 
-    # -- verdicts, and the way from one interval to the next ------------------------------------
+    # -- decisions, and the way from one interval to the next -----------------------------------
 
     def judge(self, decision: Decision) -> None:
-        """Judge the selected intervals; the camera stays."""
+        """Decide about the selected intervals without moving the camera."""
         if self.document.data is not None:
             order = self.intervals.shown_ids()
             self.document.decide(decision, self.intervals.selected_ids(), order)
             if decision != Decision.UNDECIDED and self.document.interval is not None:
-                self._tell_end()
+                self._report_end()
 
     def decide(self, decision: Decision) -> None:
-        """Judge the selected intervals, and look at the next undecided.
+        """Decide about the selected intervals, and go to the next undecided one.
 
-        What is out of view is shown first: nothing is judged unseen.
+        An interval outside the visible range is shown first, and not decided unseen.
         """
         if self._out_of_view():
             return
@@ -100,16 +100,18 @@ class ReviewActions:
             return False
         self.document.go_to(judged.interval.seen_at)
         self._arrive(zoom=True)
-        self.bar.show_message(tr("The selected interval was out of view: here it is."), False)
+        self.bar.show_message(
+            tr("The selected interval was out of view. Look at it, then decide again."), False
+        )
         return True
 
     def step_interval(self, direction: int) -> None:
         """Go to the next undecided interval (+1) or the previous one (−1).
 
-        To any where none is undecided, or back (−1) where none before it is: a look at the last.
+        If no interval is undecided in that direction, go to the neighbouring interval.
         """
         order = self.intervals.shown_ids()
-        if self._tell_not_examined():
+        if self._report_unexamined():
             return
         if direction < 0 and not self._undecided_before(order):
             self.step_any(direction)
@@ -117,21 +119,21 @@ class ReviewActions:
         if not self.document.step_interval(direction, undecided=True, order=order):
             judged = self.document.interval
             if judged is None or judged.decision != Decision.UNDECIDED:
-                self._tell_end()
+                self._report_end()
                 self.document.step_interval(direction, order=order)
             else:
-                self.bar.show_message(tr("This is the last one to decide."), False)
+                self.bar.show_message(tr("This is the last undecided interval."), False)
         self._arrive(zoom=True)
 
-    def _tell_not_examined(self) -> bool:
-        """Say so where nothing is found because nothing could be examined."""
+    def _report_unexamined(self) -> bool:
+        """Show a message if nothing was found because nothing could be examined."""
         blind = "" if self.document.intervals else reason_unexamined(self.document.data)
         if blind:
             self.bar.show_message(blind, False)
         return bool(blind)
 
     def begin(self) -> None:
-        """Go to the first interval to decide of a clip that nobody has gone about in yet."""
+        """Go to the first undecided interval of a clip that was just opened."""
         fresh = self.document.interval is None and self.document.frame == 0
         order = self.intervals.shown_ids()
         if fresh and self.document.step_interval(+1, undecided=True, order=order):
@@ -155,43 +157,42 @@ class ReviewActions:
         if zoom and self.settings.zoom_to_interval:
             self.visible.zoom_to_interval()
 
-    def _tell_end(self) -> None:
-        """Where nothing is left to decide: what comes next."""
+    def _report_end(self) -> None:
+        """Show what to do next once every listed interval is decided."""
         intervals, listed = self.document.intervals, set(self.intervals.shown_ids())
         left = [j.id for j in intervals if j.decision == Decision.UNDECIDED]
         if not intervals or listed.intersection(left):
             return
         if left:
             text = plural(
-                "All that are listed are decided; {n} more is not listed "
-                "(filter, or chains without a tick).",
-                "All that are listed are decided; {n} more are not listed "
-                "(filter, or chains without a tick).",
+                "All listed intervals are decided. {n} undecided interval is hidden by the filter "
+                "or by a chain without a tick.",
+                "All listed intervals are decided. {n} undecided intervals are hidden by the "
+                "filter or by chains without a tick.",
                 len(left),
             )
         else:
             text = plural(
-                "It is decided: {key} exports{unasked}.",
-                "All {n} intervals are decided: {key} exports{unasked}.",
+                "The interval is decided. Press {key} to export the clip.",
+                "All {n} intervals are decided. Press {key} to export the clip.",
                 len(intervals),
                 key=self.key("export_dialog"),
-                unasked=tr(
-                    "; {key} does so unasked, and the next clip opens",
+            )
+            if self.more_clips():
+                text += " " + tr(
+                    "{key} exports without a dialog and opens the next clip.",
                     key=self.key("export_at_once"),
                 )
-                if self.more_clips()
-                else "",
-            )
         rest = in_a_line(unexamined_sentences(self.document.data))
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def set_order(self, order: str) -> None:
-        """Go through the intervals by 'time' or by 'chain'; remembered."""
+        """Go through the intervals by 'time' or by 'chain', and remember it."""
         self.settings.order = self.document.order = order
         self.intervals.order_by(order)
 
     def accept_confident(self) -> None:
-        """Accept all undecided intervals from a confidence on, once it is seen how many."""
+        """Open the dialog that accepts all undecided intervals of a high confidence."""
         if self.document.data is not None:
             SureOnes(self.document, self.accept_at_least, self.window).show()
 
@@ -200,7 +201,7 @@ class ReviewActions:
         document = self.document
         if document.data is not None and document.unasked(confidence):
             document.accept_undecided(confidence)
-            self._tell_end()
+            self._report_end()
         else:
             text = tr(
                 "No undecided interval has a confidence of {least:.2f} or more.", least=confidence
@@ -208,7 +209,7 @@ class ReviewActions:
             self.bar.show_message(text, False)
 
     def reject_for(self) -> None:
-        """Offer reasons; the one that is picked is the selected interval's, which is rejected."""
+        """Open the list of reasons, and reject the selected interval with the chosen one."""
         if (judged := self.document.interval) is None:
             self._ask_to_select()
         elif not self._out_of_view():
@@ -216,7 +217,7 @@ class ReviewActions:
             reasons = tuple(dict.fromkeys((*REASONS, *own)))
             palette = ReasonPalette(reasons, tr("Reject. Why?"), self.window)
             palette.chosen.connect(lambda reason, k=judged.id: self._reject_for(k, reason))
-            self.document.opened.connect(palette.close)  # it is about an interval of this clip
+            self.document.opened.connect(palette.close)
             palette.show()
             palette.line.setFocus()
 
@@ -229,13 +230,15 @@ class ReviewActions:
             self.decide(Decision.REJECTED)
 
     def write(self, what: str) -> None:
-        """Write the selected interval's 'note', 'delta', 'start' or 'stop'; Enter or Esc ends."""
+        """Let the person type the selected interval's 'note', 'delta', 'start' or 'stop'."""
         if self.document.interval is None:
             self._ask_to_select()
             return
         self.show_card()
         if not self.card.write(what):
-            self.bar.show_message(tr("Nothing is taken out here, so there is no number."), False)
+            self.bar.show_message(
+                tr("This kind of error is not corrected, so it has no number to edit."), False
+            )
 
     def play_edge(self, *, other: bool = False) -> None:
         """Play over the edge next to the playhead, or over the other one."""
@@ -244,47 +247,52 @@ class ReviewActions:
 
     def _ask_to_select(self) -> None:
         text = tr(
-            "Select an interval first ({key} goes to the next).", key=self.key("next_interval")
+            "Select an interval first: press {key} to go to the next one.",
+            key=self.key("next_interval"),
         )
         self.bar.show_message(text, False)
 
     # -- edges, and intervals made by hand ------------------------------------------------------
 
     def move_edge(self, *, start: bool) -> None:
-        """The selected interval starts at the playhead, or ends with its frame."""
+        """Let the selected interval start at the playhead, or end with the playhead's frame."""
         if (judged := self.document.interval) is None:
             return
         frame, interval = self.document.frame, judged.interval
         first, stop = (frame, interval.stop) if start else (interval.start, frame + 1)
         if stop <= first:
-            told = tr("The playhead is on the wrong side of the interval.")
-            self.bar.show_message(told, False)
+            text = (
+                tr("The start must be before the interval's end.")
+                if start
+                else tr("The end must be after the interval's start.")
+            )
+            self.bar.show_message(text, False)
         else:
             self.document.edit(judged.id, resized(interval, first, stop))
 
     def make_level(self) -> None:
-        """The selected interval gets one offset in all its frames."""
+        """Give the selected interval one offset in all its frames."""
         if judged := self.document.interval:
             self.document.edit(judged.id, flattened(judged.interval))
 
     def make_following(self) -> None:
-        """The selected interval gets an offset a frame, so that the twist runs straight through."""
+        """Give each frame of the selected interval the offset that makes its twist a line."""
         if (judged := self.document.interval) and self.document.data:
             angle = self.document.data.angle(judged.interval.chain)
             self.document.edit(judged.id, following(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """The end of the selected flip is kept if it was carried, or the reverse."""
+        """Switch the end of the selected flip between kept and turned along."""
         judged = self.document.interval
         if judged is None or judged.interval.kind != Kind.LIMB_FLIP:
-            told = tr("Only a flip of a limb has an end, kept or turned along.")
-            self.bar.show_message(told, False)
+            text = tr("Select a flip of a limb: only flips have a foot or hand to keep or turn.")
+            self.bar.show_message(text, False)
         else:
             edited = replace(judged.interval, carried=not judged.interval.carried)
             self.document.edit(judged.id, edited)
 
     def insert_interval(self) -> None:
-        """A hand-made interval: the suspicious moment gone to, or one around the playhead."""
+        """Make an interval of the suspicious moment at the playhead, or around the playhead."""
         chain, frame, faint = self.document.chain, self.document.frame, self._faint
         there = faint and faint.chain == chain and faint.start <= frame < faint.stop
         self.document.insert_interval(frame, faint if there else None)
@@ -294,12 +302,12 @@ class ReviewActions:
         if judged := self.document.interval:
             self.document.do(Remove(judged.id))
 
-    # -- what was missed ------------------------------------------------------------------------
+    # -- missed errors --------------------------------------------------------------------------
 
     def next_faint(self) -> None:
-        """Go to the next suspicious moment: what was missed is invisible.
+        """Go to the next suspicious moment, where an error may have been missed.
 
-        Between half of τ and τ it is a candidate; past τ a peak whose reason does not settle it.
+        Between half of τ and τ this is a candidate; above τ a peak that no other cause explains.
         """
         document = self.document
         if (data := document.data) is None:
@@ -308,13 +316,13 @@ class ReviewActions:
         if data.blind:
             self.bar.show_message(BLIND, False)
             return
-        if self._tell_not_examined():
+        if self._report_unexamined():
             return
         past = list(peaks(document))
         faint = faint_intervals(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
-            text = tr("Nothing suspicious down to half of τ.") + _settled(past)
+            text = tr("Nothing suspicious down to half of τ.") + _count_explained(past)
             self.bar.show_message(text, False)
             return
         order = [c.name for c in data.chains_and_limbs]
@@ -327,18 +335,18 @@ class ReviewActions:
         document.select_interval(None)
         document.select_chain(moment.chain)
         document.go_to(_first_frame(moment))
-        such = tr("({n} such)", n=len(found))
-        self.bar.show_message(f"{self._told(moment)} {such}", False)
+        count = plural("({n} such moment)", "({n} such moments)", len(found))
+        self.bar.show_message(f"{self._describe(moment)} {count}", False)
         self.look()
 
-    def _told(self, moment: Interval | Reason) -> str:
+    def _describe(self, moment: Interval | Reason) -> str:
         if isinstance(moment, Reason):
             return told(self.document, moment)
         label = self.document.find_chain(moment.chain).label
         first = moment.start + self.document.first_frame
         return tr(
-            "{chain}, {frames} frames from {first}: "
-            "{delta}°, below τ. Insert makes it an interval.",
+            "{chain}: {delta}° for {frames} frames from frame {first} on, below τ. "
+            "Insert makes it an interval.",
             chain=label,
             frames=moment.frames,
             first=first,
@@ -346,7 +354,7 @@ class ReviewActions:
         )
 
     def why_not(self) -> None:
-        """Say why nothing is found at the playhead, or at the peak past τ next to it."""
+        """Show why nothing is found at the playhead, or at the peak above τ next to it."""
         document, frame = self.document, self.document.frame
         if document.data is not None and document.data.blind:
             document.answered.emit(BLIND)
@@ -356,7 +364,7 @@ class ReviewActions:
             document.answered.emit(told(document, reason))
 
     def answer(self, text: str) -> None:
-        """Say why nothing is found, where the card does not, until the playhead moves."""
+        """Show why nothing is found until the playhead moves, unless the card shows it."""
         self._withdraw()
         if not self.card.says(text):
             self._answer = text
@@ -368,7 +376,7 @@ class ReviewActions:
             self._answer = ""
 
     def go_to_frame(self) -> None:
-        """Ask for a frame."""
+        """Ask for a frame, and go there."""
         if not self.document.frames:
             return
         first = self.document.first_frame
@@ -384,28 +392,30 @@ def _first_frame(moment: Interval | Reason) -> int:
     return moment.frame if isinstance(moment, Reason) else moment.start
 
 
-def _settled(past: Sequence[Reason]) -> str:
-    """What else is past τ, so that the curve and the list do not contradict each other."""
+def _count_explained(past: Sequence[Reason]) -> str:
+    """Return how many peaks above τ have a harmless reason; '' for none."""
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
-    each = tr("{n} of one joint alone", n=alone)
-    rest = tr("{n} of other errors or cuts", n=len(past) - alone)
+    each = tr("in {n} only one joint turns", n=alone)
+    rest = tr("{n} belong to other errors or cuts", n=len(past) - alone)
     if 0 < alone < len(past):
         reasons = tr("{some} and {others}", some=each, others=rest)
     else:
         reasons = each if alone else rest
     return plural(
-        " {n} peak above τ has a reason: {reasons}; Go → Why is nothing found here? says it.",
-        " {n} peaks above τ have a reason: {reasons}; Go → Why is nothing found here? says it.",
+        " {n} peak above τ is explained: {reasons}. For details choose Go → Why is nothing found "
+        "here?",
+        " {n} peaks above τ are explained: {reasons}. For details choose Go → Why is nothing "
+        "found here?",
         len(past),
         reasons=reasons,
     )
 
 
 def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
-    """What the detector finds between half of τ and τ, where the review has nothing."""
-    if DETECTORS.usable(state.method) != state.method:
+    """Return what the detector finds between half of τ and τ, outside the review's intervals."""
+    if clip.usable(state.method) != state.method:
         return []
     detector, out = clip.detector(state.method), []
     for chain in (c for c in clip.chains_and_limbs if c.name in state.tau):

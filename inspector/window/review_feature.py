@@ -1,4 +1,4 @@
-"""The review of the clip's intervals as a feature of the window; its rows are in the table."""
+"""The review of intervals as a feature of the window; its actions are in the action table."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ class Reviewing(FeatureParts):
         self.history = HistoryPanel(document)
 
     def content(self) -> QWidget:
-        """Return what lies in the dock: the list, and the card below it."""
+        """Return the dock's content: the list, and the card below it."""
         column = QWidget()
         vbox((self.intervals, 1), self.detail, owner=column, margins=(0, 0, 0, 0), spacing=0)
         return scrolled(column)
 
     def connect(self, window: HostWindow) -> None:
-        """Let list and card decide."""
+        """Build the review's actions, and connect list and card with them."""
         actions, visible, queue = window.actions_by_id, window.timeline.visible, window.part(folder)
         native = QKeySequence.SequenceFormat.NativeText
         self.review_actions = ReviewActions(

@@ -1,4 +1,4 @@
-"""The window's frame and the review: title, names of undo and redo, the status bar."""
+"""The review in the window's title, in the names of undo and redo, and in the status bar."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ class ReviewSigns:
     def _show_title(self) -> None:
         document, title = self._window.document, "Twist Inspector"
         data = document.data
-        look = tr(" (look only)") if document.keeper.read_only else ""
-        name = legible(data.clip.name).replace("[*]", "[*][*]") if data else ""  # twice is once
+        look = tr(" (read-only)") if document.keeper.read_only else ""
+        name = legible(data.clip.name).replace("[*]", "[*][*]") if data else ""  # escapes [*]
         self._window.setWindowTitle(f"{name}[*]{look} – {title}" if data else title)
 
     def _show_decided(self) -> None:
         document = self._window.document
         intervals = document.intervals
         done = sum(judged.decision != Decision.UNDECIDED for judged in intervals)
-        told = tr("{done} of {total} decided", done=done, total=len(intervals))
+        text = tr("{done} of {total} decided", done=done, total=len(intervals))
         if not intervals:
             unseen = document.data and document.data.analysis.not_examined
-            told = tr("not examined") if unseen else ""
-        self.decided.setText(told)
+            text = tr("not examined") if unseen else ""
+        self.decided.setText(text)

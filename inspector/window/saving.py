@@ -1,4 +1,4 @@
-"""Saving the session: when it is asked for, by itself, and before a clip gives way to another."""
+"""Saves the session: on request, automatically, and before another clip opens."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _AUTOSAVE_MS = 60_000  # after the last step
 
 @dataclass(eq=False, kw_only=True)
 class Saving:
-    """Decisions are saved or wait in the journal; nothing modal while reviewing.
+    """Saves decisions, or leaves them in the journal, without a modal dialog during a review.
 
     tell_saved: called when the session is on disk.
     """
@@ -42,11 +42,11 @@ class Saving:
         self.document.intervals_changed.connect(self._wait_to_save)
 
     def save_session_as(self) -> None:
-        """Ask where to and write the session there."""
+        """Ask for a file, and write the session there."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
             return
-        if self._nothing_kept():
+        if self._is_borrowed():
             return
         ask_where(
             self.window,
@@ -57,28 +57,28 @@ class Saving:
         )
 
     def save_session(self, path: Path | None = None) -> bool:
-        """Write the session, at `path` or where it belongs; True if it is on disk."""
+        """Write the session to `path` or next to the clip; True if it is on disk."""
         self.detail.commit()
-        if self._nothing_kept():
+        if self._is_borrowed():
             return False
-        saved, told = self.document.keeper.save(path)
+        saved, trouble = self.document.keeper.save(path)
         if saved:
-            asked = self.bar.asks
+            asks = self.bar.asks
             changed = self.document.recovery.check_clip()
-            if changed and (asked or not self.bar.asks):  # else it asks what to do about it
+            if changed and (asks or not self.bar.asks):  # if not, a question is shown already
                 own = tr("The session belongs to the version that is open.")
-                told += f" {changed} {own}"
+                trouble += f" {changed} {own}"
             self.tell_saved()
             if self.document.data is not None:
                 self.queue.refresh(self.document.data.clip.path)
             if file := self.document.keeper.session_file:
                 self.window.statusBar().showMessage(tr("Saved {file}", file=file), 4000)
-        if told:
-            self.bar.show_message(told.strip(), True)
+        if trouble:
+            self.bar.show_message(trouble.strip(), True)
         return saved
 
-    def _nothing_kept(self) -> bool:
-        """Whether the clip is borrowed: its session would be taken for the own clip's; told."""
+    def _is_borrowed(self) -> bool:
+        """True, with a message, if the clip is borrowed and its session must not be saved."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -86,7 +86,7 @@ class Saving:
     # -- leaving a clip -----------------------------------------------------------------------
 
     def leave(self, then: Callable[[], object]) -> None:
-        """Go on once unsaved decisions are saved, or wait in the journal; nothing modal."""
+        """Call `then` once unsaved decisions are saved or in the journal; nothing is modal."""
         self.lessons.hidden_errors.before_leaving(partial(self._leave, then))
 
     def _leave(self, then: Callable[[], object]) -> None:
@@ -96,19 +96,19 @@ class Saving:
         if data is None or self._is_kept():
             then()
         elif self.settings.autosave:
-            saved, told = self._save()
+            saved, trouble = self._save()
             if saved or self.document.keeper.journal.on_disk:
                 then()
-                self._tell_behind(told)
+                self._report_later(trouble)
             else:
-                self._tell(told)
+                self._report(trouble)
                 name = data.clip.name
-                told = tr("The decisions about {clip} cannot be saved.", clip=name)
-                self._ask_to_leave(told, then)
+                text = tr("The decisions about {clip} cannot be saved.", clip=name)
+                self._ask_to_leave(text, then)
         else:
-            self._ask_to_leave(_unsaved(data.clip.name), then)
+            self._ask_to_leave(_unsaved_text(data.clip.name), then)
 
-    def _ask_to_leave(self, told: str, then: Callable[[], object]) -> None:
+    def _ask_to_leave(self, text: str, then: Callable[[], object]) -> None:
         def save() -> None:
             if self.save_session():
                 then()
@@ -120,48 +120,48 @@ class Saving:
                 self.queue.refresh(self.document.data.clip.path)
             then()
 
-        elsewhere = (tr("Save elsewhere…"), self.save_session_as)
+        elsewhere = (tr("Save as…"), self.save_session_as)
         without = (tr("Leave without saving"), leave)
-        self.bar.ask(told, ((tr_as("do", "Save"), save), elsewhere, without))
+        self.bar.ask(text, ((tr_as("do", "Save"), save), elsewhere, without))
 
     def _is_kept(self) -> bool:
-        """Whether nothing of the review would be lost, or it is of a borrowed clip still open."""
+        """True if the review is saved, or if it is of a borrowed clip."""
         return self.document.review.saved or self.document.borrowed is not None
 
     def save_quietly(self) -> bool:
-        """Save without a word, unless something is to be told; True if it is on disk.
+        """Save without a message unless something went wrong; True if it is on disk.
 
-        Not beside what comes with the program: that opens as new for the next person, and the
-        journal keeps what was decided. Nor of a borrowed clip.
+        Nothing is saved for a borrowed clip or for a clip that comes with the program, which must
+        open as new for the next person; the journal keeps the decisions.
         """
-        saved, told = self._save()
-        self._tell(told)
+        saved, trouble = self._save()
+        self._report(trouble)
         return saved
 
     def _save(self) -> tuple[bool, str]:
-        """The same, and what is to be told."""
+        """Save if possible; return whether it is on disk, and what went wrong."""
         data = self.document.data
         bundled = data is not None and ASSETS in data.clip.path.parents
         if bundled or self.document.borrowed is not None:
             return False, ""
-        saved, told = self.document.keeper.save()
+        saved, trouble = self.document.keeper.save()
         self.tell_saved()
         if saved and self.document.data is not None:
             self.queue.refresh(self.document.data.clip.path)
-        return saved, told.strip()
+        return saved, trouble.strip()
 
-    def _tell(self, told: str) -> None:
-        if told:
-            self.bar.show_message(told, True)
+    def _report(self, trouble: str) -> None:
+        if trouble:
+            self.bar.show_message(trouble, True)
 
-    def _tell_behind(self, told: str) -> None:
-        """Tell it once what is being opened is there: that clears the bar and says its own."""
+    def _report_later(self, trouble: str) -> None:
+        """Show what went wrong once the next clip is open, as opening clears the bar."""
         opener = self.document.opener
-        if not (told and opener.busy):
-            self._tell(told)
+        if not (trouble and opener.busy):
+            self._report(trouble)
             return
         once = Qt.ConnectionType.SingleShotConnection
-        later = partial(QTimer.singleShot, 0, self.window, partial(self.bar.add_error, told))
+        later = partial(QTimer.singleShot, 0, self.window, partial(self.bar.add_error, trouble))
         opener.over.connect(later, once)
 
     def _wait_to_save(self) -> None:
@@ -170,14 +170,14 @@ class Saving:
 
     def _save_by_itself(self) -> None:
         if self.document.opener.busy or self.lessons.program.aside.open:
-            self._idle.start()  # what waits may be of the clip that is put aside
+            self._idle.start()  # the changes may be of the clip that is put aside
         elif self.document.data is None or self.document.review.saved:
             return
         elif not self.document.keeper.read_only and self.settings.autosave:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:
-        """True once unsaved decisions are saved or knowingly given up, or wait in the journal."""
+        """True if unsaved decisions are saved, given up by the person, or in the journal."""
         waits = self.lessons.hidden_errors.not_handed_in if ask else ""
         if waits and not self._closes_without_handing_in(waits):
             return False
@@ -185,18 +185,18 @@ class Saving:
         self.detail.commit()
         if not ask or self.document.data is None or self._is_kept():
             return True
-        told, trouble = _unsaved(self.document.data.clip.name), ""
+        unsaved, trouble = _unsaved_text(self.document.data.clip.name), ""
         if self.settings.autosave:
             saved, trouble = self._save()
             if saved:
-                return True  # whatever is to be told: nobody needs to do anything about it
+                return True  # the person needs to do nothing about other messages
             if self.document.keeper.journal.on_disk and not self.document.keeper.read_only:
                 return not trouble or self._closes_unsaved(trouble)
         button = QMessageBox.StandardButton
         answer = QMessageBox.question(
             self.window,
             "Twist Inspector",
-            f"{trouble} {told}".strip(),
+            f"{trouble} {unsaved}".strip(),
             button.Save | button.Discard | button.Cancel,
             button.Save,
         )
@@ -206,14 +206,14 @@ class Saving:
             self.document.keeper.journal.give_up()
         return answer == button.Discard
 
-    def _closes_without_handing_in(self, told: str) -> bool:
-        """Ask about verdicts for a class; handing them in closes the window once that is done."""
+    def _closes_without_handing_in(self, text: str) -> bool:
+        """Ask whether to hand in the decisions for a class; the window closes after handing in."""
         button = QMessageBox.StandardButton
         buttons = button.Save | button.Discard | button.Cancel
-        box = QMessageBox(QMessageBox.Icon.Question, "Twist Inspector", told, buttons, self.window)
+        box = QMessageBox(QMessageBox.Icon.Question, "Twist Inspector", text, buttons, self.window)
         box.setDefaultButton(button.Save)
         box.button(button.Save).setText(tr("Hand in…"))
-        box.button(button.Discard).setText(tr("Leave without"))
+        box.button(button.Discard).setText(tr("Close without handing in"))
         answer = box.exec()
         box.deleteLater()
         if answer == button.Save:
@@ -222,19 +222,19 @@ class Saving:
         return answer == button.Discard
 
     def _closes_unsaved(self, trouble: str) -> bool:
-        """Say that the session cannot be written; whether to close all the same."""
+        """Show that the session cannot be written; True if the window should close anyway."""
         button = QMessageBox.StandardButton
-        told = tr("The decisions are offered when the program is started again.")
-        told = f"{trouble} {told}"
-        buttons, wanted = button.Close | button.Cancel, button.Close
-        answer = QMessageBox.warning(self.window, "Twist Inspector", told, buttons, wanted)
+        later = tr("You can restore the decisions when you start the program again.")
+        text = f"{trouble} {later}"
+        buttons, default = button.Close | button.Cancel, button.Close
+        answer = QMessageBox.warning(self.window, "Twist Inspector", text, buttons, default)
         return answer == button.Close
 
 
-def _unsaved(clip: str) -> str:
-    return tr("{clip} has decisions that are not saved.", clip=clip)
+def _unsaved_text(clip: str) -> str:
+    return tr("{clip} has unsaved decisions.", clip=clip)
 
 
 def _named_session(path: Path) -> Path:
-    """With the ending that sessions have."""
+    """Return the path with the suffix of session files."""
     return path if is_session(path) else path.with_name(path.name + SESSION_SUFFIX)

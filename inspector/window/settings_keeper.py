@@ -1,4 +1,4 @@
-"""Settings are on disk a moment after they change, whatever becomes of the program then."""
+"""Writes changed settings within a second, so that a crash does not lose them."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from PySide6.QtCore import QObject, QTimer
 
 from inspector.session.settings import Settings, save_changes
 
-_LOOK_MS = 450  # what has changed at one look and stands at the next is written: within a second
+_LOOK_MS = 450  # a change that stays the same for two looks is written, within a second
 
 
 class SettingsKeeper(QObject):
-    """Looks at the settings now and then, and writes what has changed in them."""
+    """Checks the settings regularly, and writes what has changed."""
 
     def __init__(
         self,
@@ -26,15 +26,15 @@ class SettingsKeeper(QObject):
     ) -> None:
         """path: where to write; None: nowhere.
 
-        look: the window's geometry and layout now, None while they are not to be kept; tell: what
-        is said, once, where the disk does not take them.
+        look: returns the window's geometry and layout, or None while they must not be saved; tell:
+        shows a message, once, if writing fails.
         """
         super().__init__(parent)
         self._settings, self._path, self._look, self._tell = settings, path, look, tell
         self._written = deepcopy(settings)  # as they are on disk, or were at the start
         self._seen = deepcopy(settings)
         self._began = False
-        self._told = ""
+        self._reported = ""
         self._timer = QTimer(self, interval=_LOOK_MS)
         self._timer.timeout.connect(self._compare)
         if path is not None:
@@ -45,7 +45,7 @@ class SettingsKeeper(QObject):
         if self._settings == self._written:
             return
         if self._settings != self._seen:
-            self._seen = deepcopy(self._settings)  # it may be on the move
+            self._seen = deepcopy(self._settings)  # still changing, for example in a drag
         else:
             self.write()
 
@@ -54,24 +54,24 @@ class SettingsKeeper(QObject):
             return
         for name, now in zip(("geometry", "layout"), looks, strict=True):
             if not self._began and getattr(self._settings, name):
-                setattr(self._written, name, now)  # as the screen has it: no change of a person's
+                setattr(self._written, name, now)  # adapted to the screen, not by the person
             setattr(self._settings, name, now)
         self._began = True
 
     def write(self) -> str:
-        """Write what has changed now; a sentence if that failed, else ''."""
+        """Write what has changed; return an error message, or ''."""
         if self._path is None or self._settings == self._written:
             return ""
         trouble = save_changes(self._path, self._settings, self._written)
         if not trouble:
             self._written = deepcopy(self._settings)
-        elif trouble != self._told:
+        elif trouble != self._reported:
             self._tell(trouble)
-        self._told = trouble
+        self._reported = trouble
         return trouble
 
     def end(self) -> str:
-        """The window is going: the last look; a sentence if writing failed, else ''."""
+        """Write for the last time, as the window closes; return an error message, or ''."""
         self._timer.stop()
         self._note_layout()
         self._tell = lambda _: None

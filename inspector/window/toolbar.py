@@ -1,4 +1,4 @@
-"""The bar of tools: what is done most, each with a sign and, where there is room, a word."""
+"""The tool bar: the most frequent actions, each with an icon and, if there is room, a word."""
 
 from __future__ import annotations
 
@@ -8,63 +8,53 @@ from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QToolBar
 
-from inspector.language import tr, tr_as
+from inspector.language import tr
 from inspector.widgets.icons import SIDE, has_icon, icon
 from inspector.widgets.theme import Colours, Theme
+from inspector.window.actions import Menus, rows
 
-_TOOLS = {  # by the action's id: its word here; "|": a line
-    "open_dialog": tr_as("tool", "Open"), "open_folder": tr_as("tool", "Folder"),
-    "export_dialog": tr_as("tool", "Export"), "|1": "",
-    "undo": tr_as("tool", "Undo"), "redo": tr_as("tool", "Redo"), "|2": "",
-    "previous_interval": tr_as("tool", "Previous"), "next_interval": tr_as("tool", "Next"),
-    "accept": tr_as("tool", "Accept"), "reject": tr_as("tool", "Reject"),
-    "reset": tr_as("tool", "Undecided"), "|3": "",
-    "loop_interval": tr_as("tool", "Loop"), "cycle_show": tr_as("tool", "Before/after"),
-    "side_by_side": tr_as("tool", "Side by side"), "focus_chain": tr_as("tool", "Focus"),
-}  # fmt: skip
-# Where room is short, what goes without its word: first what every program has, then the views.
-_SPARED = (
-    (),
-    ("undo", "redo", "open_dialog", "open_folder"),
-    ("undo", "redo", "open_dialog", "open_folder", "cycle_show", "side_by_side", "focus_chain"),
-)
+# In a narrow window these lose their words: first what every program has, then the views.
+_SPARED: tuple[tuple[int, ...], ...] = ((), (1,), (1, 2))
 _Word = Qt.ToolButtonStyle
 
 
 class ToolBar(QToolBar):
-    """Actions as buttons; the words go before a button does."""
+    """Actions as buttons, which lose their words in a narrow window."""
 
-    def __init__(self, actions: Mapping[str, QAction], colours: Colours) -> None:
+    def __init__(self, menus: Menus, actions: Mapping[str, QAction], colours: Colours) -> None:
         super().__init__(tr("Tools"))
         self.setObjectName("tools")
         self.setMovable(False)
         self.setIconSize(QSize(SIDE, SIDE))
-        self._actions = {name: actions[name] for name in _TOOLS if name in actions}
-        for name, word in _TOOLS.items():
-            if name in actions:
-                actions[name].setIconText(word)
-                self.addAction(actions[name])
-            else:
+        tools = [(row.tool, row.id) for row in rows(menus) if row.tool is not None]
+        self._tools = {name: tool for tool, name in sorted(tools, key=lambda entry: entry[0].place)}
+        self._actions = {name: actions[name] for name in self._tools}
+        before: int | None = None
+        for name, tool in self._tools.items():
+            if before is not None and before // 10 != tool.place // 10:
                 self.addSeparator()
-        self._fitted = 0  # pixels that the words were chosen for
+            before = tool.place
+            actions[name].setIconText(tool.word)
+            self.addAction(actions[name])
+        self._fitted = 0  # the width, in pixels, for which the words were chosen
         colours.follow(self._colour)
 
     def _colour(self, theme: Theme) -> None:
         for name, action in self._actions.items():
             if has_icon(name):
                 action.setIcon(icon(name, theme))
-                # A menu shows a sign in the place of the tick.
+                # A menu would show the icon instead of the tick.
                 action.setIconVisibleInMenu(not action.isCheckable())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """As many words as there is room for."""
+        """Show as many words as fit."""
         super().resizeEvent(event)
         if event.size().width() != self._fitted:
             self._fitted = event.size().width()
             self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Another font needs other room."""
+        """Fit the words again for another font."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange) and self._fitted:
             self._fit()
@@ -73,15 +63,15 @@ class ToolBar(QToolBar):
         for spared in _SPARED:
             self.setToolButtonStyle(_Word.ToolButtonTextBesideIcon)
             for name, action in self._actions.items():
-                low = name in spared
+                low = self._tools[name].spared in spared
                 priority = QAction.Priority.LowPriority if low else QAction.Priority.NormalPriority
                 if action.priority() != priority:
                     action.setPriority(priority)
-            if self._wanted() <= self.width():
+            if self._needed_width() <= self.width():
                 return
         self.setToolButtonStyle(_Word.ToolButtonIconOnly)
 
-    def _wanted(self) -> int:
+    def _needed_width(self) -> int:
         layout = self.layout()
         assert layout is not None
         layout.invalidate()

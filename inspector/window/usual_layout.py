@@ -1,4 +1,4 @@
-"""How the window is laid out: at first, as a person left it, and again as at first."""
+"""The window's layout: the first one, the one a person left, and the reset."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from PySide6.QtWidgets import QDockWidget, QMainWindow
 
 from inspector.window.low_window import Compact, LowWindow
 
-# Chains, intervals, curves: pixels where there is room, else shares of the window's size.
+# Chains, intervals, curves: pixels at most, and shares of a small window's size.
 _MOST = 350, 545, 330
 _SHARES = 0.25, 0.38, 0.35
 _LOW_SHARES = 0.25, 0.38, 0.27  # in a low window
-# Where lines are higher than usual, as many above the curves take of their height.
-_USUAL_LINE, _LINES_ABOVE = 14, 14  # pixels; menus, titles, tabs, sliders, a sentence
-_SIZE = (1440, 900)  # of the first window, where the screen has room
-_FRAME = (12, 40)  # pixels: more than borders and a title bar take
+# With a large font the lines above the curves take some of the curves' height.
+_USUAL_LINE, _LINES_ABOVE = 14, 14  # pixels of a line; lines of menus, titles, tabs and so on
+_SIZE = (1440, 900)  # of the first window, if the screen is large enough
+_FRAME = (12, 40)  # pixels for borders and a title bar
 _STATE_VERSION = 2
-_LEEWAY = 3  # pixels that a layout may round by
+_LEEWAY = 3  # pixels by which a layout may be rounded
 
 
 class UsualLayout(QObject):
-    """Docks in their places, the 3D view with a third of the window's width or more."""
+    """Places the docks, and leaves at least a third of the window's width to the 3D view."""
 
     def __init__(
         self,
@@ -30,19 +30,19 @@ class UsualLayout(QObject):
         docks: Mapping[str, QDockWidget],
         compact: Sequence[Compact] = (),
     ) -> None:
-        """`docks`: by their object names, where they belong; `compact`: see LowWindow."""
+        """`docks`: by their object names, in their first places; `compact`: see LowWindow."""
         super().__init__(window)
         self._window, self._docks = window, docks
         self._low = LowWindow(window, docks, compact)
         self._usual = window.saveState()
-        self._by_hand = False  # a person gave the panels their sizes
+        self._by_hand = False  # True once a person has sized the panels
         self._pressed: tuple[int, ...] = ()  # their sizes when the mouse was pressed
-        self._restored = False  # from another run, not seen yet
+        self._restored = False  # True: restored from an earlier run, but not shown yet
         self._floating: list[QDockWidget] = []
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Between two panels the mouse is the window's own."""
+        """Notice when a person drags the border between two panels."""
         if event.type() == QEvent.Type.MouseButtonPress:
             self._pressed = self._sizes() if self._complete else ()
         elif event.type() == QEvent.Type.MouseButtonRelease and self._pressed:
@@ -50,11 +50,11 @@ class UsualLayout(QObject):
         return super().eventFilter(watched, event)
 
     def restore(self, geometry: str, layout: str) -> None:
-        """As a person left it, Qt's bytes as hex; as at first where they are empty."""
+        """Restore a saved layout, Qt's bytes as hex; '' for the first layout."""
         window = self._window
-        room = window.screen().availableSize()  # of it the frame takes some
+        room = window.screen().availableSize()  # including the window's frame
         pairs = zip(_SIZE, room.toTuple(), _FRAME, strict=True)
-        window.resize(*(min(wanted, most - frame) for wanted, most, frame in pairs))
+        window.resize(*(min(size, most - frame) for size, most, frame in pairs))
         self.fit()
         if geometry:
             window.restoreGeometry(QByteArray.fromHex(geometry.encode()))
@@ -67,7 +67,7 @@ class UsualLayout(QObject):
             dock.hide()
 
     def window_shown(self) -> None:
-        """The window is there: panels that float come after it, or they would lie behind it."""
+        """Show floating panels once the window is shown, or they would be behind it."""
         if self._restored:
             pairs = zip(self._sizes(), self._fitting(), strict=True)
             self._by_hand = any(abs(now - fitting) > _LEEWAY for now, fitting in pairs)
@@ -76,9 +76,9 @@ class UsualLayout(QObject):
             QTimer.singleShot(0, self._floating.pop().show)
 
     def kept(self, geometry: str) -> tuple[str, str] | None:
-        """Geometry and layout now, as `restore` takes them; None while nobody sees the window.
+        """Return geometry and layout for `restore`; None while the window cannot be seen.
 
-        geometry: what it was before the whole screen was filled.
+        geometry: the geometry before the window filled the screen.
         """
         window = self._window
         if not window.isVisible() or window.isMinimized():
@@ -88,7 +88,7 @@ class UsualLayout(QObject):
         return of_window, bytes(layout.toHex().data()).decode()
 
     def fit(self) -> None:
-        """The sizes that go with the size of the window."""
+        """Give the panels the sizes for the window's present size."""
         window, docks = self._window, self._docks
         self._low.follow()
         left, right, curves = self._fitting()
@@ -97,13 +97,13 @@ class UsualLayout(QObject):
         window.resizeDocks([docks["curves"]], [curves], upright)
 
     def follow(self) -> None:
-        """The window has another size: so have its panels, unless a person gave them theirs."""
+        """Fit the panels to a new size of the window, unless a person has sized them."""
         self._low.follow()
         if self._complete and not self._by_hand and not self._restored:
             self.fit()
 
     def reset(self) -> None:
-        """Every panel in its place, shown or not, as in the first window."""
+        """Put every panel back in its first place, shown or hidden."""
         self._window.restoreState(self._usual)
         self._by_hand = False
         self._docks["intervals"].raise_()
@@ -120,7 +120,7 @@ class UsualLayout(QObject):
 
     @property
     def _complete(self) -> bool:
-        """Whether nobody took a panel away, as a presentation does."""
+        """True if no panel is hidden, as in a presentation."""
         return not any(self._docks[name].isHidden() for name in ("chains", "intervals", "curves"))
 
     def _sizes(self) -> tuple[int, ...]:

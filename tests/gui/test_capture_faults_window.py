@@ -61,8 +61,8 @@ def test_a_burst_is_filtered_seen_and_led_to_its_page_of_tracking(qtbot, opened)
     click_row(qtbot, opened, 1)
     judged = opened.document.interval
     assert (judged.interval.kind, judged.interval.joint) == (Kind.NOISE_BURST, "LeftForeArm")
-    assert "LeftForeArm: noise of about" in detail.why.text()
-    assert "Nothing is taken out" in detail.why.text()
+    assert "Noise in LeftForeArm: about" in detail.why.text()
+    assert "not corrected" in detail.why.text()
     assert not detail.delta.isEnabled()
     assert detail.to_quality.text() == "Smooth it in Quality → Track"
     click(qtbot, detail.to_quality)
@@ -83,7 +83,7 @@ def test_the_button_is_for_faults_of_the_capture_alone(qtbot, opened):
     (frozen,) = rows_of(opened, Kind.FROZEN)
     opened.document.select_interval(frozen.id)
     detail = opened.detail
-    assert detail.why.text().startswith("Right arm: stands still to the last digit for 0.42 s")
+    assert detail.why.text().startswith("Right arm does not move at all for 0.42 s")
     assert detail.to_quality.isVisible()
     click(qtbot, detail.to_quality)
     quality = opened.quality

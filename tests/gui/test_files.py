@@ -252,7 +252,7 @@ def test_an_export_never_touches_a_review_of_itself(opened, tmp_path):
     review = tmp_path / "out.twist.json"
     review.write_text("a review of out.bvh")
     export(opened, ExportChoice(tmp_path / "out.bvh"))
-    assert "byte for byte" in opened.bar.label.text()
+    assert "exact copy of the source" in opened.bar.label.text()
     assert review.read_text() == "a review of out.bvh"
 
 
@@ -302,7 +302,7 @@ def test_the_export_dialog_says_what_will_happen(qtbot, opened, tmp_path):
     dialog = opened.findChild(ExportDialog)
     wait_until_active(dialog)
     dialog.path.setText(str(tmp_path / "by_dialog.bvh"))
-    assert dialog.undecided.text().startswith("Correct the 7 undecided")
+    assert dialog.undecided.text().startswith("Also correct 7 undecided")
     dialog.accept()
     assert opened.exporter.finish()
     assert (tmp_path / "by_dialog.bvh").exists()
@@ -314,11 +314,11 @@ def test_the_export_dialog_says_what_is_in_the_way(opened, tmp_path):
     dialog = ExportDialog(opened.document, opened)
     dialog.show()
     dialog.path.setText(str(tmp_path / "new.bvh"))
-    assert dialog.replaces.text() == "nothing: all files are new"
+    assert dialog.replaces.text() == "no file: all files are new"
     assert dialog.do_it.isEnabled()
     (tmp_path / "there.bvh").write_text("mine")
     dialog.path.setText(str(tmp_path / "there.bvh"))
-    assert dialog.replaces.text() == "there.bvh (not ours, or changed since)"
+    assert dialog.replaces.text() == "there.bvh (not written by this program, or changed since)"
     assert (dialog.do_it.isEnabled(), dialog.obstacle.text()[:4]) == (False, "Tick")
     dialog.replace.setChecked(True)
     assert dialog.do_it.isEnabled()

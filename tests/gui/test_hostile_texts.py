@@ -225,9 +225,7 @@ def test_nothing_that_is_written_is_obeyed(qtbot, window, tmp_path, trap, begin)
     qtbot.waitUntil(lambda: not window.document.opener.busy)
     qtbot.wait(50)
     look.look("a message", window)
-    window.bar.ask(
-        tr("{clip} has decisions that are not saved.", clip=name), [(as_entry(name), int)]
-    )
+    window.bar.ask(tr("{clip} has unsaved decisions.", clip=name), [(as_entry(name), int)])
     look.look("a question", window)
     window.bar.clear()
     window.open_path(folder)
@@ -274,7 +272,7 @@ def test_each_way_to_show_a_text_shows_it(qapp, text):
     assert as_entry(text).replace("&&", "").count("&") == 0
     for language in ("en", "de"):
         use_language(language)
-        told = tr("{clip} has decisions that are not saved.", clip=text)
+        told = tr("{clip} has unsaved decisions.", clip=text)
         use_language("en")
         assert not OBEYED.search(told.replace("\t", ""))
         assert obeyed_html(bold(told)) == []

@@ -9,7 +9,7 @@ from PySide6.QtGui import QAction, QValidator
 
 from inspector.panels.chains_panel import ChainsPanel
 from inspector.panels.interval_columns import COLUMNS, PLACE, shown_by_room
-from inspector.panels.interval_filter import Wanted
+from inspector.panels.interval_filter import IntervalFilter
 from inspector.panels.intervals_panel import IntervalsPanel
 from inspector.panels.rig_names import joints_of, own_joints
 from inspector.session.settings import Settings
@@ -72,28 +72,28 @@ def judged(**changes):
 @pytest.mark.parametrize(
     ("parts", "admitted"),
     [
-        (("All", "Any conf.", ""), True),
-        (("Undecided", "Any conf.", ""), True),
-        (("Accepted", "Any conf.", ""), False),
-        (("Limb flips", "Any conf.", ""), False),
-        (("This chain", "Any conf.", ""), True),
+        (("All", "Any confidence", ""), True),
+        (("Undecided", "Any confidence", ""), True),
+        (("Accepted", "Any confidence", ""), False),
+        (("Limb flips", "Any confidence", ""), False),
+        (("This chain", "Any confidence", ""), True),
         (("All", "≥ 0.95", ""), False),
         (("All", "< 0.95", ""), True),
-        (("All", "Any conf.", ">=0.9"), True),
-        (("All", "Any conf.", "> 0,9"), False),
+        (("All", "Any confidence", ">=0.9"), True),
+        (("All", "Any confidence", "> 0,9"), False),
         (("All", "≥ 0.50", "<0.8"), False),
-        (("All", "Any conf.", "STRAP left"), True),
-        (("All", "Any conf.", "strap right"), False),
+        (("All", "Any confidence", "STRAP left"), True),
+        (("All", "Any confidence", "strap right"), False),
     ],
 )
 def test_what_a_filter_admits(parts, admitted):
     told = "Left Arm loose strap"
-    assert Wanted.read(*parts).admits(judged(), "LeftArm", lambda _: told) == admitted
+    assert IntervalFilter.read(*parts).admits(judged(), "LeftArm", lambda _: told) == admitted
 
 
 def test_what_has_no_confidence_is_on_neither_side_of_a_bound():
     for bound in ("≥ 0.50", "< 0.50"):
-        wanted = Wanted.read("All", bound, "")
+        wanted = IntervalFilter.read("All", bound, "")
         assert not wanted.admits(judged(confidence=None), "LeftArm", lambda _: "")
 
 
@@ -168,7 +168,7 @@ def test_columns_and_order_are_chosen_and_kept(panel, qtbot, open_document):
     assert other.shown_ids() == largest
     assert other.columns.shown() == panel.columns.shown() == settings.columns
     again = {action.text(): action for action in panel.columns.menu().actions()}
-    again["Those there is room for"].trigger()
+    again["All columns that fit"].trigger()
     assert settings.columns == []
     assert "time" in panel.columns.shown()
 

@@ -47,7 +47,7 @@ def test_a_hand_is_named_and_its_arm_is_examined(qtbot, odd):
     act(odd, "joint_names")
     dialog = odd.chain_actions.names
     box = dialog.choices[FINGERS]
-    assert "forearm" in dialog.told.text()
+    assert "forearm" in dialog.status.text()
     dialog.search.setText("finger")
     shown = [r for r in range(dialog.table.rowCount()) if not dialog.table.isRowHidden(r)]
     names = list(dialog.choices)
@@ -160,7 +160,7 @@ def test_twist_bones_and_pieces_are_called_so(qtbot, show_window, tmp_path):
     act(window, "joint_names")
     dialog = window.chain_actions.names
     assert words(dialog, "upperarm_twist_01_l") == ("twist bone of Left Arm", "its name")
-    assert dialog.told.text().startswith("10 chains, 12 twist bones")
+    assert dialog.status.text().startswith("10 chains, 12 twist bones")
     clip.with_name("human.bvh").write_text(bvh_text(rigged(WALK, BY_NAME["MakeHuman"])), "utf-8")
     open_clip(qtbot, window, clip.with_name("human.bvh"))
     act(window, "joint_names")
@@ -206,4 +206,4 @@ def test_an_undo_is_followed_by_the_open_table(qtbot, odd):
     with qtbot.waitSignal(odd.document.chains_changed, timeout=60_000):
         act(odd, "undo")
     assert dialog.names == {}
-    assert "forearm" in dialog.told.text()
+    assert "forearm" in dialog.status.text()

@@ -52,7 +52,7 @@ def test_a_hand_is_named_and_its_arm_is_examined(screen, tmp_path):
             screen.type(said)
             screen.key("Return")
             p.until(f"{choice}.currentText() == {said!r}")
-        p.until(f"{DIALOG}.told.text().startswith('10 chains')")
+        p.until(f"{DIALOG}.status.text().startswith('10 chains')")
         screen.click(p.rect(f"{DIALOG}._use"))
         p.until("len(window.document.data.chains) == 10", 60.0)
         p.until("not window.chains.unexamined.isVisible()")

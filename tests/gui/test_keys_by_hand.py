@@ -162,7 +162,7 @@ def test_accept_and_next_go_on_to_what_is_to_decide(screen, tmp_path, clip):
 
         # How many they are is seen before it is done; then what comes next is said.
         screen.key("ctrl+shift+a")
-        screen.shown("Accept the sure ones")
+        screen.shown("Accept confident intervals")
         assert p.ask("app.activeModalWidget() is None")
         screen.key("Return")
         p.until("'undecided' not in [j.decision.value for j in window.document.intervals]")

@@ -85,7 +85,7 @@ def test_flips_are_listed_beside_twists(qtbot, opened):
         "Right UpLeg", "Left arm · limb", "Right leg · limb"
     ]  # fmt: skip
     tip = chains.index(13, 4).data(Qt.ItemDataRole.ToolTipRole)
-    assert tip.startswith("RightUpLeg → RightLeg → RightFoot: Median height")
+    assert tip.startswith("RightUpLeg → RightLeg → RightFoot: Median distance")
     assert [chains.index(13, column).data() for column in (1, 2, 3, 4)] == [
         "0/6", "179.7°", "55.0°", "16 %"
     ]  # fmt: skip
@@ -163,9 +163,10 @@ def test_judged_by_keys_and_taken_back(qtbot, opened):
         Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
     ]  # fmt: skip
     title, why = opened.detail.title.text(), opened.detail.why.text()
-    assert title == "<b>Right leg</b> · flip · 4 frames, follows"
-    assert why.startswith("The knee jumps by +179° at 38 and back by −180° at 42")
-    assert "logarithms of odds" in opened.detail.why.toolTip()
+    assert title == "<b>Right leg</b> · flip · 4 frames, varying δ"
+    assert why.startswith("The right leg is flipped for 4 frames: the knee points ")
+    assert "The knee jumps by +179° at frame 38 and back by −180° at frame 42." in why
+    assert "Log odds" in opened.detail.why.toolTip()
     assert (opened.detail.end.name.text(), opened.detail.end.shown) == ("Foot:", "turned along")
     moved = document.corrected.pose(40)[0]
     press(qtbot, opened, Qt.Key.Key_C)
@@ -210,7 +211,7 @@ def test_edited_and_made_by_hand_they_stay_flips(qtbot, opened):
     act(opened, "insert_interval")
     assert document.interval.interval.kind == Kind.COUNTER_TWIST
     act(opened, "turn_end")
-    assert opened.bar.label.text() == "Only a flip of a limb has an end, kept or turned along."
+    assert "only flips have a foot or hand" in opened.bar.label.text()
     assert opened.detail.end.isHidden()
 
 
@@ -224,12 +225,18 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     document.select_interval(None)
     document.go_to(46)
     act(opened, "insert_interval")
-    assert opened.bar.label.text() == "There is an interval here already: frames 45–51."
+    assert (
+        opened.bar.label.text()
+        == "An interval with frames 45–51 exists already and is now selected."
+    )
     assert document.review.state is state
     assert document.interval_id == there.id
     document.set_first_frame(1)
     act(opened, "insert_interval")
-    assert opened.bar.label.text() == "There is an interval here already: frames 46–52."
+    assert (
+        opened.bar.label.text()
+        == "An interval with frames 46–52 exists already and is now selected."
+    )
     document.decide(Decision.REJECTED, (there.id,))
     document.select_chain(LEG)
     document.go_to(46)
@@ -246,8 +253,10 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     out = tmp_path / "out.bvh"
     export(opened, ExportChoice(out))
     told = opened.bar.label.text()
-    assert "moved: RightLeg by up to 20.5 % and RightToeBase by up to" in told
-    assert "of the height; no other joint moves; every other byte" in told
+    assert (
+        "Moved, relative to the height: RightLeg by up to 20.5 % and RightToeBase by up to" in told
+    )
+    assert "No other joint moved. Every other byte" in told
     assert main(["apply", str(session_path(kick)), str(kick), "-o", str(tmp_path / "a.bvh")]) == 0
     assert out.read_bytes() == (tmp_path / "a.bvh").read_bytes()
     assert out.read_bytes() != kick.read_bytes()
@@ -263,7 +272,7 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
         (j.decision, j.interval.carried) for j in state.intervals
     ]
     assert opened.document.review.saved
-    assert opened.bar.label.text() == "Going on with kick.twist.json."
+    assert opened.bar.label.text() == "Your review in kick.twist.json continues."
 
 
 def reviewed_before(kick):
@@ -281,7 +290,7 @@ def test_a_session_from_before_gets_the_flips_and_loses_nothing(qtbot, window, k
     assert json.loads(session_path(kick).read_bytes())["schema"] == "twistcore.session/1"
     document = window.document
     open_clip(qtbot, window, kick)
-    assert window.bar.label.text().endswith("were looked for as well: 10 found, undecided.")
+    assert window.bar.label.text().endswith("looks for new kinds of errors: 10 found, undecided.")
     first, *others = document.intervals
     assert (first.decision, first.interval.chain, first.by_hand) == (
         Decision.ACCEPTED, CHAIN, True
@@ -400,7 +409,7 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     document.select_interval(jumps[0].id, jump=True)
     assert detail.title.text() == "<b>Right Leg</b> · jump · 1 frame"
     assert detail.why.text().startswith(
-        "RightFoot turns about its own axis by −66° in a frame, at 14; at 120 frames a second"
+        "RightFoot turns −66° about its own axis in one frame, at frame 14. At 120 frames"
     )
     assert not detail.delta.isEnabled()
     assert detail.delta.value() == pytest.approx(-66.1, abs=0.01)
@@ -426,18 +435,18 @@ def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
 
     assert counted() == (
         "0 accepted, 0 rejected, 10 undecided",
-        "Correct the 6 repairable of 10 undecided ones as well",
+        "Also correct 6 of 10 undecided intervals: those that can be corrected",
     )  # fmt: skip
     jumps = [j for j in document.intervals if j.interval.kind == Kind.LONE_JUMP]
     document.decide(Decision.ACCEPTED, [jumps[0].id])
     out = tmp_path / "out.bvh"
     export(opened, ExportChoice(out))
-    assert "as the source; no correction was accepted." in opened.bar.label.text()
+    assert "copy of the source. No correction was accepted." in opened.bar.label.text()
     document.decide(Decision.ACCEPTED, [flips(opened)[0].id])
     document.decide(Decision.REJECTED, [flips(opened)[1].id])
     assert counted() == (
         "1 accepted, 1 seen, 1 rejected, 7 undecided",
-        "Correct the 4 repairable of 7 undecided ones as well",
+        "Also correct 4 of 7 undecided intervals: those that can be corrected",
     )  # fmt: skip
     assert document.accept_undecided()
     told = "1 accepted, 1 seen, 4 applied automatically, 1 rejected, 3 undecided"

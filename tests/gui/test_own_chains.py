@@ -71,7 +71,7 @@ def shown(window):
 def test_a_chain_of_the_spine_is_added_by_keys(qtbot, reviewed):
     window, document = reviewed, reviewed.document
     dialog = add_by_keys(qtbot, window, "Spine", "Spine1", "Neck1")
-    assert "Spine → Spine1 → Neck1" in dialog.told.text()
+    assert "Spine → Spine1 → Neck1" in dialog.status.text()
     confirm(qtbot, window, dialog)
     assert names(window)[-1] == "Spine"
     assert "Spine" in shown(window)
@@ -90,7 +90,10 @@ def test_a_chain_of_the_spine_is_added_by_keys(qtbot, reviewed):
 @pytest.mark.thorough
 def test_the_dialog_starts_with_joints_that_make_a_chain(qtbot, reviewed):
     dialog = add_by_keys(qtbot, reviewed)
-    assert dialog.told.text() == "It is called LHipJoint: LHipJoint → LeftUpLeg → LeftLeg."
+    assert (
+        dialog.status.text()
+        == "The chain will be called LHipJoint: LHipJoint → LeftUpLeg → LeftLeg."
+    )
     dialog.reject()
 
 
@@ -102,7 +105,7 @@ def test_a_limb_is_added_and_another_one_removed(qtbot, reviewed):
     assert dialog.limb.isChecked()
     dialog.joints[1].setCurrentText("LeftArm")
     dialog.joints[2].setCurrentText("LeftHand")
-    assert "Spine1-LeftHand: Spine1 → LeftArm → LeftHand" in dialog.told.text()
+    assert "Spine1-LeftHand: Spine1 → LeftArm → LeftHand" in dialog.status.text()
     confirm(qtbot, window, dialog)
     assert document.chain == "Spine1-LeftHand"
     assert document.limb is not None
@@ -118,15 +121,15 @@ def test_a_limb_is_added_and_another_one_removed(qtbot, reviewed):
 def test_what_is_wrong_is_said_in_the_dialog(qtbot, reviewed):
     dialog = add_by_keys(qtbot, reviewed, "LeftArm")
     ok = dialog.buttons.button(QDialogButtonBox.StandardButton.Ok)
-    assert "already" in dialog.told.text()
+    assert "already" in dialog.status.text()
     assert not ok.isEnabled()
     dialog.joints[0].setCurrentText("Spine9")
-    assert "no joint 'Spine9'" in dialog.told.text()
+    assert "no joint 'Spine9'" in dialog.status.text()
     dialog.joints[0].setCurrentText("Spine")
     assert [box.currentText() for box in dialog.joints] == ["Spine", "Spine1", "Neck1"]
     assert ok.isEnabled()  # the neck lies in the place of the upper spine
     dialog.joints[1].setCurrentText("Head")
-    assert "no child of Spine" in dialog.told.text()
+    assert "no child of Spine" in dialog.status.text()
     qtbot.keyClick(dialog, Key.Key_Escape)
     assert reviewed.chain_actions.dialog is None
     assert reviewed.document.review.position == 0
@@ -149,7 +152,7 @@ def test_the_right_button_removes_a_chain_and_undo_brings_its_decisions_back(qtb
         remove.trigger()
     assert "LeftForeArm" not in names(window)
     assert not [j for j in document.intervals if j.interval.chain == "LeftForeArm"]
-    assert "1 decided. Undo brings all back." in window.bar.label.text()
+    assert "1 of them decided. Undo brings them back." in window.bar.label.text()
     act(window, "undo")
     assert document.review.state is before
     assert "LeftForeArm" in shown(window)
@@ -234,7 +237,7 @@ def test_a_damaged_rig_profile_is_set_aside(clip):
         place.write_text(text, "utf-8")
         found = analyse_file(clip)
         assert not found.analysis.rig
-        assert "set aside" in found.notes[0]
+        assert "was renamed to" in found.notes[0]
         assert not place.exists()
     assert len(list(place.parent.iterdir())) == 3
 

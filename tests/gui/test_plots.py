@@ -330,7 +330,7 @@ def test_a_drag_on_empty_ground_draws_an_interval_in_one_step(qtbot, timeline, d
         document.chain, 250, 281,
     )  # fmt: skip
     assert document.frame in range(250, 281)
-    assert timeline.scenery.told is None
+    assert timeline.scenery.drag_label is None
     document.undo()
     assert document.review.state is state
     drag(qtbot, timeline, "delta", here, here + QPointF(40, 0))

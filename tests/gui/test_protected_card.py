@@ -62,30 +62,30 @@ def test_a_doubt_is_said_once_and_no_other_side_is_blamed():
     told = explanation(
         replace(judged, interval=interval), found.analysis.chain(interval.chain), 0, [worse]
     )
-    assert worse.doubt not in told
+    assert told.count(worse.doubt) == 1
     assert "so what" in told
-    assert "Open:" not in told
+    assert "Left open:" not in told
 
 
 def test_a_correction_by_hand_that_makes_something_worse_is_told_and_stays_possible(qtbot, window):
     open_clip(qtbot, window, ASSETS / "walk_injected.bvh")
     act(window, "next_interval")
     document, detail = window.document, window.detail
-    assert "gets worse" not in detail.why.text()
+    assert "makes this worse" not in detail.why.text()
     assert "→" in detail.why.toolTip()
     delta = float(np.degrees(document.interval.interval.shown))
     detail.delta.setValue(-delta)  # twice the error instead of none
-    assert "gets worse" in detail.why.text()
+    assert "makes this worse" in detail.why.text()
     assert "(worse)" in detail.why.toolTip()
     own = document.interval_id
     act(window, "accept")
     assert document.found(own).decision == Decision.ACCEPTED
     document.select_interval(own)
-    assert "gets worse" in detail.why.text()
+    assert "makes this worse" in detail.why.text()
     act(window, "undo")
     act(window, "undo")
     document.select_interval(own)
-    assert "gets worse" not in detail.why.text()
+    assert "makes this worse" not in detail.why.text()
 
 
 def test_a_find_that_was_left_open_has_the_reason_in_its_card():
@@ -98,7 +98,7 @@ def test_a_find_that_was_left_open_has_the_reason_in_its_card():
     left = found.protected(made_up)
     assert left.open
     told = explanation(replace(judged, interval=left), found.chain("LeftForeArm"), 0)
-    assert "Against it: the wrist would turn" in told
+    assert "Doubts: the wrist would turn" in told
 
 
 @pytest.mark.parametrize("name", NAMES)

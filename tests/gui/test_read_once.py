@@ -63,7 +63,9 @@ def test_a_file_is_hashed_once_however_much_is_typed(exported, reads):
     out.write_bytes(out.read_bytes() + b"\n")
     dialog.path.setText(name[:-4])
     dialog.path.setText(name)
-    assert "walk_refined.bvh (not ours, or changed since)" in dialog.replaces.text()
+    assert (
+        "walk_refined.bvh (not written by this program, or changed since)" in dialog.replaces.text()
+    )
     assert len(reads) == 6
     dialog.reject()
 
@@ -72,7 +74,7 @@ def test_a_file_is_hashed_once_however_much_is_typed(exported, reads):
 def test_long_files_are_read_in_a_thread_and_said_to_be(qtbot, exported, reads, all_are_long):
     act(exported, "export_dialog")
     dialog = dialog_of(exported)
-    assert "being looked at" in dialog.replaces.text()
+    assert "Checking" in dialog.replaces.text()
     assert not dialog.do_it.isEnabled()
     qtbot.waitUntil(dialog.do_it.isEnabled)
     assert dialog.replaces.text().count("written by this program") == 6
@@ -93,7 +95,7 @@ def test_at_once_pressed_twice_exports_once_and_as_the_review_is_then(
     started = []
     monkeypatch.setattr(exported.exporter, "start", started.append)
     act(exported, "export_at_once")
-    assert "Looking at" in exported.bar.label.text()
+    assert "Checking" in exported.bar.label.text()
     act(exported, "export_at_once")
     assert wait_for_tasks(10_000)
     qtbot.waitUntil(lambda: bool(started))

@@ -33,7 +33,7 @@ def no_worker_left():
 @pytest.fixture
 def window(qtbot, show_window, tmp_path):
     """The sample with eight errors, a chain with three of them selected, the tab in front."""
-    window = show_window(Settings(turn_ms=0, error_draws=1), size=(1440, 900))  # one is soon drawn
+    window = show_window(Settings(turn_ms=0, of_features={"error_draws": 1}), size=(1440, 900))
     open_clip(qtbot, window, shutil.copy(INJECTED, tmp_path))
     window.document.select_chain("LeftForeArm")
     return window

@@ -18,7 +18,7 @@ from twistcore.skeleton.rotation import normalise
 
 ARM, FRAME = "LeftArm", 200
 SENTENCE = "at frame 200 is above τ = 1.5°, but only LeftArm turns there"
-NOTHING = "N goes to the next one."
+NOTHING = "Press N to go to the next interval."
 
 
 @pytest.fixture
@@ -109,8 +109,8 @@ def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
     assert {r.why for r in past} == {Why.ONE_JOINT}
     act(alone, "next_faint")
     assert alone.bar.label.text() == (
-        f"Nothing suspicious down to half of τ. {len(past)} peaks above τ have a reason: "
-        f"{len(past)} of one joint alone; Go → Why is nothing found here? says it."
+        f"Nothing suspicious down to half of τ. {len(past)} peaks above τ are explained: "
+        f"in {len(past)} only one joint turns. For details choose Go → Why is nothing found here?"
     )
 
 

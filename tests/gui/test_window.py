@@ -257,7 +257,7 @@ def test_edges_at_the_playhead_never_turn_an_interval_over(opened):
     opened.document.go_to(343)
     act(opened, "start_here")
     assert opened.document.interval.interval is before
-    assert "wrong side" in opened.bar.label.text()
+    assert "must be before" in opened.bar.label.text()
     assert opened.document.review.undo_text == ""
 
 
@@ -265,7 +265,7 @@ def test_keys_can_be_changed_and_conflicts_are_told(qtbot, opened):
     act(opened, "preferences")
     dialog = opened.findChild(Preferences)
     dialog.edits["accept"].setKeySequence(QKeySequence("R"))
-    assert "Used twice" in dialog.conflict.text()
+    assert "used twice" in dialog.conflict.text()
     dialog.edits["accept"].setKeySequence(QKeySequence("X"))
     dialog.first.setCurrentIndex(1)
     dialog.reviewer.setText("Ada")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from tests.messages import names_in_one_line, refused
 from tests.twistcore import amc_files
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction import Corrected, refine, remove_twist, stuck_joints
@@ -140,7 +141,7 @@ def test_another_skeleton_there_is_not_taken_for_the_clips(tmp_path, capsys):
     skeleton = other / read_amc(path).asf.path.name
     skeleton.write_bytes(b"of another figure")
     assert main(["refine", str(path), "-o", str(other / "out.amc")]) == 2
-    assert f"{skeleton}: expected the file of that name" in capsys.readouterr().err
+    assert names_in_one_line(capsys.readouterr().err, str(skeleton))
     assert sorted(other.iterdir()) == [skeleton]
 
 
@@ -164,8 +165,8 @@ def test_a_bone_that_cannot_turn_so_is_told_and_left(tmp_path, capsys):
     path = amc_files.written(tmp_path, False)
     assert main(["info", str(path)]) == 0
     said = capsys.readouterr().out
-    assert re.search(r"Right Arm .*not correctable: rradius\n", said)
-    assert re.search(r"Right leg .*correctable where its end was carried, not .*: rfoot\n", said)
+    assert re.search(r"Right Arm .*: rradius\n", said)
+    assert re.search(r"Right leg .*: rfoot\n", said)
     # A flip whose foot was kept, in a figure of which the motion shows it though no file could.
     shown = FEW.motion.with_rotations(with_errors(FEW, carried=False))
     (kept,) = (i for i in analyse(shown).detect(kinds=["limb flip"]))
@@ -175,7 +176,7 @@ def test_a_bone_that_cannot_turn_so_is_told_and_left(tmp_path, capsys):
     assert np.array_equal(left.rotations, shown.rotations)
     changed = np.zeros(shown.rotations.shape[:2], dtype=np.bool_)
     changed[5, FEW.skeleton.index("rradius")] = True
-    with pytest.raises(ValueError, match="'rradius' has no three rotation channels"):
+    with refused(ValueError, "'rradius'"):
         FEW.patched(shown, changed)
 
 
@@ -233,8 +234,7 @@ def test_radians_mean_the_same_and_stay_radians():
 
 def test_rate():
     assert FULL.frame_time == 1 / 120
-    assert "120 frames a second are assumed" in str(FULL.warnings[0])
-    assert "the commands' --fps" in str(FULL.warnings[0])  # the window has none
+    assert names_in_one_line(str(FULL.warnings[0]), "120", "--fps")
     assert parse_amc(FULL.data, FULL.asf, fps=60.0).frame_time == 1 / 60
     said = FULL.data.replace(b":DEGREES", b":DEGREES\r\n:SAMPLES-PER-SECOND 100")
     clip = parse_amc(said, FULL.asf)
@@ -244,7 +244,7 @@ def test_rate():
 def test_the_root_starts_elsewhere():
     asf = parse_asf(amc_files.asf(True).replace(b"position 0 0 0", b"position 1 2 3"))
     clip = parse_amc(FULL.data, asf)
-    assert "position is not zero" in str(clip.warnings[0])
+    assert "position" in str(clip.warnings[0])
     moved = clip.motion.positions - FULL.motion.positions
     np.testing.assert_allclose(moved, np.broadcast_to([1.0, 2.0, 3.0], moved.shape))
     there = clip.motion.positions.copy()
@@ -281,81 +281,73 @@ def test_the_skeleton_beside(tmp_path):
     (tmp_path / "05.asf").rename(tmp_path / "05_02.asf")
     assert read_clip(copied).asf.path.name == "05_02.asf"
     (tmp_path / "05_02.asf").rename(tmp_path / "elsewhere.asf")
-    with pytest.raises(AmcError, match=r"expected its skeleton 05_02_fixed_again.asf .* 2 others"):
+    with refused(AmcError, "05_02_fixed_again.asf", " 2 "):
         read_clip(copied)
     (tmp_path / "elsewhere.asf").unlink()
     assert read_clip(copied).skeleton.offsets[2:].max() > 3.0
     (tmp_path / "other.ASF").unlink()
-    with pytest.raises(AmcError, match="found none"):
+    with refused(AmcError, "05_02_fixed_again.asf"):
         read_clip(copied)
 
 
 def test_its_skeleton_alone_is_no_clip(tmp_path):
     amc_files.written(tmp_path, True)
-    with pytest.raises(AmcError, match=r"01\.asf: expected a clip, found a skeleton .* its \.amc"):
+    with refused(AmcError, ".amc", path=str(tmp_path / "01.asf")):
         read_clip(tmp_path / "01.asf")
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "expected"),
+    ("old", "new", "line", "column", "facts"),
     [
-        (b"lradius 7", b"lradius x7", r"line 17, column 9: expected a finite number .* 'x7"),
-        (b"lradius 7", b"lradius nan 7", r"line 17, column 13: .* 1 number for 'lradius', found 2"),
-        (b"lradius", b"lradios", r"line 17, column 1: .* a bone of skeleton.asf .* 'lradios'"),
-        (b"\r\n2\r\n", b"\r\nltoes 1\r\n2\r\n", r"expected 'ltoes' once in frame 1"),
-        (b"lhumerus", b"# lhumerus", r"line 25, column 1: expected 'lhumerus' in frame 1 before"),
-        (
-            b":DEGREES\r\n1\r\n",
-            b"\r\n",
-            r"line 4, column 1: .* number of a first frame, found 'root",
-        ),
-        (b":DEGREES", b":SAMPLES-PER-SECOND 0", r"line 3, column 21: expected frames a second"),
-        (b"root 4", b"root 1e300", r"line 5, column 6: expected a finite number .* '1e300'"),
+        (b"lradius 7", b"lradius x7", 17, 9, ("'x7",)),
+        (b"lradius 7", b"lradius nan 7", 17, 13, ("'lradius'", "1", "2")),
+        (b"lradius", b"lradios", 17, 1, ("'lradios'", "skeleton.asf")),
+        (b"\r\n2\r\n", b"\r\nltoes 1\r\n2\r\n", 25, 1, ("'ltoes'", "frame 1")),
+        (b"lhumerus", b"# lhumerus", 25, 1, ("'lhumerus'", "frame 1")),
+        (b":DEGREES\r\n1\r\n", b"\r\n", 4, 1, ("'root'",)),
+        (b":DEGREES", b":SAMPLES-PER-SECOND 0", 3, 21, ()),
+        (b"root 4", b"root 1e300", 5, 6, ("'1e300'",)),
     ],
 )
-def test_bad_motions_are_one_sentence_with_a_place(old, new, expected):
+def test_bad_motions_are_one_sentence_with_a_place(old, new, line, column, facts):
     data = FEW.data.replace(b"lradius ", b"lradius 7", 1)
     assert old in data
-    with pytest.raises(AmcError, match=expected) as caught:
+    with refused(AmcError, *facts, path="clip.amc", line=line, column=column):
         parse_amc(data.replace(old, new, 1), FEW.asf)
-    assert str(caught.value).startswith("clip.amc, line ")
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "expected"),
+    ("old", "new", "line", "column", "facts"),
     [
-        (b":root", b":roots", r"line 1: expected a section :root"),
-        (b"angle deg", b"angle gon", r"line 7, column 9: expected deg or rad .* 'gon'"),
-        (b"order TX", b"order TW", r"line 11, column 10: expected TX, TY, .* found 'TW'"),
-        (b"dof rx", b"dof tx", r"line 29, column 9: expected rx, ry or rz, each once, found 'tx'"),
-        (b"dof rx ry", b"dof rx rx", r"line 29, column 12: .* found 'rx'"),
-        (b"name ltibia", b"name lfemur", r"'lfemur' stands twice"),
-        (b"length 7.1 ", b"length many ", r"line 27, column 13: .* for length, found 'many'"),
-        (b"direction 0.56 -0.75 0.35", b"direction 0 0 0", r"direction that is not zero"),
-        (b"axis 0 0.0 20.0  XYZ", b"axis 0 0 20", r"expected an order of axes .* after 'axis'"),
-        (b"axis 0 0.0 20.0  XYZ", b"axis 0 0 20 XXY", r"expected an order of axes .* found 'XXY'"),
-        (b"ltibia lfoot", b"ltibia lfood", r"expected a bone of :bonedata, found 'lfood'"),
-        (b"    ltibia lfoot\r\n", b"", r"expected 'lfoot' to hang on the root"),
-        (b"ltibia lfoot", b"ltibia lfoot rfoot", r"expected one parent of 'rfoot'"),
-        (b"  end\r\n:hier", b"\r\n:hier", r"expected 'end' of the last bone"),
-        (b"# AST", b"AST", r"line 1, column 1: expected a keyword of an ASF .* found 'AST/ASF'"),
+        (b":root", b":roots", 1, None, (":root",)),
+        (b"angle deg", b"angle gon", 7, 9, ("deg", "rad", "'gon'")),
+        (b"order TX", b"order TW", 11, 10, ("RZ", "'TW'")),
+        (b"dof rx", b"dof tx", 29, 9, ("rx, ry", "'tx'")),
+        (b"dof rx ry", b"dof rx rx", 29, 12, ("'rx'",)),
+        (b"name ltibia", b"name lfemur", 36, 11, ("'lfemur'",)),
+        (b"length 7.1 ", b"length many ", 27, 13, ("length", "'many'")),
+        (b"direction 0.56 -0.75 0.35", b"direction 0 0 0", 19, 6, ("direction",)),
+        (b"axis 0 0.0 20.0  XYZ", b"axis 0 0 20", 28, 15, ("XYZ", "'axis'")),
+        (b"axis 0 0.0 20.0  XYZ", b"axis 0 0 20 XXY", 28, 18, ("XYZ", "'XXY'")),
+        (b"ltibia lfoot", b"ltibia lfood", 222, 12, (":bonedata", "'lfood'")),
+        (b"    ltibia lfoot\r\n", b"", 217, 1, ("'lfoot'",)),
+        (b"ltibia lfoot", b"ltibia lfoot rfoot", 226, 12, ("'rfoot'",)),
+        (b"  end\r\n:hier", b"\r\n:hier", 215, 12, ("'end'", ":bonedata")),
+        (b"# AST", b"AST", 1, 1, ("'AST/ASF'",)),
     ],
 )
-def test_bad_skeletons_are_one_sentence_with_a_place(old, new, expected):
+def test_bad_skeletons_are_one_sentence_with_a_place(old, new, line, column, facts):
     data = amc_files.asf(False)
     assert old in data
-    with pytest.raises(AmcError, match=expected) as caught:
+    with refused(AmcError, *facts, path="skeleton.asf", line=line, column=column):
         parse_asf(data.replace(old, new, 1))
-    assert str(caught.value).startswith("skeleton.asf, line ")
-    assert "\n" not in str(caught.value)
 
 
 def test_a_last_frame_that_was_cut_off_is_left_out_and_told():
     cut = FEW.data[: FEW.data.rindex(b"lclavicle")]
     clip = parse_amc(cut, FEW.asf)
     assert clip.frames == FEW.frames - 1
-    assert "The last frame is incomplete" in str(clip.warnings[-2])
+    assert len(clip.warnings) == len(FEW.warnings) + 1
     turned = clip.motion.rotations.copy()
     turned[-1, 0] = turned[40, 0]
     again = parse_amc(rewritten(clip, clip.motion.with_rotations(turned)).data, FEW.asf)

@@ -1,5 +1,6 @@
 """One way from a clip to its intervals: what is asked of whom, once, and what is told."""
 
+import inspect
 import math
 import threading
 from dataclasses import dataclass, field, replace
@@ -8,6 +9,8 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import refused
+from tests.twistcore.two_people import two_people
 from twistcore.analysis import clip_analysis as module
 from twistcore.analysis.clip_analysis import (
     ALL_KINDS,
@@ -20,7 +23,7 @@ from twistcore.analysis.clip_analysis import (
 from twistcore.detection import Interval, Kind
 from twistcore.detection.registry import Detectors
 from twistcore.errors import TwistError
-from twistcore.formats.bvh import read_bvh
+from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 from twistcore.skeleton.rig import OwnChain, Rig
@@ -147,19 +150,17 @@ def test_chains_are_named_or_given_and_bring_their_limb_along(walk):
     mixed = analyse(walk, [one, other.name])
     assert set(names(mixed.chains)) == {one.name, other.name}
     assert analyse(walk, []).chains_and_limbs == ()
-    with pytest.raises(TwistError, match=r"walk.bvh: no chain 'Tail'; expected one of LeftArm"):
+    with pytest.raises(TwistError, match=r"walk.bvh: .*'Tail'.*LeftArm"):
         analyse(walk, ["Tail"])
-    with pytest.raises(TwistError, match="motion: no chain 'Tail'"):
+    with refused(TwistError, "motion:", "'Tail'"):
         analyse(walk.motion, ["Tail"])
-    with pytest.raises(TwistError, match="expected one of –"):
+    with pytest.raises(TwistError, match="–"):
         ClipAnalysis(walk.motion, []).chain("Tail")
 
 
 @pytest.mark.parametrize("what", ["walk.bvh", None, 3])
 def test_what_is_no_clip_is_refused(what):
-    with pytest.raises(
-        TypeError, match=f"expected a clip or a motion, found {type(what).__name__}"
-    ):
+    with refused(TypeError, type(what).__name__):
         analyse(what)
 
 
@@ -167,7 +168,7 @@ def test_what_is_no_clip_is_refused(what):
 
 
 def test_a_detector_is_asked_once_and_kept(clip, told):
-    assert repr(clip) == "<ClipAnalysis walk.bvh: 10 chains, no detector asked yet>"
+    assert repr(clip).startswith("<ClipAnalysis walk.bvh: 10 chains, ")
     assert clip.kept("consistency") is None
     progress = []
     assert clip.by(tell=progress.append) is clip.by() is told
@@ -177,9 +178,9 @@ def test_a_detector_is_asked_once_and_kept(clip, told):
     assert clip.by("told") is not told
     assert repr(clip).endswith("consistency, told>")
     assert clip.flips is clip.flips
-    with pytest.raises(TwistError, match="no detector 'x'; expected one of consistency, told"):
+    with refused(TwistError, "'x'", "consistency, told"):
         clip.by("x")
-    with pytest.raises(TwistError, match="no detector 'x'"):
+    with pytest.raises(TwistError, match="'x'"):
         clip.detector("x")
 
 
@@ -270,9 +271,9 @@ def test_a_threshold_is_for_all_chains_or_by_name_else_the_detectors_own(clip, t
     told.asked.clear()
     clip.detect(kinds="counter-twist", tau_radians={"LeftArm": 0.125})
     assert dict(told.asked) == {n: own[n] for n in names(clip.chains)} | {"LeftArm": 0.125}
-    with pytest.raises(TwistError, match="expected τ in degrees or in radians, found both"):
+    with pytest.raises(TwistError, match="τ"):
         clip.detect(tau_radians=0.1, tau_degrees=5.0)
-    with pytest.raises(TwistError, match=r"walk\.bvh: no chain 'Tail'"):
+    with pytest.raises(TwistError, match=r"walk\.bvh: .*'Tail'"):
         clip.detect(tau_radians={"Tail": 0.1})
 
 
@@ -282,7 +283,7 @@ def test_chains_and_limbs_are_asked_by_name_as_one_detector(clip):
     assert (both.automatic_tau(chain), both.automatic_tau(limb)) == (TAU + 0.02, 0.9)
     assert (both.strength(chain)[0], both.strength(limb)[0]) == (2.0, 7.0)
     assert [i.chain for i in both.intervals(limb, 0.7)] == [limb]
-    with pytest.raises(TwistError, match="no chain 'Tail'"):
+    with pytest.raises(TwistError, match="'Tail'"):
         both.strength("Tail")
 
 
@@ -368,6 +369,36 @@ def test_a_rig_of_other_chains_takes_along_only_what_was_made(walk):
     assert "Spine" in after.signals
     poses = before.poses
     assert before.with_rig(rig).poses is poses
+
+
+def test_other_chains_leave_chosen_ones_and_people_chosen(walk, tmp_path):
+    chosen = analyse(walk, "LeftForeArm")
+    after = chosen.with_rig(Rig((), ("RightArm",)))
+    assert names(after.chains_and_limbs) == names(chosen.chains_and_limbs) == ["LeftForeArm"]
+    assert after.chosen
+    assert "RightArm" not in names(after.every_chain)
+    assert names(after.every_chain) == names(analyse(walk, rig=after.rig).chains)
+    assert after.unexamined == ()
+    with pytest.raises(TwistError, match="the rig has none of the chains LeftForeArm"):
+        chosen.with_rig(Rig((), ("LeftForeArm",)))
+
+
+def test_other_chains_leave_other_people_out():
+    clip = parse_bvh(two_people(), "pair.bvh")
+    first, _ = analyse(clip).people
+    one = analyse(clip, people=first)
+    gone = one.chains[0].name
+    after = one.with_rig(Rig((), (gone,)))
+    assert {c.person for c in after.chains_and_limbs} == {first}
+    assert names(after.chains) == [n for n in names(one.chains) if n != gone]
+    assert {u.person for u in after.unexamined} <= {first}
+
+
+def test_the_kinds_in_the_signature_read_as_all():
+    kinds = inspect.signature(detect).parameters["kinds"].default
+    assert kinds is None
+    clip = read_bvh(ASSETS / "walk_injected.bvh")
+    assert len(detect(clip, kinds=None)) == len(detect(clip, kinds=list(Kind))) > 0
 
 
 # Signals

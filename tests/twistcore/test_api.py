@@ -16,6 +16,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, refused
 from twistcore.cli import main
 from twistcore.skeleton.chain import chain_named
 
@@ -78,15 +79,15 @@ def test_the_command_line_takes_the_same_names(capsys):
         shown.append(capsys.readouterr().out)
     assert shown[0] == shown[1]
     assert main(["detect", str(ASSETS / "walk_injected.bvh"), "--chain", "LeftForArm"]) == 2
-    assert "did you mean LeftForeArm" in capsys.readouterr().err
+    assert names_in_one_line(capsys.readouterr().err, "'LeftForArm'", "LeftForeArm")
 
 
 def test_an_unknown_name_is_answered_by_those_that_are_near(clip):
-    with pytest.raises(tc.TwistError, match=r"no chain 'LeftAm'; did you mean LeftArm( or .*)?\?$"):
+    with pytest.raises(tc.TwistError, match=r"'LeftAm'.* LeftArm( or .*)?\?$"):
         tc.detect(clip, "LeftAm")
-    with pytest.raises(tc.TwistError, match=r"no chain 'Tail'; expected one of LeftArm, "):
+    with pytest.raises(tc.TwistError, match=r"'Tail'.* LeftArm, "):
         tc.detect(clip, "Tail")
-    with pytest.raises(tc.TwistError, match=r"'left leg' may be LeftLeg or LeftUpLeg-LeftFoot"):
+    with pytest.raises(tc.TwistError, match=r"'left leg'.* LeftLeg or LeftUpLeg-LeftFoot"):
         tc.detect(clip, "left leg")
 
 
@@ -94,12 +95,12 @@ def test_a_name_as_written_goes_before_all_that_are_alike(found):
     arm = found.analysis.chain("LeftArm")
     chains = [replace(arm, name="leftarm", parent=1), replace(arm, name="LeftArm", parent=2)]
     assert [chain_named(chains, n, "here").parent for n in ("leftarm", "LeftArm")] == [1, 2]
-    with pytest.raises(tc.TwistError, match="here: chain 'LEFTARM' may be leftarm or LeftArm"):
+    with refused(tc.TwistError, "here:", "'LEFTARM'", "leftarm or LeftArm"):
         chain_named(chains, "LEFTARM", "here")
 
 
 def test_people_need_no_list(clip):
-    with pytest.raises(tc.TwistError, match="no person 'Kim'; the clip is of one person"):
+    with refused(tc.TwistError, "'Kim'"):
         tc.analyse(clip, people="Kim")
 
 
@@ -124,9 +125,9 @@ def test_every_verb_takes_a_clip_or_a_motion(clip, found):
         assert verb(clip)
     for wrong in ("walk.bvh", None, 3):
         for verb in (tc.detect, tc.analyse, tc.find_chains, tc.find_limbs):
-            with pytest.raises(TypeError, match="expected a clip or a motion, found"):
+            with refused(TypeError, type(wrong).__name__):
                 verb(wrong)
-        with pytest.raises(TypeError, match="expected a clip or a motion, found"):
+        with refused(TypeError, type(wrong).__name__):
             tc.refine(wrong, found)
 
 
@@ -166,7 +167,7 @@ def test_a_detection_is_asked_by_chain(found):
     assert len(found["RightUpLeg"]) == 5
     assert len(found["RightUpLeg-RightFoot"]) == 0
     assert found[-2:] == found.intervals[-2:]
-    with pytest.raises(tc.TwistError, match="no chain 'LeftWrist'"):
+    with pytest.raises(tc.TwistError, match="'LeftWrist'"):
         found["LeftWrist"]
 
 
@@ -198,7 +199,7 @@ def test_a_real_table(found):
 
 def test_without_pandas_one_sentence_says_so(found, monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(tc.TwistError, match="needs pandas: expected pip install pandas"):
+    with pytest.raises(tc.TwistError, match="pip install pandas"):
         found.to_dataframe()
 
 
@@ -228,10 +229,10 @@ def test_intervals_are_removed_as_given(clip, found):
     assert places(tc.detect(tc.refine(clip, found["RightUpLeg"]))) == places(found["LeftForeArm"])
     assert (tc.refine(clip, []).rotations == clip.motion.rotations).all()
     for wrong in (found.chains, 3, "LeftArm", [found[0], 3]):
-        with pytest.raises(TypeError, match="expected a detection, a review or intervals, found"):
+        with refused(TypeError):
             tc.refine(clip, wrong)
     short = clip.motion.sliced(0, 100)
-    with pytest.raises(tc.TwistError, match="within 100 frames, found <Interval LeftForeArm 122"):
+    with refused(tc.TwistError, "100 frames", "<Interval LeftForeArm 122"):
         tc.refine(short, found)
 
 
@@ -247,9 +248,9 @@ def test_kinds_are_taken_in_both_spellings(clip, found, word):
 def test_words_that_are_no_kinds_are_refused(clip):
     assert not tc.Kind("twist").known
     for word in ("", " ", None, 3):
-        with pytest.raises(ValueError, match="is not a valid Kind"):
+        with refused(ValueError, repr(word)):
             tc.Kind(word)
-    with pytest.raises(tc.TwistError, match="no kind 'flip'; expected one of counter-twist"):
+    with refused(tc.TwistError, "'flip'", "counter-twist"):
         tc.detect(clip, kinds=["limb flip", "flip"])
 
 
@@ -268,7 +269,7 @@ def test_a_review_begins_with_what_was_found(clip, found):
     )
     assert (tc.refine(clip, tc.Review(found)).rotations == clip.motion.rotations).all()
     for wrong in (clip, None, list(found)):
-        with pytest.raises(TypeError, match="expected what detect or analyse returned"):
+        with refused(TypeError, "detect"):
             tc.Review(wrong)
 
 
@@ -284,7 +285,7 @@ def test_a_session_is_written_as_a_clip_is(clip, found, tmp_path):
         tc.refine(clip, session).rotations, found.refined().rotations, atol=1e-9
     )
     for wrong in ((clip, new, review), (clip.motion, review, new), (clip, found, new)):
-        with pytest.raises(TypeError, match="expected a clip, a review and a path, found"):
+        with refused(TypeError):
             tc.write_session(*wrong)
 
 
@@ -303,9 +304,9 @@ def test_errors_are_put_in_by_the_names_of_the_clips_chains():
     assert places(tc.detect(tc.inject(clip, [flip]), "Left leg")) == [
         ("LeftUpLeg-LeftFoot", 50, 60)
     ]
-    with pytest.raises(tc.TwistError, match="did you mean LeftForeArm"):
+    with pytest.raises(tc.TwistError, match="LeftForeArm"):
         tc.inject(clip, [replace(error, chain="LeftForArm")])
-    with pytest.raises(tc.TwistError, match="within 130 frames, found left forearm"):
+    with refused(tc.TwistError, "130 frames", "left forearm"):
         tc.inject(clip.motion.sliced(0, 130), tc.find_chains(clip), [error])
 
 

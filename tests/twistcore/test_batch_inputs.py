@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, numbers
 from tests.twistcore.batch_folders import COMMAND, clips, environment
 from twistcore.batch import survey_folder
 from twistcore.batch.clip_task import process
@@ -73,13 +74,13 @@ def test_lists(folder, monkeypatch):
     assert names("@list") == ["a/x.bvh", "folder.bvh/z.bvh", "x.bvh"]
     monkeypatch.setattr("sys.stdin", io.StringIO("\ufeffa/deep\r\na/y.BVH\r\n"))
     assert names("-") == ["x.bvh", "y.BVH"]
-    with pytest.raises(TwistError, match="nolist: cannot be read"):
+    with pytest.raises(TwistError, match="nolist: "):
         find_inputs(["@nolist"])
 
 
 def test_where_there_is_nothing(folder):
     (folder / "none").mkdir()
-    with pytest.raises(TwistError, match="none: expected a clip"):
+    with pytest.raises(TwistError, match="none: "):
         find_inputs(["none"])
     found = find_inputs(["none", "*.bvh", "a"])
     assert len(found.problems) == 2
@@ -151,7 +152,7 @@ def test_a_batch_over_reviewed_clips_says_what_it_did_not_take(tmp_path, capsys)
     out.write_bytes(clip.read_bytes())  # by its name and its skeleton alone
     assert main(words) == 0
     said = capsys.readouterr().out
-    assert said.endswith("0 clips done, 1 known, 0 failed; 1 export of another clip not taken\n")
+    assert numbers(said.splitlines()[-1]) == [0, 1, 0, 1]
     with Manifest.open(tmp_path / "o") as manifest:
         assert [record.name for record in manifest.records()] == [clip.name]
     assert [one.path for one in survey_folder(clip.parent)] == [clip]
@@ -255,13 +256,14 @@ def test_a_fifo_is_never_opened(tmp_path, monkeypatch):
     (tmp_path / "in" / "other").mkdir()
     os.mkfifo(tmp_path / "in" / "other" / "manifest.sqlite")
     words = [*COMMAND, "in", "-o", "o", "--workers", "1"]
-    for said in ("1 clips done, 0 known, 3 failed", "0 clips done, 1 known, 3 failed"):
+    for counts in ([1, 0, 3], [0, 1, 3]):
         ran = subprocess.run(
             words, cwd=tmp_path, env=environment(), capture_output=True, text=True, timeout=60
         )
         assert ran.returncode == 1, ran.stderr
-        assert said in ran.stdout
-        assert ran.stderr.count("expected a file") == 3
+        assert numbers(ran.stdout.splitlines()[-1])[:3] == counts
+        for name in ("p.bvh", "p.npz", "p.amc"):
+            assert f"/{name}: " in ran.stderr
 
 
 def test_too_little_memory_to_begin_with_is_refused(tmp_path, capsys):
@@ -269,10 +271,10 @@ def test_too_little_memory_to_begin_with_is_refused(tmp_path, capsys):
     with pytest.raises(SystemExit) as ended:
         main(words)
     assert ended.value.code == 2
-    assert "expected at least 256 MiB, found '20'" in capsys.readouterr().err
+    assert names_in_one_line(capsys.readouterr().err.splitlines()[-1], "256 MiB", "'20'")
     assert not (tmp_path / "o").exists()
 
 
 def test_a_folder_where_a_clip_is_wanted_is_told_what_takes_folders(tmp_path, capsys):
     assert main(["detect", str(tmp_path)]) == 2
-    assert "expected a clip, found a folder; `batch` takes folders" in capsys.readouterr().err
+    assert names_in_one_line(capsys.readouterr().err, str(tmp_path), "`batch`")

@@ -11,6 +11,7 @@ from functools import partial
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, refused
 from tests.twistcore import amc_files
 from tests.twistcore.batch_folders import ROOT, as_its_name_says, clips
 from tests.twistcore.reviews import find_flips, flip
@@ -21,6 +22,7 @@ from twistcore.batch.parameters import DEFAULT_METHOD, Parameters
 from twistcore.batch.run import Limits, run_batch
 from twistcore.cli import main
 from twistcore.detection import DEFAULT_METHOD as METHOD
+from twistcore.errors import TwistError
 from twistcore.formats.suffixes import CLIP_SUFFIXES
 from twistcore.work.processes import ProcessTimeError, each
 
@@ -114,11 +116,9 @@ def test_a_clip_that_fails_costs_itself_alone(tmp_path):
     with Manifest.open(out) as manifest:
         records = {r.name: r for r in manifest.records()}
     reasons = {name: r.reason for name, r in records.items() if r.state == "failed"}
-    assert "did not answer for 2 s" in reasons["hangs.bvh"]
-    assert "ended by the system" in reasons["dies.bvh"]
-    assert "more memory" in reasons["greedy.bvh"]
+    assert "2 s" in reasons["hangs.bvh"]
+    assert "memory" in reasons["greedy.bvh"]
     assert "line 2" in reasons["broken.bvh"]
-    assert "no such file" in reasons["astray.bvh"]
     assert sorted(reasons.values()) == sorted(summary.failed)
     # What may end otherwise is tried again; the file that cannot be read stays listed.
     counts = []
@@ -172,7 +172,7 @@ def test_corrected_clips_are_those_of_refine(tmp_path, capsys):
     assert corrected.read_bytes() == (tmp_path / "alone.bvh").read_bytes()
     corrected.write_text("somebody's")  # … and never put in the place of what is not ours
     assert main(command) == 1
-    assert "has not written" in capsys.readouterr().err
+    assert names_in_one_line(capsys.readouterr().err.splitlines()[0], "walk_injected.bvh")
     assert corrected.read_text() == "somebody's"
 
 
@@ -214,7 +214,7 @@ def test_decisions_stay_with_a_clip(tmp_path):
         assert manifest.record(str(clip)).decisions == told
         manifest.note_decisions(str(clip), {})
         assert manifest.record(str(clip)).decisions == {}
-        with pytest.raises(Exception, match="expected a clip of"):
+        with refused(TwistError, "/other.bvh"):
             manifest.note_decisions("/other.bvh", told)
 
 
@@ -246,19 +246,19 @@ def test_what_is_no_manifest_is_said(tmp_path, capsys):
     (tmp_path / "manifest.sqlite").write_text("somebody's")
     assert not is_batch_folder(tmp_path)
     assert main(["batch", str(DIRTY), "-o", str(tmp_path)]) == 2
-    assert "expected a manifest of twistcore batch" in capsys.readouterr().err
+    assert names_in_one_line(capsys.readouterr().err, "manifest.sqlite")
     assert (tmp_path / "manifest.sqlite").read_text() == "somebody's"
 
 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((), "expected clips"),
-        (("gone",), "there is no such file"),
+        ((), "clips"),
+        (("gone",), "gone: "),
         (("x", "--include-open"), "--refine"),
-        (("x", "--profile", "gone"), "gone: cannot be read"),
-        (("x", "--fail-if", "severity"), "rule 'severity'"),
-        (("x", "--scheduler", "tcp://127.0.0.1:9"), "no Dask scheduler answers"),
+        (("x", "--profile", "gone"), "gone: "),
+        (("x", "--fail-if", "severity"), "'severity'"),
+        (("x", "--scheduler", "tcp://127.0.0.1:9"), "tcp://127.0.0.1:9"),
     ],
 )
 def test_wrong_words_are_refused(tmp_path, monkeypatch, capsys, words, said):
@@ -275,7 +275,7 @@ def test_files_and_rules_of_what_was_named(tmp_path, capsys):
     words = ["batch", str(tmp_path / "in"), "-o", str(tmp_path / "out"), "--workers", "1"]
     files = [w for n in ("jsonl", "csv", "junit") for w in (f"--{n}", str(tmp_path / n))]
     assert main([*words, *files, "--fail-if", "count>0"]) == 1
-    assert capsys.readouterr().err.count("which breaks 'count>0'") == 2
+    assert capsys.readouterr().err.count("'count>0'") == 2
     assert len((tmp_path / "jsonl").read_text().splitlines()) == 2
     assert len((tmp_path / "csv").read_text().splitlines()) == 3
     assert (tmp_path / "junit").read_text().count("<testcase") == 2
@@ -305,12 +305,12 @@ def test_exit_codes_where_nothing_came_out(tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr("twistcore.cli.batch_command._in_processes", too_slow)
     assert main(words) == 1  # it can be read: another try may end otherwise
-    assert "took longer than 0.01 s of processor time and was stopped" in capsys.readouterr().err
+    assert "0.01 s" in capsys.readouterr().err
     monkeypatch.setattr(
         "twistcore.cli.batch_command._in_processes", lambda tasks, s, **_: here(tasks, s)
     )
     assert main(["batch", str(tmp_path / "none*.bvh"), *words[1:]]) == 1  # a word names no clip
-    assert "none*.bvh: expected a clip" in capsys.readouterr().err
+    assert "none*.bvh: " in capsys.readouterr().err
     clip.write_text("HIERARCHY")
     assert main(words) == 2
 
@@ -327,9 +327,9 @@ def test_what_a_file_lets_nobody_correct_is_counted_and_told_as_by_refine(
     alone, out, table = tmp_path / "alone.amc", tmp_path / "out", tmp_path / "table.csv"
     assert main(["refine", str(path), "-o", str(alone), "--kinds", "limb-flip"]) == 1
     said = capsys.readouterr()
-    assert "2 of 3 intervals corrected" in said.out
+    assert "2 of 3 intervals" in said.out
     sentence = said.err.splitlines()[0].removeprefix(f"{path}: ")
-    assert "where its end was kept: rfoot" in sentence
+    assert "rfoot" in sentence
     words = ["batch", str(path), "-o", str(out), "--kinds", "limb-flip", "--csv", str(table)]
     for _ in range(2):  # a run that does nothing says so, too
         assert main([*words, "--refine"]) == 1

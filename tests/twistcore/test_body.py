@@ -183,7 +183,7 @@ def test_a_person_names_joints_and_the_limb_is_what_they_say():
     assert segments == [("Arm", "LeftForeArm")]
     other = AS_FOUND.with_names({"LeftHand": "other"})
     assert "LeftForeArm" not in {c.name for c in other.chains(WALK)}
-    with pytest.raises(FormatError, match="left or right"):
+    with pytest.raises(FormatError, match="'hand'"):
         AS_FOUND.with_names({"LeftHand": "hand"})
 
 

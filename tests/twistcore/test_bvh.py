@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.messages import names_in_one_line, numbers, refused
 from tests.tiers import examples
 from tests.twistcore.strategies import orders, quaternions
 from twistcore.errors import BvhError
@@ -131,45 +132,35 @@ def test_a_slow_turn_is_written_without_jumps():
 
 
 @pytest.mark.parametrize(
-    ("damage", "line", "words"),
+    ("damage", "line", "column", "fact"),
     [
-        (lambda _: b"", 1, "HIERARCHY"),
-        (lambda _: b"\x00\x89" + bytes(range(200)), 1, "HIERARCHY"),
-        (lambda t: t.replace(b"MOTION", b""), None, "MOTION"),
-        (lambda t: t.replace(b"Frame Time", b"Time"), 18, "Frame Time"),
-        (lambda t: t.replace(b"Frames: 3", b"Frames: x"), 17, "whole number"),
-        (lambda t: t.replace(b"4.000000", b"nan"), 19, "number"),
-        (lambda t: t.replace(b"4.000000", b"4,0"), 19, "decimal point, found a comma in"),
-        (lambda t: t.replace(b"4.000000", b"-,5e-3"), 19, "decimal point, found a comma in"),
-        (
-            lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 1,5 0", 1),
-            8,
-            "replace it in all numbers",
-        ),
-        (lambda t: t.replace(b"4.000000", b"1e999"), 19, "finite"),
-        (lambda t: t.replace(b"4.000000", b"4.0.0"), 19, "number"),
-        (lambda t: t.replace(b"4.000000", b"1e200"), 19, "below 1e+100"),
-        (lambda t: t.replace(b"4.000000", b"-" + b"9" * 200 + b".5"), 19, "below 1e+100"),
-        (lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 -1e160 0", 1), 8, "below 1e+100"),
-        (lambda t: t.replace(b"13.000000 ", b""), 20, "9 numbers in this row, found 8"),
-        (lambda t: t[: t.index(b"CHANNELS 3")], None, "'}'"),
-        (lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 one 0", 1), 8, "number"),
-        (lambda t: t.replace(b"CHANNELS 3", b"CHANNELS 4"), 10, "channel"),
+        (lambda _: b"", 1, 1, "HIERARCHY"),
+        (lambda _: b"\x00\x89" + bytes(range(200)), 1, 1, "HIERARCHY"),
+        (lambda t: t.replace(b"MOTION", b""), 17, 1, "MOTION"),
+        (lambda t: t.replace(b"Frame Time", b"Time"), 18, 1, "Frame Time"),
+        (lambda t: t.replace(b"Frames: 3", b"Frames: x"), 17, 9, "Frames"),
+        (lambda t: t.replace(b"4.000000", b"nan"), 19, 37, "'nan'"),
+        (lambda t: t.replace(b"4.000000", b"4,0"), 19, 37, "'4,0'"),
+        (lambda t: t.replace(b"4.000000", b"-,5e-3"), 19, 37, "'-,5e-3'"),
+        (lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 1,5 0", 1), 8, 14, "'1,5'"),
+        (lambda t: t.replace(b"4.000000", b"1e999"), 19, 37, "'1e999'"),
+        (lambda t: t.replace(b"4.000000", b"4.0.0"), 19, 37, "'4.0.0'"),
+        (lambda t: t.replace(b"4.000000", b"1e200"), 19, 37, "1e+100"),
+        (lambda t: t.replace(b"4.000000", b"-" + b"9" * 200 + b".5"), 19, 37, "1e+100"),
+        (lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 -1e160 0", 1), 8, 14, "1e+100"),
+        (lambda t: t.replace(b"13.000000 ", b""), 20, None, "9"),
+        (lambda t: t[: t.index(b"CHANNELS 3")], 8, 17, "'}'"),
+        (lambda t: t.replace(b"OFFSET 0 1 0", b"OFFSET 0 one 0", 1), 8, 14, "'one'"),
+        (lambda t: t.replace(b"CHANNELS 3", b"CHANNELS 4"), 10, 5, "'End'"),
     ],
 )
-def test_broken_files_say_where_and_what(damage, line, words):
-    with pytest.raises(BvhError) as caught:
+def test_broken_files_say_where_and_what(damage, line, column, fact):
+    with refused(BvhError, fact, path="broken.bvh", line=line, column=column):
         parse_bvh(damage(small(np.arange(27).reshape(3, 9))), "broken.bvh")
-    message = str(caught.value)
-    assert message.startswith("broken.bvh")
-    assert words in message
-    assert "\n" not in message
-    if line is not None:
-        assert caught.value.line == line
 
 
 def test_a_missing_file_is_one_sentence(tmp_path):
-    with pytest.raises(BvhError, match="no such file"):
+    with refused(BvhError, path=str(tmp_path / "none.bvh"), line=None):
         read_bvh(tmp_path / "none.bvh")
 
 
@@ -177,15 +168,14 @@ def test_declared_and_real_rows_may_differ_but_not_in_silence():
     data = small(np.arange(27).reshape(3, 9)).replace(b"Frames: 3", b"Frames: 300")
     clip = parse_bvh(data)
     assert clip.motion.frames == 3
-    assert "300" in clip.warnings[0].text
-    assert "3 whole rows" in clip.warnings[0].text
+    assert numbers(clip.warnings[0].text)[:2] == [300, 3]
 
 
 def test_a_cut_last_row_is_left_out_and_told():
     data = small(np.arange(27).reshape(3, 9)).rstrip()[:-20]
     clip = parse_bvh(data)
     assert clip.motion.frames == 2
-    assert any("incomplete" in w.text for w in clip.warnings)
+    assert clip.warnings
 
 
 def test_rows_wrapped_over_lines_are_read_and_patched():
@@ -214,10 +204,9 @@ def test_of_wrapped_rows_the_line_that_is_not_as_in_the_first_frame_is_named(
     head = small(np.zeros((3, 9)))
     head = head[: head.index(b"0.000000")]
     rows = "".join("1 " * count + "\n" for count in counts)
-    with pytest.raises(BvhError) as caught:
+    with refused(BvhError, line=head.count(b"\n") + 1 + wrong) as caught:
         parse_bvh(head + rows.encode())
-    assert caught.value.line == head.count(b"\n") + 1 + wrong
-    assert "expected {} numbers in this row, found {}".format(*expected) in str(caught.value)
+    assert numbers(caught.value.expected) == list(expected)
 
 
 def test_an_unusable_frame_time_is_replaced_and_told():
@@ -244,9 +233,7 @@ def test_a_rate_in_place_of_its_reciprocal_is_asked_about(written, rate, seconds
     [warning] = clip.warnings
     assert clip.motion.fps == 30.0
     assert warning.line == 18
-    assert (
-        f"1/{rate} = {seconds} was probably meant: the commands' --fps {rate} reads" in warning.text
-    )
+    assert names_in_one_line(warning.text, f"1/{rate} = {seconds}", f"--fps {rate}")
     again = parse_bvh(data, fps=float(rate))
     assert (again.warnings, again.motion.fps) == ((), pytest.approx(float(rate)))
 
@@ -255,7 +242,8 @@ def test_a_rate_in_place_of_its_reciprocal_is_asked_about(written, rate, seconds
 def test_other_unusable_frame_times_have_no_advice(written):
     data = small(np.zeros((2, 9))).replace(b"Time: 0.01", f"Time: {written}".encode())
     [warning] = parse_bvh(data).warnings
-    assert "is not usable; 30 frames a second are assumed" in warning.text
+    assert "30" in warning.text
+    assert "--fps" not in warning.text
 
 
 def test_a_decimal_comma_in_the_frame_time_alone_is_a_point():
@@ -272,7 +260,7 @@ def test_a_joint_without_offset_is_a_warning_at_its_line():
     clip = parse_bvh(data[:at] + data[at:].replace(b"OFFSET 0 1 0", b"", 1))
     [warning] = clip.warnings
     assert warning.line == line - 2  # the joint's own
-    assert f"{clip.skeleton.names[1]!r} has no OFFSET" in warning.text
+    assert names_in_one_line(warning.text, repr(clip.skeleton.names[1]), "OFFSET")
     assert clip.skeleton.offsets[1].tolist() == [0.0, 0.0, 0.0]
     root = parse_bvh(data.replace(b"OFFSET 0 0 0", b"", 1))
     assert [w.line for w in root.warnings] == [2]

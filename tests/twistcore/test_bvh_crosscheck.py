@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import numbers
 
 pytest.importorskip("pybvh")
 
@@ -33,10 +34,9 @@ def test_everything_that_is_checked_is_told(tmp_path, monkeypatch, capsys):
     assert crosschecks.main() == 0
     *lines, counts, pybvh = capsys.readouterr().out.splitlines()
     assert "bad.bvh  refused" in lines[0]
-    assert "expected" in lines[0]
-    assert "good.bvh  read  344 frames, 31 joints  pybvh agrees" in lines[1]
-    assert counts.startswith("2 files: 1 read, 1 refused with a sentence, 0 ended in a fault, 0")
-    assert pybvh.startswith("pybvh: 1 agree, 0 differ")
+    assert "good.bvh  read  344 frames, 31 joints" in lines[1]
+    assert numbers(counts)[:4] == [2, 1, 1, 0]
+    assert numbers(pybvh)[:2] == [1, 0]
     for wrong in (
         {"comes_back": lambda _clip: False},
         {"comes_back": lambda _clip: 1 / 0},

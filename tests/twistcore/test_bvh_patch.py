@@ -128,7 +128,7 @@ def test_a_joint_without_three_rotations_is_named():
     motion = motion_from_channels(SKELETON, LAYOUTS, values(), 0.1)
     changed = np.zeros((6, 3), dtype=bool)
     changed[1, 1] = True
-    with pytest.raises(ValueError, match="'Arm' has no three rotation channels"):
+    with pytest.raises(ValueError, match="'Arm'"):
         turned_numbers(values(), LAYOUTS, SKELETON.names, motion, changed)
 
 

@@ -7,6 +7,7 @@ import pytest
 
 import twistcore
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, refused
 from tests.twistcore.test_bvh_numbers import MIXED
 from twistcore.errors import TwistError
 from twistcore.files.atomic import STANDARD_OUTPUT
@@ -91,16 +92,16 @@ def with_skeleton(**changes):
 @pytest.mark.parametrize(
     ("motion", "words"),
     [
-        (own().sliced(0, 0), "at least one joint and one frame"),
-        (with_number("rotations", np.nan), r"as rotations, found nan at \[2, 1, 0\]"),
-        (with_number("positions", -np.inf), r"as positions, found -inf at \[2, 1, 0\]"),
-        (with_number("positions", 1e100), "below 1e\\+100"),
-        (with_skeleton(offsets=np.full((5, 3), np.nan)), "as OFFSET"),
-        (with_skeleton(ends=((2, (0.0, np.inf, 0.0)),)), "as End Site"),
-        (with_skeleton(names=("a", "b", "c\nd", "e", "f")), "a name on one line"),
-        (with_skeleton(names=("a", "b {", "c", "d", "e")), "a name on one line"),
-        (replace(own(), frame_time=0.0), "a frame time from 0.0001 to 1 s, found 0"),
-        (replace(own(), frame_time=np.nan), "found nan"),
+        (own().sliced(0, 0), "one joint"),
+        (with_number("rotations", np.nan), r"rotations.* nan .*\[2, 1, 0\]"),
+        (with_number("positions", -np.inf), r"positions.* -inf .*\[2, 1, 0\]"),
+        (with_number("positions", 1e100), "1e\\+100"),
+        (with_skeleton(offsets=np.full((5, 3), np.nan)), "OFFSET"),
+        (with_skeleton(ends=((2, (0.0, np.inf, 0.0)),)), "End Site"),
+        (with_skeleton(names=("a", "b", "c\nd", "e", "f")), "name"),
+        (with_skeleton(names=("a", "b {", "c", "d", "e")), "name"),
+        (replace(own(), frame_time=0.0), "0.0001 to 1 s.* 0"),
+        (replace(own(), frame_time=np.nan), "nan"),
     ],
 )
 def test_what_would_not_be_read_back_is_refused_in_a_sentence(motion, words, tmp_path):
@@ -108,8 +109,7 @@ def test_what_would_not_be_read_back_is_refused_in_a_sentence(motion, words, tmp
     path.write_bytes(b"old")
     with pytest.raises(TwistError, match=words) as caught:
         write_motion(motion, path)
-    assert str(caught.value).startswith(str(path))
-    assert "\n" not in str(caught.value)
+    assert names_in_one_line(str(caught.value), path)
     assert path.read_bytes() == b"old"
 
 
@@ -128,7 +128,7 @@ def test_the_source_of_a_clip_is_replaced_only_if_told(source, tmp_path):
     motion = clip.motion.with_rotations(np.roll(clip.motion.rotations, 1, axis=0))
     others = (tmp_path / name for name in ("link.bvh", "hard.bvh", "folder/../clip.bvh"))
     for path in (source, str(source), *others):
-        with pytest.raises(TwistError, match="another file than the clip's own source"):
+        with refused(TwistError, str(path)):
             write_clip(clip, motion, path)
     assert source.read_bytes() == clip.data
     write_clip(clip, motion, tmp_path / "other.bvh")

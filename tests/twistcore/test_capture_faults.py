@@ -1,6 +1,7 @@
 """Noise bursts and frozen frames are finds of their own: listed, seen, and never corrected."""
 
 import json
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -9,6 +10,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from tests.messages import refused
 from tests.twistcore.test_frozen_frames import frozen
 from tests.twistcore.test_noise_bursts import ARM, HAND, START, STOP, WALK, noisy
 from twistcore.analysis.clip_analysis import REPAIRED, analyse
@@ -175,7 +177,7 @@ def test_accepted_is_seen_and_is_no_correction(found):
     review.do(Decide(tuple(j.id for j in rows), Decision.ACCEPTED))
     assert {review.state.find(j.id).verdict for j in rows} == {SEEN}
     assert not FAULTS & {i.kind for i in review.state.chosen(undecided=True)}
-    with pytest.raises(ValueError, match="nothing is taken out"):
+    with refused(ValueError):
         Edit(rows[0].id, rows[0].interval.with_offset(3, np.ones(4))).apply(review.state)
 
 
@@ -238,8 +240,8 @@ def test_the_report_lists_them_without_an_offset(found, clip, tmp_path):
     assert [r["joint"] for r in noise] == ["LeftArm", "LeftForeArm"]
     assert all(r["speed_deg_s"] is None and r["delta_deg"] > 5.0 for r in noise)
     text = page.read_text("utf-8")
-    assert "noise burst in LeftArm, ±" in text
-    assert "frozen frames of RightShoulder" in text
+    assert re.search(r"noise burst .*LeftArm.* ±", text)
+    assert re.search(r"frozen frames .*RightShoulder", text)
 
 
 def test_the_public_interface_finds_them():

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.messages import names_in_one_line
 from twistcore.formats.bvh import parse_bvh
 from twistcore.skeleton.chain import SEGMENTS, find_chains, make_chain, uncorrectable_joints
 from twistcore.skeleton.motion import Motion, Skeleton
@@ -234,7 +235,7 @@ def test_positions_next_to_zero_are_no_bone(stray):
     assert set(chains) == {"LeftArm", "LeftForeArm"}
     for name, offset in (("LeftArm", (1.2, 0, -1.3)), ("LeftForeArm", (0.6, -0.8, -0.6))):
         np.testing.assert_allclose(chains[name].axis, offset / np.linalg.norm(offset))
-        assert "OFFSET is used" in " ".join(chains[name].warnings)
+        assert "OFFSET" in " ".join(chains[name].warnings)
 
 
 def test_how_a_chain_is_told_and_cut():
@@ -306,7 +307,8 @@ def test_a_bone_that_is_moved_about_has_a_direction_a_frame_or_their_mean():
     assert little.warnings == ()
     much, place = chain(0.1)
     np.testing.assert_allclose(much.axis, place / np.linalg.norm(place, axis=1)[:, None])
-    assert much.warnings == ("b: the bone's direction varies by more than 1°.",)
+    [warning] = much.warnings
+    assert names_in_one_line(warning, "b: ", "1°")
     np.testing.assert_allclose(much.arm, np.full(3, 3**-0.5))
     skeleton = Skeleton(("a", "b"), np.array([-1, 0]), np.array([[0.0, 9, 0], [0, 0, 0]]))
     place = np.array([[[0.0, -5, 0]], [[0.0, 0, 0]]])  # no length in one frame

@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, numbers
 from tests.twistcore.test_cli import run, run_json
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.cli.output import terminal_text
@@ -42,7 +43,7 @@ def test_one_bad_clip_of_many_is_listed_and_the_others_are_done(capsys, tmp_path
     bad.write_bytes(b"\x89PNG\r\n\x1a\n")
     code, out, err = run(capsys, "info", WALK, bad, DIRTY)
     assert code == 1
-    assert err == f"{bad}: expected a BVH file, but this is a PNG picture\n"
+    assert names_in_one_line(err, f"{bad}: ", "BVH", "PNG")
     head, *rows = out.splitlines()
     assert head.split()[:2] == ["frames", "fps"]
     assert [row.split()[-1] for row in rows] == [str(WALK), str(DIRTY)]
@@ -67,13 +68,13 @@ def test_many_clips_are_searched_each_under_its_name(capsys, tmp_path):
     assert out.startswith(f"{DIRTY}\n{alone}\n{WALK}\n")
     found = run_json(capsys, *words)[1]
     counts = [len(clip["intervals"]) for clip in found["clips"]]
-    assert out.endswith(f"\n2 clips, {sum(counts)} intervals\n")
+    assert numbers(out.splitlines()[-1]) == [2, sum(counts)]
     assert found["clips"][0] == run_json(capsys, "detect", DIRTY, *words[3:])[1]
     assert run(capsys, *words, "--fail-over", sum(counts))[0] == 0
     assert run(capsys, *words, "--fail-over", sum(counts) - 1)[0] == 1
     code, _, err = run(capsys, "detect", stick, DIRTY)
     assert code == 1
-    assert err == f"{stick}: could not be examined: no arm or leg was found in its skeleton\n"
+    assert names_in_one_line(err, f"{stick}: ")
 
 
 def test_signals_of_many_have_a_column_of_names(capsys, tmp_path):
@@ -92,7 +93,8 @@ def test_signals_of_many_have_a_column_of_names(capsys, tmp_path):
     code, _, err = run(capsys, "signals", tmp_path / "no.bvh", tmp_path / "nor.bvh", "--csv", both)
     assert (code, err.count("\n"), both.exists()) == (2, 2, False)
     code, _, err = run(capsys, "signals", WALK)
-    assert (code, err) == (2, "signals: expected --csv FILE or --json\n")
+    assert code == 2
+    assert names_in_one_line(err, "--csv", "--json")
 
 
 # -- standard input --------------------------------------------------------------------------------
@@ -108,10 +110,12 @@ def test_standard_input_is_a_clip(capsys, stdin):
     assert run_json(capsys, "diff", "-", DIRTY)[1]["joints"] == []
     stdin(b"%PDF-1.7")
     code, _, err = run(capsys, "info", "-")
-    assert (code, err) == (2, "standard input: expected a BVH file, but this is a PDF document\n")
+    assert code == 2
+    assert names_in_one_line(err, "BVH", "PDF")
     for words in (("info", "-", WALK, "-"), ("diff", "-", "-")):
         code, _, err = run(capsys, *words)
-        assert (code, err) == (2, "-: expected standard input once\n")
+        assert code == 2
+        assert names_in_one_line(err, "-: ")
 
 
 def test_standard_input_is_corrected_as_the_file_is(capsys, tmp_path, stdin):
@@ -145,7 +149,8 @@ def test_a_document_stands_for_what_would_be_remarked(capsys, tmp_path):
     assert (document["corrected"], document["min_confidence"]) == (0, 1.0)
     assert not any(i["corrected"] for i in document["intervals"])
     code, text, err = run(capsys, "refine", DIRTY, "-o", "-", "--json")
-    assert (code, text, err) == (2, "", "--json: expected nothing else on standard output\n")
+    assert (code, text) == (2, "")
+    assert names_in_one_line(err, "--json: ")
 
 
 def test_a_report_that_gives_way_to_one_of_the_same_name_is_told(capsys, tmp_path):
@@ -192,9 +197,7 @@ def test_verbose_says_steps_and_times_on_standard_error_alone(capsys):
     code, out, err = run(capsys, "detect", DIRTY, "--verbose")
     assert (code, out) == plain[:2]
     steps = err.splitlines()
-    assert [line.rpartition(":")[0] for line in steps] == [
-        f"  {DIRTY}: read", f"  {DIRTY}: analysed and searched", "twistcore detect",
-    ]  # fmt: skip
+    assert [line.count(f"  {DIRTY}: ") for line in steps] == [1, 1, 0]
     assert all(line.endswith(" s") for line in steps)
     assert run(capsys, "detect", DIRTY, "-q", "-v")[0] == 2
 

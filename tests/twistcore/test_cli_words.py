@@ -11,6 +11,7 @@ from importlib import import_module
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line
 from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import ALL_KINDS
 from twistcore.analysis.correction import SURE_ENOUGH
@@ -62,7 +63,16 @@ def test_every_command_has_examples_and_says_them():
 def test_every_example_is_understood(line, capsys):
     for first, *words in words_of(line):
         assert first == "twistcore"
-        assert callable(make_parser().parse_args(words).run)
+        assert callable(make_parser(words).parse_args(words).run)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_parser_of_one_command_line_knows_the_command_as_the_whole_one_does(name):
+    some = dict(commands_of(make_parser([*name.split(), "a.bvh"])))
+    assert some[name].format_help() == COMMANDS[name].format_help()
+    other = next(word for word in COMMANDS if word.split()[0] != name.split()[0])
+    assert other.split()[0] in some  # refused and listed by its name, but without arguments
+    assert make_parser([*name.split()]).format_help() == make_parser().format_help()
 
 
 @pytest.mark.parametrize("line", CHEAP)
@@ -110,33 +120,33 @@ sys.exit(any(name in sys.modules for name in ("numpy", "scipy", "tqdm", "shtab")
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("words", "facts"),
     [
-        ("detect w.bvh --tau 200", "expected auto or degrees above 0 and up to 180, found '200'"),
-        ("detect w.bvh --tau 0", "above 0 and up to 180, found '0'"),
-        ("detect w.bvh --tau nan", "up to 180, found 'nan'"),
-        ("batch w.bvh -o out --tau 181", "up to 180, found '181'"),
-        ("tune w.bvh -o p.toml --smallest 181", "up to 180, found '181'"),
-        ("detect w.bvh --fps 0", "expected 1 to 10000 frames a second, found '0'"),
-        ("info w.bvh --fps 1e9", "expected 1 to 10000 frames a second, found '1e9'"),
-        ("refine w.bvh -o o.bvh --min-confidence 2", "expected a number from 0 to 1, found '2'"),
-        ("refine w.bvh -o o.bvh --min-confidence nan", "from 0 to 1, found 'nan'"),
-        ("batch w.bvh -o out --min-confidence -1", "from 0 to 1, found '-1'"),
-        ("detect w.bvh --fail-over -1", "expected a whole number from 0, found '-1'"),
-        ("tune w.bvh -o p.toml --seeds -1", "expected a whole number from 0, found '-1'"),
-        ("tune w.bvh -o p.toml --workers -2", "expected a whole number above 0, found '-2'"),
-        ("diff a b --workers 5000", "above 0 and up to 1,024, found '5000'"),
-        ("benchmark f --seeds 1000001", "above 0 and up to 1,000,000, found '1000001'"),
-        ("benchmark f --seed x", "expected a whole number from 0 of at most 18 digits, found 'x'"),
-        ("quamo refine w.bvh -o o.bvh --kp inf", "expected a number, found 'inf'"),
-        ("quamo noise w.bvh -o o.bvh --bursts -1", "expected a number from 0, found '-1'"),
-        ("export s w.bvh --script maya -o k.py --fps -5", "frames a second, found '-5'"),
+        ("detect w.bvh --tau 200", ("auto", "180", "'200'")),
+        ("detect w.bvh --tau 0", ("180", "'0'")),
+        ("detect w.bvh --tau nan", ("180", "'nan'")),
+        ("batch w.bvh -o out --tau 181", ("180", "'181'")),
+        ("tune w.bvh -o p.toml --smallest 181", ("180", "'181'")),
+        ("detect w.bvh --fps 0", ("10000", "'0'")),
+        ("info w.bvh --fps 1e9", ("10000", "'1e9'")),
+        ("refine w.bvh -o o.bvh --min-confidence 2", ("0 to 1", "'2'")),
+        ("refine w.bvh -o o.bvh --min-confidence nan", ("0 to 1", "'nan'")),
+        ("batch w.bvh -o out --min-confidence -1", ("0 to 1", "'-1'")),
+        ("detect w.bvh --fail-over -1", ("0", "'-1'")),
+        ("tune w.bvh -o p.toml --seeds -1", ("0", "'-1'")),
+        ("tune w.bvh -o p.toml --workers -2", ("0", "'-2'")),
+        ("diff a b --workers 5000", ("1,024", "'5000'")),
+        ("benchmark f --seeds 1000001", ("1,000,000", "'1000001'")),
+        ("benchmark f --seed x", ("18", "'x'")),
+        ("quamo refine w.bvh -o o.bvh --kp inf", ("'inf'",)),
+        ("quamo noise w.bvh -o o.bvh --bursts -1", ("0", "'-1'")),
+        ("export s w.bvh --script maya -o k.py --fps -5", ("'-5'",)),
     ],
 )
-def test_a_number_beyond_its_limits_is_refused_in_one_sentence(capsys, words, said):
+def test_a_number_beyond_its_limits_is_refused_in_one_sentence(capsys, words, facts):
     code, out, err = run(capsys, *words.split())
-    assert (code, out, err.count("\n")) == (2, "", 1)
-    assert said in err
+    assert (code, out) == (2, "")
+    assert names_in_one_line(err, *facts)
 
 
 @pytest.mark.parametrize("shell", SHELLS)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line
 from tests.twistcore.blender import BLENDER, blender, needs_blender
 from tests.twistcore.scene_rigs import random_rotations
 from tests.twistcore.test_cli import run
@@ -75,17 +76,15 @@ def test_what_a_bvh_cannot_hold_is_told():
     scene.poses[5, hand, :3, :3] *= 1.5
     scene.poses[7, hand, :3, 3] += 0.02
     found = converted(scene, 0.01)
-    assert found.notes[0] == "a BVH holds no scale: that of LeftHand is left out"
-    assert found.notes[1].startswith("LeftHand, ")
-    assert found.notes[1].endswith(" move in their parents and have position channels")
+    assert all("LeftHand" in note for note in found.notes[:2])
     assert hand in found.motion.positioned
     places = forward_kinematics(found.motion)[1]
     assert places[7, hand] == pytest.approx(scene.poses[7, hand, :3, 3] @ UP / 0.01, abs=1e-6)
     scene.poses[9, arm, :3, 0] *= -1.0
-    with pytest.raises(TwistError, match="not mirrored"):
+    with pytest.raises(TwistError, match="mirrored"):
         converted(scene, 0.01)
     scene.poses[9, arm, :3, 0] = 0.0
-    with pytest.raises(TwistError, match="scaled to nothing"):
+    with pytest.raises(TwistError, match=r"size|scale"):
         converted(scene, 0.01)
 
 
@@ -128,10 +127,8 @@ def test_the_command_writes_what_was_handed_over(capsys, fake, tmp_path):
     )
     code, told, err, source, out = convert(capsys, tmp_path, program, "--take", "run")
     assert (code, err) == (0, "")
-    assert told == (
-        f"{out}: 344 frames at 120 fps, 31 joints of walk, take run; Y up, one unit is 0.01 m; "
-        "Blender 5.0.1\n"
-    )
+    facts = (f"{out}: 344 frames", "120 fps", "31 joints", "walk", "run", "Y ", "0.01 m", "5.0.1")
+    assert names_in_one_line(told, *facts)
     same(read_bvh(out).motion, 1e-6, 1e-4)
     words, arguments = json.loads((tmp_path / "words.json").read_text())
     assert (words["source"], words["take"], words["figure"]) == (str(source), "run", None)
@@ -140,19 +137,20 @@ def test_the_command_writes_what_was_handed_over(capsys, fake, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("body", "sentence"),
+    ("body", "facts"),
     [
-        ("print('oh dear')\nsys.exit(11)", "Blender ended without an answer (exit 11: oh dear)"),
-        ("os.kill(os.getpid(), 11)", "Blender ended without an answer (exit -11)"),
+        ("print('oh dear')\nsys.exit(11)", ("Blender", " 11", "oh dear")),
+        ("os.kill(os.getpid(), 11)", ("Blender", "-11")),
         (
             "(out / 'answer.json').write_text(json.dumps({'error': 'expected one\\narmature'}))",
-            "expected one armature",
+            ("expected one armature",),
         ),
     ],
 )
-def test_a_blender_that_fails_is_one_sentence(capsys, fake, tmp_path, body, sentence):
+def test_a_blender_that_fails_is_one_sentence(capsys, fake, tmp_path, body, facts):
     code, told, err, source, out = convert(capsys, tmp_path, fake(body))
-    assert (code, told, err) == (2, "", f"{source}: {sentence}\n")
+    assert (code, told) == (2, "")
+    assert names_in_one_line(err, f"{source}: ", *facts)
     assert not out.exists()
 
 
@@ -163,7 +161,8 @@ def test_a_blender_that_hangs_is_ended_with_its_children(capsys, fake, tmp_path)
         f"Path({str(tmp_path / 'pid')!r}).write_text(str(child.pid))\ntime.sleep(600)\n"
     )
     code, _, err, source, _ = convert(capsys, tmp_path, program, "--time-limit", "2")
-    assert (code, err) == (2, f"{source}: Blender was not done after 2 s (--time-limit)\n")
+    assert code == 2
+    assert names_in_one_line(err, f"{source}: ", "Blender", "2 s", "--time-limit")
     child = Path("/proc") / (tmp_path / "pid").read_text() / "stat"
     for _ in range(100):
         if not child.exists() or child.read_text().rpartition(")")[2].split()[0] == "Z":
@@ -175,30 +174,25 @@ def test_a_blender_that_hangs_is_ended_with_its_children(capsys, fake, tmp_path)
 
 def test_what_cannot_be_converted_is_one_sentence(capsys, tmp_path, monkeypatch):
     scene = tmp_path / "a.fbx"
-    for source, out, sentence in (
-        (
-            tmp_path / "a.obj",
-            tmp_path / "o.bvh",
-            "a.obj: expected a file that ends in .fbx, .glb, ",
-        ),
-        (scene, tmp_path / "o.npz", "o.npz: expected a name that ends in .bvh"),
-        (scene, tmp_path / "o.bvh", "a.fbx: expected a file"),
+    for source, out, facts in (
+        (tmp_path / "a.obj", tmp_path / "o.bvh", ("a.obj: ", " .fbx, .glb, ")),
+        (scene, tmp_path / "o.npz", ("o.npz: ", " .bvh")),
+        (scene, tmp_path / "o.bvh", ("a.fbx: ",)),
     ):
         words = ("convert", source, "-o", out, "--blender", sys.executable)
         code, told, err = run(capsys, *words)
-        assert (code, told, err.count("\n")) == (2, "", 1)
-        assert sentence in err
+        assert (code, told) == (2, "")
+        assert names_in_one_line(err, *facts)
     words = ("convert", scene, "-o", tmp_path / "o.bvh")
     monkeypatch.delenv("TWIST_BLENDER", raising=False)
     monkeypatch.setenv("PATH", str(tmp_path))
     monkeypatch.setattr("twistcore.formats.blender.process.find_spec", lambda _: None)
     code, _, err = run(capsys, *words)
     assert code == 2
-    assert err.startswith("expected Blender: install it so that `blender` is found, or name it")
+    assert names_in_one_line(err, "`blender`")
     code, _, err = run(capsys, *words, "--blender", "nowhere")
-    assert (code, err) == (
-        2, "--blender: expected a program that can be run, found 'nowhere'\n"
-    )  # fmt: skip
+    assert code == 2
+    assert names_in_one_line(err, "--blender: ", "'nowhere'")
 
 
 def test_blender_is_looked_for_in_this_order(monkeypatch, tmp_path):
@@ -262,7 +256,7 @@ def test_scenes_come_out_as_the_clip_that_they_were_made_of(
     words = ("convert", scenes / name, "-o", out, "--blender", BLENDER, "--unit", "1")
     code, told, err = run(capsys, *words)
     assert (code, err) == (0, "")
-    assert "344 frames at 120 fps, 31 joints of walk, take walk" in told
+    assert names_in_one_line(told, "344 frames", "120 fps", "31 joints", "take walk")
     same(read_bvh(out).motion, at_most, degrees)
 
 
@@ -272,12 +266,12 @@ def test_one_of_several_takes_is_named(capsys, scenes, tmp_path, name):
     words = ("convert", scenes / name, "-o", tmp_path / "o.bvh", "--blender", BLENDER)
     code, _, err = run(capsys, *words)
     assert code == 2
-    assert "expected one take, or --take with one of held, walk" in err
+    assert names_in_one_line(err, "--take", "held, walk")
     turns = {}
     for take in ("walk", "held"):
         code, told, _ = run(capsys, *words, "--take", take)
         assert code == 0
-        assert f"344 frames at 120 fps, 31 joints of walk, take {take}" in told
+        assert names_in_one_line(told, "344 frames", f"take {take}")
         turns[take] = forward_kinematics(read_bvh(tmp_path / "o.bvh").motion)[0]
     assert np.degrees(geodesic_angle(turns["walk"], turns["held"])[:98]).max() < 0.1
     still = np.degrees(geodesic_angle(turns["held"][100:101], turns["held"][100:])).max()
@@ -292,7 +286,7 @@ def test_one_of_several_is_named(capsys, scenes, tmp_path):
     words = ("convert", scenes / "two.blend", "-o", out, "--blender", BLENDER)
     code, _, err = run(capsys, *words)
     assert code == 2
-    assert "expected one armature, or --armature with one of kick, walk" in err
+    assert names_in_one_line(err, "--armature", "kick, walk")
     code, told, _ = run(capsys, *words, "--armature", "walk", "--fps", "30")
     assert code == 0
     assert "86 frames at 30 fps" in told
@@ -300,14 +294,14 @@ def test_one_of_several_is_named(capsys, scenes, tmp_path):
     away = forward_kinematics(every)[1] - forward_kinematics(MOTION)[1][::4]
     assert np.abs(away).max() < 1e-3 * MOTION.skeleton.height
     code, _, err = run(capsys, *words, "--armature", "dance")
-    assert "expected an armature dance, found kick, walk" in err
+    assert names_in_one_line(err, "dance", "kick, walk")
     code, _, err = run(capsys, *words, "--armature", "walk", "--take", "run")
-    assert "expected a take run, found held, kick, walk" in err
+    assert names_in_one_line(err, "run", "held, kick, walk")
     code, _, err = run(capsys, "convert", scenes / "none.blend", "-o", out, "--blender", BLENDER)
-    assert "expected a skeleton (an armature), found none" in err
+    assert names_in_one_line(err, "armature")
     bad = tmp_path / "bad.fbx"
     bad.write_bytes(b"no FBX at all")
     code, _, err = run(capsys, "convert", bad, "-o", tmp_path / "b.bvh", "--blender", BLENDER)
     assert (code, err.count("\n")) == (2, 1)
-    assert "Blender cannot read it" in err
+    assert names_in_one_line(err, "Blender")
     assert not (tmp_path / "b.bvh").exists()

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from tests.messages import refused
 from tests.twistcore.reviews import CLIP, fresh
 from twistcore.errors import FormatError, TwistError
 from twistcore.export.replay import check_belongs
@@ -55,27 +56,27 @@ def test_anything_is_what_was_expected_or_told_in_a_short_sentence(look, value):
 @pytest.mark.parametrize("value", [True, "1", None, float("nan"), float("inf"), 10**400, [1.0]])
 def test_what_is_no_finite_number_is_none(value):
     for look in (values.number, values.above_zero):
-        with pytest.raises(FormatError, match="expected a number"):
+        with refused(FormatError, "fps"):
             look(value, "fps")
 
 
 @pytest.mark.parametrize("value", [True, 1.0, "1", None, -1, 2**60, 10**400])
 def test_what_is_no_whole_number_is_none(value):
-    with pytest.raises(FormatError, match="expected a whole number"):
+    with refused(FormatError, "next_id"):
         values.whole(value, "next_id")
 
 
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("NaN", "NaN is no number"),
-        ("[1, -2e999]", "a number that is too large, -2e999"),
-        ("[1, -Infinity]", "-Infinity is no number"),
-        ("9" * 5000, "a number of 5000 digits"),
-        ("[" * 100_000, "less deep"),
-        ('{"a":' * 100_000, "less deep"),
-        ("{", "expected JSON"),
-        ("\0", "expected JSON"),
+        ("NaN", "NaN"),
+        ("[1, -2e999]", "-2e999"),
+        ("[1, -Infinity]", "-Infinity"),
+        ("9" * 5000, "5000"),
+        ("[" * 100_000, "deep"),
+        ('{"a":' * 100_000, "deep"),
+        ("{", "JSON"),
+        ("\0", "JSON"),
     ],
 )
 def test_text_that_is_no_json_of_ours(text, told):
@@ -86,13 +87,13 @@ def test_text_that_is_no_json_of_ours(text, told):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("a = " + "[" * 100_000, "less deep"),
-        ("a" + ".a" * 100_000 + " = 1", "short keys"),
-        ("[" + "a." * 100_000 + "a]", "short keys"),
-        ("a = " + "9" * 5000, "expected TOML"),
-        ("#" * 2_000_000, "at most 1 MB"),
-        ("a = 9999-99-99", "expected TOML"),
-        ("a = 'b\x1b[31m'", "expected TOML"),
+        ("a = " + "[" * 100_000, "deep"),
+        ("a" + ".a" * 100_000 + " = 1", "keys"),
+        ("[" + "a." * 100_000 + "a]", "keys"),
+        ("a = " + "9" * 5000, "TOML"),
+        ("#" * 2_000_000, "1 MB"),
+        ("a = 9999-99-99", "TOML"),
+        ("a = 'b\x1b[31m'", "TOML"),
     ],
 )
 def test_text_that_is_no_toml_of_ours(text, told):
@@ -130,10 +131,10 @@ def test_a_frame_far_behind_the_clip_takes_no_memory(tmp_path):
     path.write_text(json.dumps(document))
     session = read_session(path)
     assert all(j.interval.offset.strides == (0,) for j in session.state.intervals)
-    with pytest.raises(TwistError, match="behind the clip's last frame"):
+    with pytest.raises(TwistError):
         check_belongs(session, CLIP, [*_chains(session)])
     for stop in (values.MOST_FRAMES + 1, 2**63, 10**29):
-        with pytest.raises(FormatError, match="for stop"):
+        with refused(FormatError, "stop"):
             session_from_document(far(document, 0, stop))
 
 

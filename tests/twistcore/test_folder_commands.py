@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, numbers
 from tests.twistcore.reviews import CLIP, fresh
 from tests.twistcore.test_cli import run
 from twistcore.batch import survey_folder
@@ -59,7 +60,7 @@ def test_the_clips_of_a_folder(odd):
     (odd / "folder.bvh" / "x.npz").touch()
     assert len(clips_in(odd / "folder.bvh", suffixes=BVH)) == 1
     assert len(clips_in(odd / "folder.bvh", suffixes=(".npz", ".amc"))) == 1
-    with pytest.raises(TwistError, match="expected a folder with BVH or NPZ files"):
+    with pytest.raises(TwistError, match="BVH or NPZ"):
         clips_by_name(odd / "bad.bvh", suffixes=(".bvh", ".npz"))
 
 
@@ -123,13 +124,12 @@ def test_two_folders_are_compared_clip_by_clip(capsys, tmp_path, odd, cut):
     reasons = {entry["clip"]: entry["reason"] for entry in found["failed"]}
     fifo = ["pipe.bvh"] if hasattr(os, "mkfifo") else []
     assert list(reasons) == ["bad.bvh", *fifo, "short.bvh"]
-    assert all("found a FIFO, a socket or a device" in reasons[name] for name in fifo)
-    assert "30 and 60 frames" in reasons["short.bvh"]
+    assert numbers(reasons["short.bvh"]) == [30, 60]
     assert all(reason in err for reason in reasons.values())
     code, out, _ = run(capsys, "diff", a, b, "--workers", "1")
     assert code == 1
-    assert "sub/walk.bvh: 1 joint in 10 frames, up to" in out
-    assert "4 clips compared: 2 identical, 1 of the same motion, 1 different; 1 only in" in out
+    assert "sub/walk.bvh: 1 joint in 10 frames" in out
+    assert numbers(out.splitlines()[-1])[:5] == [4, 2, 1, 1, 1]
 
 
 def test_equal_folders_and_a_folder_beside_a_file(capsys, tmp_path, cut):
@@ -137,9 +137,11 @@ def test_equal_folders_and_a_folder_beside_a_file(capsys, tmp_path, cut):
     found = json.loads(out)
     assert (code, found["identical"], found["failed"]) == (0, ["walk.bvh"], [])
     code, _, err = run(capsys, "diff", cut.parent, cut)
-    assert (code, err) == (2, f"{cut}: expected a folder, as the other is one\n")
+    assert code == 2
+    assert names_in_one_line(err, f"{cut}: ")
     code, _, err = run(capsys, "diff", cut.parent, tmp_path)
-    assert (code, err) == (2, f"{tmp_path}: expected a folder with {kinds_of_clips()} files\n")
+    assert code == 2
+    assert names_in_one_line(err, f"{tmp_path}: ", kinds_of_clips())
 
 
 # --- apply -----------------------------------------------------------------------------------
@@ -183,7 +185,7 @@ def test_sessions_of_a_folder_give_the_bytes_of_each_alone(capsys, delivery, tmp
     code, said, err = apply(capsys, clips, sessions, out)
     assert code == 1
     assert [line for line in err.splitlines() if "broken" in line]
-    assert "8 intervals applied in 2 clips; 1 clip without a session" in said
+    assert numbers(said.splitlines()[-1]) == [8, 2, 1]
     assert files_of(out) == {"applied.jsonl", "one/walk.bvh", "two/WALK.BVH"}
     for name in ("one/walk.bvh", "two/WALK.BVH"):
         session = (sessions / name).with_suffix(".twist.json")
@@ -199,7 +201,7 @@ def test_a_session_is_replayed_on_the_source_though_its_export_has_the_same_byte
     source.with_name("take_refined.bvh").write_bytes(source.read_bytes())  # nothing accepted
     code, said, _ = apply(capsys, clips, sessions, out)
     assert code == 0
-    assert "in 2 clips; 1 clip without a session" in said  # an export is to have none
+    assert numbers(said.splitlines()[-1])[1:] == [2, 1]  # an export has no session
     assert files_of(out) == {"applied.jsonl", "one/take.bvh", "two/WALK.BVH"}
 
 
@@ -211,7 +213,7 @@ def test_what_is_there_is_replaced_only_where_the_command_wrote_it(capsys, deliv
     code, _, err = apply(capsys, clips, sessions, out)
     assert code == 1
     path = out / "two" / "WALK.BVH"
-    assert f"{path}: expected nothing there, or what this command wrote" in err
+    assert f"{path}: " in err
     assert path.read_bytes() == b"of somebody"
     path.unlink()
     assert apply(capsys, clips, sessions, out)[0] == 0
@@ -238,7 +240,7 @@ def test_a_session_finds_its_clip_by_name_and_bytes(capsys, delivery):
     os.utime(session, (1e9, 1e9))
     (clips / "two" / "WALK.BVH").rename(clips / "renamed.bvh")
     code, _, err = apply(capsys, clips, sessions, out)
-    assert (code, f"{session}: note: its clip has a later session" in err) == (0, True)
+    assert (code, f"{session}: note: " in err) == (0, True)
     assert (out / "renamed.bvh").read_bytes() != (clips / "renamed.bvh").read_bytes()
     later.unlink()
     shutil.copy(clips / "renamed.bvh", clips / "again.bvh")
@@ -260,23 +262,23 @@ def test_another_version_of_a_clip_is_listed(capsys, delivery):
     assert (code, files_of(out)) == (2, set())  # nothing could be done
     first, second, third = err.splitlines()[-3:]
     assert "broken.twist.json" in first
-    assert "one/walk.bvh is another version (SHA-256 differs)" in second
-    assert "no clip is called 'WALK.BVH', and none has its bytes" in third
+    assert names_in_one_line(second, "one/walk.bvh", "SHA-256")
+    assert names_in_one_line(third, "'WALK.BVH'")
 
 
 def test_folders_that_cannot_be_applied_are_refused(capsys, delivery, tmp_path):
     clips, sessions, out = delivery
     session = sessions / "one" / "walk.twist.json"
-    for words, expected in (
-        ((clips, sessions, clips), f"{clips}: expected another folder than that of the clips"),
-        ((clips, session, out), f"{session}: expected a folder"),
-        ((clips / "alone.bvh", sessions, out), "alone.bvh: expected a folder"),
-        ((clips, clips, out), f"{clips}: expected a folder with sessions"),
-        ((clips, sessions, session), f"{session}: expected a folder"),
+    for words, wrong in (
+        ((clips, sessions, clips), clips),
+        ((clips, session, out), session),
+        ((clips / "alone.bvh", sessions, out), clips / "alone.bvh"),
+        ((clips, clips, out), clips),
+        ((clips, sessions, session), session),
     ):
         code, _, err = apply(capsys, *words)
-        assert (code, len(err.splitlines())) == (2, 1)
-        assert expected in err
+        assert code == 2
+        assert names_in_one_line(err, f"{wrong}: ")
     assert not out.exists()
 
 
@@ -287,7 +289,7 @@ def test_a_folder_in_that_of_the_clips_is_written_into_again_and_again(capsys, d
         shutil.move(session, clips / session.relative_to(sessions))
     for _ in range(2):
         code, said, _ = apply(capsys, clips, clips, clips / "out")
-        assert (code, "in 2 clips; 1 clip without a session" in said) == (0, True)
+        assert (code, numbers(said.splitlines()[-1])[1:]) == (0, [2, 1])
     assert files_of(clips / "out") == {"applied.jsonl", "one/walk.bvh", "two/WALK.BVH"}
 
 
@@ -297,7 +299,7 @@ def test_a_record_of_another_program_is_not_taken_for_ours(capsys, delivery):
     (out / "applied.jsonl").write_text('{"schema": "other/1"}\n')
     code, _, err = apply(capsys, clips, sessions, out)
     assert code == 2
-    assert "applied.jsonl: expected a document with schema 'twistcore.applied/1'" in err
+    assert names_in_one_line(err, "applied.jsonl: ", "'twistcore.applied/1'")
     assert files_of(out) == {"applied.jsonl"}
 
 

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.messages import names_in_one_line, refused
 from tests.twistcore.batch_records import done, failed, interval, record
 from twistcore.batch.gates import GRAMMAR, broken, parse_rule
 from twistcore.batch.junit import junit_xml
@@ -83,29 +84,27 @@ def test_frames_that_lie_in_two_intervals_are_counted_once():
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("", "a number"),
-        ("severity", "a number"),
-        ("jitter>1", "expected one of severity, count"),
-        ("severity>many", "expected a number behind '>', found 'many'"),
-        ("severity>nan", "expected a number"),
-        ("severity=>5", "a number"),
-        ("severity[limb-flip]>5", "expected no filter of severity"),
-        ("failed[limb-flip]>0", "expected no filter of failed"),
-        ("missing-frames[limb-flip]>0", "expected no filter of missing-frames"),
-        ("unchecked[limb-flip]>0", "expected no filter of unchecked"),
-        ("count[]>0", "found ''"),
-        ("count[flip]>0", "found 'flip'"),
-        ("count[confidence>high]>0", "found 'confidence>high'"),
-        ("affected>2", "expected a percentage"),
-        ("count>2%", "expected no '%'"),
-        ("count>0 and severity>1", "a number"),
+        ("", "expected"),
+        ("severity", "expected"),
+        ("jitter>1", "severity, count"),
+        ("severity>many", "'many'"),
+        ("severity>nan", "'nan'"),
+        ("severity=>5", "expected"),
+        ("severity[limb-flip]>5", "severity"),
+        ("failed[limb-flip]>0", "failed"),
+        ("missing-frames[limb-flip]>0", "missing-frames"),
+        ("unchecked[limb-flip]>0", "unchecked"),
+        ("count[]>0", "''"),
+        ("count[flip]>0", "'flip'"),
+        ("count[confidence>high]>0", "'confidence>high'"),
+        ("affected>2", "%"),
+        ("count>2%", "'%'"),
+        ("count>0 and severity>1", "expected"),
     ],
 )
 def test_what_is_no_rule_is_refused_in_a_sentence(text, expected):
-    with pytest.raises(TwistError, match="expected") as found:
+    with refused(TwistError, f" {text!r}: ", expected):
         parse_rule(text)
-    assert expected in str(found.value)
-    assert str(found.value).startswith(f"rule {text!r}: ")
 
 
 @given(st.text(alphabet="countdegrsvyaffil.[]<>=!,%- 0123456789e", max_size=30))
@@ -149,10 +148,9 @@ def test_ci_sees_a_case_a_clip_and_one_a_rule_over_the_run():
     assert cases["a/walk.bvh"].get("classname") == "clips.a"
     (failure,) = cases["a/walk.bvh"]
     assert failure.get("message") == "severity>5, count>3"
-    assert failure.text.splitlines() == [
-        "a/walk.bvh: severity is 5.5°, which breaks 'severity>5'",
-        "a/walk.bvh: count is 4, which breaks 'count>3'",
-    ]
+    severe, many = failure.text.splitlines()
+    assert names_in_one_line(severe, "a/walk.bvh: ", "5.5°", "'severity>5'")
+    assert names_in_one_line(many, "a/walk.bvh: ", "4", "'count>3'")
     (error,) = cases["bad.bvh"]
     assert (error.tag, error.text) == ("error", "bad.bvh: expected HIERARCHY")
     assert [child.tag for child in cases["later.bvh"]] == ["skipped"]

@@ -11,6 +11,7 @@ import pytest
 
 import twistcore as tc
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line
 from tests.twistcore.test_registry import run
 from twistcore.detection.kind import Kind, KindInfo
 from twistcore.errors import TwistError
@@ -70,7 +71,7 @@ def test_a_word_of_no_kind_is_one_that_is_shown():
     assert kind is Kind(LATER) is pickle.loads(pickle.dumps(kind))
     assert repr(kind) == f"<Kind: {LATER!r}>"
     assert kind.info.here.format(frames="1–2", size="", joint="") == f"{LATER} 1–2"
-    with pytest.raises(TwistError, match="no kind"):
+    with pytest.raises(TwistError, match=LATER):
         tc.detect(tc.read_clip(WALK), kinds=LATER)
 
 
@@ -126,8 +127,8 @@ def test_it_is_kept_as_it_is_when_the_session_is_written_again(session, tmp_path
 def test_it_is_never_repaired_and_the_commands_say_so(session, tmp_path):
     out = tmp_path / "out.bvh"
     code, _, err = run("apply", session, WALK, "-o", out)
-    told = f"1 accepted interval is of kinds that this version cannot correct: {LATER}"
-    assert (code, err) == (1, f"{WALK}: {told}\n")
+    assert code == 1
+    assert names_in_one_line(err, f"{WALK}: ", LATER)
     interval = tc.read_session(session).state.intervals[1].interval
     clip, after = tc.read_clip(WALK), tc.read_clip(out)
     own = next(c for c in tc.find_chains(clip) if c.name == interval.chain)
@@ -137,7 +138,7 @@ def test_it_is_never_repaired_and_the_commands_say_so(session, tmp_path):
     code, _, err = run("report", session, "-o", tmp_path / "pages", "--clip", WALK, "--no-pictures")
     assert (code, err) == (0, "")
     (page,) = (tmp_path / "pages").glob("*.html")
-    assert told in page.read_text("utf-8")
+    assert LATER in page.read_text("utf-8")
     code, out, _ = run("apply", session, WALK, "-o", tmp_path / "o.bvh", "--json")
     assert json.loads(out)["intervals"][1]["kind"] == LATER
 
@@ -152,4 +153,4 @@ def test_why_not_speaks_of_it(session):
     found = Detection(analysis, "consistency", state.tau, intervals)
     interval = intervals[1]
     reason = why_not(found, interval.chain, interval.start + 1)
-    assert f"lies in an interval: {LATER} " in reason.text
+    assert f"{LATER} " in reason.text

@@ -18,7 +18,6 @@ def test_it_is_one_step_and_in_the_session_of_the_same_version(tmp_path):
     plain = session_bytes(CLIP, review.state)
     review.do(LeaveOut(((100, 120), (0, 40), (110, 130))))
     assert review.state.left_out == SPANS
-    assert review.undo_text == "Leave frames out of tuning"
     saved = session_bytes(CLIP, review.state)
     path.write_bytes(saved)
     assert read_session(path).state.left_out == SPANS
@@ -49,5 +48,5 @@ def test_damaged_spans_are_refused(tmp_path, damage):
     path.write_text(json.dumps({**document, "left_out": damage}))
     with pytest.raises(FormatError, match="left_out"):
         read_session(path)
-    with pytest.raises(ValueError, match="one frame"):
+    with pytest.raises(ValueError, match="frame"):
         fresh().do(LeaveOut(((5, 5),)))

@@ -14,6 +14,7 @@ import pytest
 import twistcore as tc
 import twistcore.analysis.clip_analysis as core
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, refused
 from tests.twistcore.reviews import CARRIED, find_flips, flip
 from twistcore.analysis.correction import applied_unasked
 from twistcore.export.compare import compare
@@ -63,7 +64,7 @@ def test_everything_shows_itself_in_one_line(clip, found):
     for thing in things:
         assert "\n" not in repr(thing)
         assert len(repr(thing)) < 120, repr(thing)
-    assert repr(found) == "<Detection walk_injected.bvh: 8 intervals by consistency>"
+    assert names_in_one_line(repr(found), "walk_injected.bvh", "8 intervals", "consistency")
 
 
 def test_tau_has_its_unit_in_its_name(clip):
@@ -77,22 +78,22 @@ def test_tau_has_its_unit_in_its_name(clip):
     assert one.tau["LeftArm"] == np.radians(3.0) != one.tau["RightArm"]
     with pytest.raises(TypeError):
         tc.detect(clip, tau=5.0)
-    with pytest.raises(tc.TwistError, match="found both"):
+    with refused(tc.TwistError, "τ"):
         tc.detect(clip, tau_degrees=5.0, tau_radians=0.1)
-    with pytest.raises(tc.TwistError, match="no chain 'LeftWing'; expected one of LeftArm"):
+    with refused(tc.TwistError, "'LeftWing'", "LeftArm"):
         tc.detect(clip, tau_degrees={"LeftWing": 3.0})
 
 
 def test_errors_say_what_came_and_what_was_expected(clip, found):
-    with pytest.raises(tc.TwistError, match="no detector 'median'; expected one of consistency"):
+    with refused(tc.TwistError, "'median'", "consistency"):
         tc.detect(clip, method="median")
-    with pytest.raises(tc.TwistError, match="no chain 'LeftWing'; expected one of LeftArm"):
+    with refused(tc.TwistError, "'LeftWing'", "LeftArm"):
         tc.detect(clip, ["LeftWing"])
-    with pytest.raises(tc.TwistError, match="no chain 'LeftWing'"):
+    with pytest.raises(tc.TwistError, match="'LeftWing'"):
         found.analysis.chain("LeftWing")
-    with pytest.raises(TypeError, match=r"a clip or a motion, found str 'walk\.bvh'"):
+    with pytest.raises(TypeError, match=r"str 'walk\.bvh'"):
         tc.detect("walk.bvh")
-    with pytest.raises(TypeError, match=r"expected a Motion, found <Clip .*: its \.motion"):
+    with pytest.raises(TypeError, match=r"Motion.*<Clip .*\.motion"):
         tc.write_clip(clip, clip, "out.bvh")
 
 
@@ -103,7 +104,7 @@ def test_chains_are_chosen_by_name_and_in_the_clips_order(clip):
     assert list(few.tau) == ["LeftArm", "RightLeg", "LeftArm-LeftHand"]
     alone = tc.analyse(clip, ["RightUpLeg-RightFoot"])
     assert [c.name for c in alone.chains_and_limbs] == ["RightUpLeg-RightFoot"]
-    with pytest.raises(tc.TwistError, match=r"no chain 'RightUpLeg-Foot'; .* RightUpLeg-RightFoot"):
+    with pytest.raises(tc.TwistError, match=r"'RightUpLeg-Foot'.* RightUpLeg-RightFoot"):
         tc.analyse(clip, ["RightUpLeg-Foot"])
 
 
@@ -125,7 +126,7 @@ def test_kinds_of_errors_are_looked_for_as_asked(clip, monkeypatch):
     assert fresh.kept("consistency") is None
     assert fresh.detect(kinds=[tc.Kind.LONE_JUMP]).limbs == fresh.detect(kinds=()).chains == ()
     assert len(fresh.detect(kinds="limb flip")) == len(fresh.detect(kinds=["limb flip"])) == 2
-    with pytest.raises(tc.TwistError, match="no kind 'twist'; expected one of counter-twist"):
+    with refused(tc.TwistError, "'twist'", "counter-twist"):
         fresh.detect(kinds=["twist"])
     assert len(fresh.detect()) == 10
     assert len(made) == 2
@@ -158,9 +159,9 @@ def test_a_detector_answers_for_chains_and_limbs_by_name(clip, monkeypatch):
     assert detector.automatic_tau("RightUpLeg") == own.automatic_tau("RightUpLeg")
     assert detector.strength("RightUpLeg") is own.strength("RightUpLeg")
     assert len(detector.intervals("LeftForeArm", 0.1)) == len(own.intervals("LeftForeArm", 0.1))
-    with pytest.raises(tc.TwistError, match="no chain 'Tail'"):
+    with pytest.raises(tc.TwistError, match="'Tail'"):
         detector.strength("Tail")
-    with pytest.raises(tc.TwistError, match="no detector 'median'"):
+    with pytest.raises(tc.TwistError, match="'median'"):
         analysis.detector("median")
 
 

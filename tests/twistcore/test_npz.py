@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line
 from tests.twistcore.amass_files import UPRIGHT, amass_arrays, write_amass
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.quality.joint import joint_quality
@@ -124,9 +125,9 @@ def test_the_rate_is_the_file_s_or_said_to_be_assumed(missing, walk, tmp_path):
     np.savez(tmp_path / "a.npz", **arrays)
     clip = read_npz(tmp_path / "a.npz")
     assert clip.motion.fps == pytest.approx(30.0 if missing else 120.0, rel=1e-5)
-    assumed = [str(w) for w in clip.warnings if "30 frames a second are assumed" in str(w)]
+    assumed = [str(w) for w in clip.warnings if "30 frames" in str(w)]
     assert len(assumed) == missing
-    assert all("the commands' --fps" in told for told in assumed)  # the window has none
+    assert all("--fps" in told for told in assumed)
     assert read_npz(tmp_path / "a.npz", fps=60.0).motion.fps == pytest.approx(60.0)
 
 
@@ -143,7 +144,7 @@ def test_refine_changes_the_poses_of_the_intervals_and_no_other_bit(
     source = path.read_bytes()
     code, said, _ = run(capsys, "refine", path, "-o", out)
     assert (code, path.read_bytes()) == (0, source)
-    assert "of 8 intervals corrected" in said
+    assert "of 8 intervals" in said
     before, after = arrays_in(path), arrays_in(out)
     assert list(before) == list(after)
     others = [n for n in before if n[:-4] not in ("poses", "pose_body")]
@@ -266,18 +267,18 @@ def test_no_rotation_at_all_is_written_as_the_whole_turn_that_its_neighbours_hav
 
 F = np.zeros((5, 3))
 REFUSED = {
-    "another thing": ({"a": F}, "'trans' of AMASS, or another layout of docs/amass.md, found a"),
-    "an estimator's": ({"global_orient": F, "body_pose": F}, "`twistcore quamo refine` reads"),
-    "no place": ({"poses": np.zeros((5, 72))}, "expected the array 'trans'"),
+    "another thing": ({"a": F}, "docs/amass.md"),
+    "an estimator's": ({"global_orient": F, "body_pose": F}, "`twistcore quamo refine`"),
+    "no place": ({"poses": np.zeros((5, 72))}, "'trans'"),
     "width": ({"poses": np.zeros((5, 70)), "trans": F}, "72 (SMPL)"),
-    "matrices": ({"poses": np.zeros((5, 24, 3, 3)), "trans": F}, "as rotation vectors"),
+    "matrices": ({"poses": np.zeros((5, 24, 3, 3)), "trans": F}, "rotation vectors"),
     "whole numbers": ({"poses": np.zeros((5, 72), dtype=int), "trans": F}, "floating-point"),
-    "empty": ({"poses": np.zeros((0, 72)), "trans": F[:0]}, "from 1 to"),
-    "frames": ({"poses": np.zeros((4, 72)), "trans": F}, "shape (4, 3), found (5, 3)"),
-    "objects": ({"poses": np.array([None, {}]), "trans": F}, "numbers in 'poses', found objects"),
-    "offsets": ({"poses": np.zeros((5, 72)), "trans": F, "J": F}, "'J' of shape (24, 3)"),
+    "empty": ({"poses": np.zeros((0, 72)), "trans": F[:0]}, "1 to"),
+    "frames": ({"poses": np.zeros((4, 72)), "trans": F}, "(5, 3)"),
+    "objects": ({"poses": np.array([None, {}]), "trans": F}, "'poses'"),
+    "offsets": ({"poses": np.zeros((5, 72)), "trans": F, "J": F}, "'J'"),
     "no joints": ({"poses": np.zeros((5, 72)), "trans": F, "offsets": np.full((24, 3), np.nan)},
-                  "finite numbers below a million in 'offsets', found nan in joint 0"),
+                  "'offsets'"),
 }  # fmt: skip
 
 
@@ -295,7 +296,7 @@ def test_a_number_that_is_none_is_refused_with_its_frame(capsys, tmp_path):
     poses[6, 40] = np.nan
     np.savez(tmp_path / "a.npz", poses=poses, trans=np.zeros((9, 3)))
     _, _, err = run(capsys, "info", tmp_path / "a.npz")
-    assert "in 'poses', found nan in frame 6" in err
+    assert names_in_one_line(err, "'poses'", "nan", "frame 6")
 
 
 @pytest.mark.parametrize("cut", [0, 3, 200, 5000, -10])
@@ -303,7 +304,7 @@ def test_a_damaged_file_is_refused_in_one_sentence(cut, walk, capsys, tmp_path):
     (tmp_path / "a.npz").write_bytes(walk.read_bytes()[:cut])
     code, out, err = run(capsys, "detect", tmp_path / "a.npz")
     assert (code, out, err.count("\n")) == (2, "", 1)
-    assert "expected an .npz of numpy" in err
+    assert ".npz" in err
 
 
 def test_damage_within_an_array_is_told(walk, capsys, tmp_path):
@@ -311,7 +312,7 @@ def test_damage_within_an_array_is_told(walk, capsys, tmp_path):
     data[data.index(b"poses.npy") + 5000] ^= 1
     (tmp_path / "a.npz").write_bytes(data)
     _, _, err = run(capsys, "detect", tmp_path / "a.npz")
-    assert "expected a whole array 'poses'" in err
+    assert names_in_one_line(err, "'poses'")
 
 
 def test_damage_in_another_array_ends_the_packing_anew_with_nothing_written(capsys, tmp_path):
@@ -321,7 +322,7 @@ def test_damage_in_another_array_ends_the_packing_anew_with_nothing_written(caps
     path.write_bytes(data)
     code, _, err = run(capsys, "refine", path, "-o", tmp_path / "b.npz")
     assert (code, [*tmp_path.iterdir()]) == (2, [path])
-    assert "expected a whole array 'dmpls'" in err
+    assert names_in_one_line(err, "'dmpls'")
 
 
 def test_an_array_that_would_fill_the_memory_is_refused_unread(capsys, tmp_path):
@@ -332,15 +333,15 @@ def test_an_array_that_would_fill_the_memory_is_refused_unread(capsys, tmp_path)
     data[at + 24 : at + 28] = (3 << 30).to_bytes(4, "little")
     (tmp_path / "a.npz").write_bytes(data)
     _, _, err = run(capsys, "detect", tmp_path / "a.npz")
-    assert "expected arrays of at most 32 MiB in so small a file, found 3072 MiB" in err
+    assert names_in_one_line(err, "32 MiB", "3072 MiB")
 
 
 def test_another_format_s_name_is_refused_before_anything_is_written(walk, capsys, tmp_path):
     for source, out in ((walk, "b.bvh"), (ASSETS / "walk.bvh", "b.npz")):
         code, _, err = run(capsys, "refine", source, "-o", tmp_path / out)
         assert (code, err.count("\n"), list(tmp_path.iterdir())) == (2, 1, [])
-        assert f"expected a name that ends in {source.suffix}" in err
-    with pytest.raises(TwistError, match=r"ends in \.npz"):
+        assert f" {source.suffix}" in err
+    with pytest.raises(TwistError, match=r"\.npz"):
         write_clip(read_npz(walk), read_npz(walk).motion, tmp_path / "b.BVH")
 
 

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line
 from twistcore.cli import main
 from twistcore.cli.arguments.argument_types import clip_target
 from twistcore.cli.parser import commands_of, make_parser
@@ -46,16 +47,14 @@ def test_it_is_refused_before_the_clip_is_looked_for(command, output, tmp_path, 
         code = stop.code
     assert code == 2
     errors = capsys.readouterr().err
-    assert "expected a name that ends in .bvh" in errors
-    assert "no such file" not in errors
-    assert len(errors.splitlines()) == 1
+    assert names_in_one_line(errors, " .bvh")
     assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("output", SCENES)
 def test_the_library_refuses_it_too(output, tmp_path):
     clip = read_bvh(ASSETS / "walk.bvh")
-    with pytest.raises(TwistError, match=r"expected a name that ends in \.bvh, .* is written"):
+    with pytest.raises(TwistError, match=r" \.bvh"):
         write_clip(clip, clip.motion, tmp_path / output)
     assert not list(tmp_path.iterdir())
 

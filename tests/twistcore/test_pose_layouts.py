@@ -13,6 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.messages import numbers, refused
 from tests.twistcore.estimator_files import (
     LAYOUTS,
     amass,
@@ -131,12 +132,12 @@ def test_several_persons_are_named_and_one_is_chosen(clip, template, tmp_path):
     path = world_and_camera(tmp_path / "a", *clip)
     with pytest.raises(PosesError, match=r"--person.*0 \(12 frames\), 7 \(4 frames\)"):
         read(path, template)
-    with pytest.raises(PosesError, match="not 5"):
+    with pytest.raises(PosesError, match="5"):
         read(path, template, person="5")
     assert read(path, template, person="7").motion.frames == 4
     with pytest.raises(PosesError, match=r"0 \(12 frames\), 1 \(12 frames\)"):
         read(person_axis(tmp_path / "b", *clip), template)
-    with pytest.raises(PosesError, match="no --person"):
+    with pytest.raises(PosesError, match="--person"):
         read(amass(tmp_path / "c", *clip), template, person="0")
 
 
@@ -158,7 +159,7 @@ def test_several_persons_in_one_frame_are_no_frames_of_one(clip, template, tmp_p
 def test_who_was_not_seen_is_nobody(clip, template, tmp_path):
     """Where a person is lost, the tracker of such a file carries the last pose on."""
     path = lists_by_frame(tmp_path / "a", *clip)
-    with pytest.raises(PosesError, match="not 9"):
+    with pytest.raises(PosesError, match="9"):
         read(path, template, person="9")
 
 
@@ -172,25 +173,25 @@ def test_frames_that_are_missing_are_filled_and_told(clip, template, tmp_path):
     assert same(there, q[kept], r[kept]) == (pytest.approx(0, abs=1e-3), pytest.approx(0, abs=1e-5))
     assert found.motion.frames == 12
     told = " ".join(map(str, found.warnings))
-    assert "4 of 12 frames are missing, 3 at most in a row, the first is 104" in told
+    assert numbers(told)[:4] == [4, 12, 3, 104]
     between = found.motion.positions[4:7, 0]
     steps = np.diff(np.concatenate([r[[3]], between, r[[7]]]), axis=0)
     assert steps == pytest.approx(np.tile((r[7] - r[3]) / 4.0, (4, 1)), abs=1e-5)
 
 
 @pytest.mark.parametrize(
-    ("ids", "what"),
+    ("ids", "facts"),
     [
-        (np.arange(11), "12 numbers in frame_ids, found 11"),
-        (np.arange(12)[::-1], "rising"),
-        (np.repeat(np.arange(6), 2), "rising"),
-        (np.arange(12) + 0.5, "whole"),
-        (np.arange(12) * 10**9, "close to each other"),
+        (np.arange(11), ("12", "11")),
+        (np.arange(12)[::-1], ()),
+        (np.repeat(np.arange(6), 2), ()),
+        (np.arange(12) + 0.5, ()),
+        (np.arange(12) * 10**9, ()),
     ],
 )
-def test_frame_numbers_that_mean_nothing_are_refused(ids, what, clip, template, tmp_path):
+def test_frame_numbers_that_mean_nothing_are_refused(ids, facts, clip, template, tmp_path):
     record = {"pose": vectors(clip[0]), "trans": clip[1], "frame_ids": ids}
-    with pytest.raises(PosesError, match=what):
+    with refused(PosesError, "frame_ids", *facts):
         read(write_joblib(tmp_path / "a.pkl", {"0": record}), template)
 
 
@@ -294,7 +295,7 @@ def test_a_pickle_runs_nothing(clip, template, tmp_path):
 def test_names_in_a_pickle_are_not_looked_up_and_nothing_of_ours_is_changed():
     # A state for a class, which Python's own unpickler would set as attributes of it.
     attack = b"cnumpy\ndtype\n(N}X\x05\x00\x00\x00plainK\x01stb."
-    with pytest.raises(ValueError, match="no whole pickle"):
+    with pytest.raises(ValueError, match="pickle"):
         read_pickle(attack)
     good = pickle.dumps(np.arange(3))
     assert (read_pickle(good) == np.arange(3)).all()
@@ -312,7 +313,7 @@ def test_numbers_of_either_byte_order_are_read(order):
 def test_a_length_in_a_pickle_takes_no_memory():
     tracemalloc.start()
     try:
-        with pytest.raises(ValueError, match="no whole pickle"):
+        with pytest.raises(ValueError, match="pickle"):
             read_pickle(b"\x80\x05\x96" + (1 << 27).to_bytes(8, "little") + b"few")
         assert tracemalloc.get_traced_memory()[1] < 1 << 20
     finally:
@@ -339,7 +340,7 @@ def test_arrays_of_anything_but_plain_numbers_are_not_made_of_bytes(letters):
         pickler.dump(state)
     except pickle.PicklingError:
         pytest.skip("cannot be written")
-    with pytest.raises(ValueError, match="no whole pickle"):
+    with pytest.raises(ValueError, match="pickle"):
         read_pickle(stream.getvalue())
 
 
@@ -365,7 +366,7 @@ def test_files_that_are_no_poses_are_refused_in_one_sentence(
 
 def test_other_archives_are_refused(template, tmp_path):
     np.savez(tmp_path / "empty.npz")
-    with pytest.raises(PosesError, match="found nothing"):
+    with pytest.raises(PosesError, match=r"empty\.npz"):
         read(tmp_path / "empty.npz", template)
     (tmp_path / "a.pkl").write_bytes(pickle.dumps({"po\nse\x1b": 1}))
     with pytest.raises(PosesError, match=r"found po\?se\? \(int\)"):
@@ -384,7 +385,7 @@ def test_a_pickle_that_holds_itself_is_refused_in_one_sentence(name, template, t
     names = {}
     names[name] = names
     (tmp_path / "a.pkl").write_bytes(pickle.dumps(names))
-    with pytest.raises(PosesError, match=rf"expected 'poses'.*found {name} \(dict of 1\)"):
+    with pytest.raises(PosesError, match=rf"'poses'.* {name} \(dict of 1\)"):
         read(tmp_path / "a.pkl", template)
 
 

@@ -283,11 +283,11 @@ def test_z_up_is_turned_upright_and_52_joints_keep_the_body(dance, tmp_path):
         ({"poses": None}, "'poses'"),
         ({"trans": None}, "'trans'"),
         ({"poses": np.zeros((4, 70))}, r"\(frames, 72\)"),
-        ({"poses": np.zeros((4, 72))}, "trans of shape"),
+        ({"poses": np.zeros((4, 72))}, "trans"),
         ({"mocap_framerate": None}, "--fps"),
-        ({"mocap_framerate": np.array(0.0)}, "above 0"),
+        ({"mocap_framerate": np.array(0.0)}, "fps"),
         ({"offsets": None}, "--template"),
-        ({"offsets": np.zeros((22, 3))}, "offsets of shape"),
+        ({"offsets": np.zeros((22, 3))}, "offsets"),
         ({"poses": np.array([["x"] * 72])}, "numbers"),
     ],
 )
@@ -306,7 +306,7 @@ def test_nan_and_files_that_are_no_npz_are_refused(dance, tmp_path):
         read_poses(write_poses(tmp_path / "nan.npz", dance, poses=poses))
     text = tmp_path / "text.npz"
     text.write_text("HIERARCHY")
-    with pytest.raises(PosesError, match=r"expected an \.npz"):
+    with pytest.raises(PosesError, match=r"\.npz"):
         read_poses(text)
 
 

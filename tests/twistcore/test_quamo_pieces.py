@@ -131,7 +131,7 @@ def test_refine_writes_the_bytes_of_a_session_and_names_the_cut(capsys, tmp_path
     assert main(words + ["--causal"] * causal) == 0
     assert out.read_bytes() == expected.read_bytes()
     told = capsys.readouterr().out
-    assert ("cut at frame 150: nothing was smoothed across" in told) == (not causal)
+    assert ("frame 150: " in told) == (not causal)
 
 
 def with_places(moving, *, motion=MOTION):
@@ -154,7 +154,7 @@ def test_the_figures_place_is_that_of_a_joint_that_carries_the_figure():
     at = MOTION.skeleton.index("LThumb")
     alone = replace(thumb, positioned=(at,), positions=thumb.positions[:, [at]])
     assert placed_joint(alone) is None
-    with pytest.raises(TwistError, match="expected position channels, of the root as a rule"):
+    with pytest.raises(TwistError, match="position channels"):
         check_place(alone)
 
 
@@ -176,7 +176,7 @@ def test_learned_gains_refuse_a_place_that_is_not_of_their_root():
         ("LeftArm",), learned=True, weights=weights_mark(), causal=False, place=True
     )
     for track_it in (lambda: learned(motion), lambda: check_tracking(motion, tracking)):
-        with pytest.raises(TwistError, match=r"the place of 'Hips' alone.* that of 'LowerBack'"):
+        with pytest.raises(TwistError, match=r"'Hips'.*'LowerBack'"):
             track_it()
     kept = track_learned(motion, JOINTS, NETWORK, causal=False).motion
     np.testing.assert_array_equal(kept.positions, motion.positions)

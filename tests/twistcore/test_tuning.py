@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, numbers, refused
 from twistcore.analysis.clip_analysis import analyse, detect
 from twistcore.batch import survey
 from twistcore.cli import main
@@ -175,7 +176,7 @@ def test_a_profile_says_what_it_was_tuned_for(tmp_path, capsys):
     assert "fsr" not in path.read_text()
     walk = str(ASSETS / "walk.bvh")
     assert main(["detect", walk, "--profile", str(path)]) == 0
-    assert "tuned for detector paper" in capsys.readouterr().err
+    assert names_in_one_line(capsys.readouterr().err, f"{path}: ", "paper", "consistency")
     assert main(["detect", walk, "--profile", str(path), "--method", "paper"]) == 0
     assert capsys.readouterr().err == ""
 
@@ -210,7 +211,7 @@ def test_tune_leaves_out_what_a_session_leaves_out(reviewed, tmp_path, capsys):
     out = tmp_path / "p.toml"
     words = ["tune", str(path), "-o", str(out), "--seeds", "1", "--workers", "1"]
     assert main([*words, "--sessions"]) == 0
-    assert "w.bvh: done, with its session" in capsys.readouterr().err
+    assert "w.bvh: " in capsys.readouterr().err
     session = path.with_name("w.twist.json")
     curves = clip_curves(path, "consistency", 1, session=session)
     tuning = clip_tuning(
@@ -226,14 +227,14 @@ def test_tune_leaves_out_what_a_session_leaves_out(reviewed, tmp_path, capsys):
     assert curves[natural.chain].alarms[0] >= 1.0
     path.write_bytes(path.read_bytes() + b"\n")
     assert main([*words, "--sessions"]) == 2
-    assert "its session is of another version of it" in capsys.readouterr().err
+    assert "w.bvh: " in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('"method": "consistency"', '"method": "guess"', "expected consistency or paper, found"),
-        ('"chain": "', '"chain": "Tail', "its session names a chain 'Tail"),
+        ('"method": "consistency"', '"method": "guess"', "consistency or paper"),
+        ('"chain": "', '"chain": "Tail', "'Tail"),
     ],
 )
 def test_tune_refuses_a_session_of_what_is_not_there(reviewed, tmp_path, capsys, old, new, said):
@@ -242,7 +243,7 @@ def test_tune_refuses_a_session_of_what_is_not_there(reviewed, tmp_path, capsys,
     session.write_text(session.read_text().replace(old, new))
     words = ["tune", str(path), "-o", str(out), "--seeds", "0", "--workers", "1", "--sessions"]
     assert main(words) == 2
-    assert f"w.bvh: {said}" in capsys.readouterr().err
+    assert names_in_one_line(capsys.readouterr().err.splitlines()[-1], "w.bvh: ", said)
     assert not out.exists()
 
 
@@ -253,20 +254,19 @@ def test_tune_guesses_nothing_where_a_session_cannot_be_read(reviewed, tmp_path,
     whole = session.read_text()
     session.write_text(whole.replace('"left_out"', '"left_out": "all", "_"'))
     assert main(["tune", str(path), *words]) == 2
-    said = "expected a list for left_out, found 'all'"
-    assert f"w.twist.json: {said}\n" in capsys.readouterr().err
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert names_in_one_line(said, "w.twist.json: ", "left_out", "'all'")
     shutil.copy(ASSETS / "kick.bvh", tmp_path / "k.bvh")
     assert main(["tune", str(tmp_path), *words]) == 1
     told = capsys.readouterr().err
-    assert "k.bvh: done\n" in told
+    assert "k.bvh: " in told
     assert "w.twist.json: " in told
-    assert "w.bvh: done" not in told
+    assert "w.bvh: " not in told
     out.unlink()
     assert main(["tune", str(tmp_path / "k.bvh"), *words]) == 2  # its neighbour's is none of its
-    assert "expected clips with sessions beside them, found none" in capsys.readouterr().err
     session.write_text(re.sub(r'"left_out": [^"]*$', '"left_out": [[0, 344]]}', whole))
     assert main(["tune", str(path), *words]) == 2
-    assert f"{path}: no chain that τ could be tuned on" in capsys.readouterr().err
+    assert f"{path}: " in capsys.readouterr().err
     assert not out.exists()
 
 
@@ -288,7 +288,8 @@ def test_in_no_minute_nothing_is_known_of_alarms(tmp_path):
     cost = none.cost(0.02)
     assert math.isnan(cost.rate)
     assert np.isnan(none.alarms_per_minute).all()
-    assert (count_words(cost), alarm_words(cost)) == ("–", "No frame was looked at.")
+    assert count_words(cost) == "–"
+    assert numbers(alarm_words(cost)) == []
     write_profile(tmp_path / "p.toml", {"A": tuned(none)}, "clips", "consistency")
     assert "false_alarms" not in (tmp_path / "p.toml").read_text()
 
@@ -311,7 +312,7 @@ def test_tune_prints_bands_and_both_detectors(tmp_path, capsys):
     assert fsr_words(total, unit="") in lines[-2]
     assert read_profile(out).method == "consistency"
     assert main(["tune", str(tmp_path), "-o", str(out), "--verdicts", "--both"]) == 2
-    assert "--both: expected no --verdicts" in capsys.readouterr().err
+    assert names_in_one_line(capsys.readouterr().err, "--both: ", "--verdicts")
 
 
 # -- whose profile -------------------------------------------------------------------------------
@@ -341,29 +342,26 @@ def test_readers_of_earlier_versions_read_it(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("line", "told"),
+    ("line", "facts"),
     [
-        ("confidence = 3", "expected an object for confidence"),
-        ("confidence = { shift = 0.1, scale = 0.0 }", "for scale, found 0.0"),
-        ("confidence = { shift = nan, scale = 1.0 }", "from -30.0 to 30.0 for shift"),
-        (
-            "confidence = { shift = 0.1, scale = 1.0, accepted = -1 }",
-            "a whole number from 0 on for accepted",
-        ),
-        ("rig = 4", "expected a text for rig"),
-        (f"confidence = {{ shift = 1{400 * '0'}, scale = 1.0 }}", "for shift, found 1000"),
-        (f"[RightArm]\ntau_deg = 1{400 * '0'}", "from 0.0 to 180.0 for tau_deg"),
+        ("confidence = 3", ("confidence",)),
+        ("confidence = { shift = 0.1, scale = 0.0 }", ("scale", "0.0")),
+        ("confidence = { shift = nan, scale = 1.0 }", ("shift", "-30.0", "30.0")),
+        ("confidence = { shift = 0.1, scale = 1.0, accepted = -1 }", ("accepted", "0")),
+        ("rig = 4", ("rig",)),
+        (f"confidence = {{ shift = 1{400 * '0'}, scale = 1.0 }}", ("shift", "1000")),
+        (f"[RightArm]\ntau_deg = 1{400 * '0'}", ("tau_deg", "0.0", "180.0")),
     ],
 )
-def test_a_damaged_profile_says_what_was_expected(tmp_path, line, told):
+def test_a_damaged_profile_says_what_was_expected(tmp_path, line, facts):
     path = tmp_path / "p.toml"
     path.write_text(f"[LeftArm]\ntau_deg = 2.0\n{line}\n")
-    with pytest.raises(FormatError, match=told):
+    with refused(FormatError, str(path), *facts):
         read_profile(path)
 
 
 def test_two_rigs_in_one_profile_are_refused(tmp_path):
     path = tmp_path / "p.toml"
     path.write_text('[A]\ntau_deg = 2.0\nrig = "a"\n[B]\ntau_deg = 2.0\nrig = "b"\n')
-    with pytest.raises(FormatError, match="expected one rig in all tables"):
+    with pytest.raises(FormatError, match="rig"):
         read_profile(path)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.messages import names_in_one_line, numbers
 from tests.twistcore.reviews import spun
 from tests.twistcore.test_smoothed_spans import smoothed
 from tests.twistcore.two_people import CLEAN, WRONG, two_people
@@ -82,7 +83,7 @@ def test_one_person_s_chains_by_name(pair):
     assert only.people == ("A", "B")
     with pytest.raises(TwistError, match="A, B"):
         analyse(pair, people=["C"])
-    with pytest.raises(TwistError, match="one person"):
+    with pytest.raises(TwistError, match="'A'"):
         analyse(read_clip(CLEAN), people=["A"])
 
 
@@ -103,7 +104,7 @@ def test_a_restless_person_leaves_the_other_s_finds_as_they_are(pair, people):
     assert applied_unasked(found)
     assert spans(found, "B") == spans(calm, "B")
     said = [str(note) for note in found.notes if note.kind == RESTLESS_CLIP]
-    assert said == [] if people else ["lone jumps of A" in text for text in said] == [True]
+    assert said == [] if people else [" A " in text for text in said] == [True]
 
 
 def test_one_person_alone_has_the_same_finds_where_the_budget_is_spent(pair, monkeypatch):
@@ -208,7 +209,7 @@ def test_detect_tells_whose_each_interval_is(file, alone, capsys):
     assert code == 0
     assert rows[0].split()[:2] == ["person", "chain"]
     assert all(row.split()[0] == "B" for row in rows[1:-1])
-    assert rows[-1].startswith(f"{len(alone)} intervals in 20 chains of 2 people")
+    assert numbers(rows[-1])[:3] == [len(alone), 20, 2]
     _, of_one = said(capsys, "detect", WRONG)
     assert of_one.out.splitlines()[0].split()[0] == "chain"
 
@@ -219,7 +220,7 @@ def test_person_chooses_in_every_command_that_takes_chains(file, alone, tmp_path
     _, text = said(capsys, "detect", file, "--person", "B", "--json")
     assert {i["person"] for i in json.loads(text.out)["intervals"]} == {"B"}
     _, text = said(capsys, "detect", file, "--person", "A", "--person", "B")
-    assert "of 2 people" in text.out
+    assert "2 people" in text.out
     table = tmp_path / "signals.csv"
     code, _ = said(capsys, "signals", file, "--person", "B", "--csv", table)
     chains = {row["chain"] for row in csv.DictReader(table.read_text().splitlines())}
@@ -241,8 +242,7 @@ def test_person_chooses_in_every_command_that_takes_chains(file, alone, tmp_path
 def test_an_unknown_person_is_said_with_those_there_are(file, capsys):
     code, text = said(capsys, "detect", file, "--person", "Zoe")
     assert code == 2
-    assert "no person 'Zoe'" in text.err
-    assert "A, B" in text.err
+    assert names_in_one_line(text.err, "'Zoe'", "A, B")
     assert text.out == ""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from importlib import import_module
 from threading import Lock
@@ -62,6 +62,7 @@ from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals, signals_of_chains
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
@@ -124,6 +125,7 @@ class ClipAnalysis:
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
         self._detectors: dict[str, Detector] = {}  # which made them
+        self._failed: dict[str, tuple[Detector, str]] = {}  # and why
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
         self._carried: dict[str, CarriedRolls] = {}  # by detector
@@ -141,10 +143,15 @@ class ClipAnalysis:
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
     def with_rig(self, rig: Rig) -> ClipAnalysis:
-        """The same motion with all chains and limbs of a rig; TwistError if they are none."""
+        """Return the analysis of the same motion with a rig; TwistError if it has no such chains.
+
+        A choice of people or chains stays.
+        """
         if rig == self.rig:
             return self
-        other = ClipAnalysis(self.motion, rig.chains(self.motion), self.name, rig)
+        other = self._with_chains_of(rig)
+        # A detector that failed does not run again.
+        (other._whole or other)._failed = dict((self._whole or self)._failed)
         for name in {"poses", "bursts"} & vars(self).keys():  # which no chain changes
             vars(other)[name] = getattr(self, name)
         if "signals" in vars(self):  # nor those of another
@@ -154,6 +161,22 @@ class ClipAnalysis:
             known |= signals_of_chains(self.motion, new)
             vars(other)["signals"] = {c.name: known[c.name] for c in other.chains}
         return other
+
+    def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
+        """Return the analysis with a rig: all of its chains, or the chosen ones that it has."""
+        every = rig.chains(self.motion)
+        if self._people is not None:
+            every = tuple(c for c in every if c.person in self._people)
+        if not self.chosen:
+            return ClipAnalysis(self.motion, every, self.name, rig, people=self._people)
+        names = [c.name for c in self.chains_and_limbs]
+        some = [c for c in every if c.name in names]
+        if not some:
+            raise TwistError(f"{self.name}: the rig has none of the chains {', '.join(names)}")
+        whole = ClipAnalysis(self.motion, every, self.name, rig, people=self._people)
+        return ClipAnalysis(
+            self.motion, some, self.name, rig, chosen=True, people=self._people, whole=whole
+        )
 
     @property
     def every_chain(self) -> tuple[Chain, ...]:
@@ -235,9 +258,36 @@ class ClipAnalysis:
         with self._making:
             if self._detectors.get(method) is not detector:
                 self._forget(method)
-                self._by_method[method] = detector.analyse(self.motion, self._of_limbs, tell)
+                try:
+                    self._by_method[method] = detector.analyse(self.motion, self._of_limbs, tell)
+                except TwistError as error:
+                    self._failed[method] = detector, str(error)
+                    raise
                 self._detectors[method] = detector
             return self._by_method[method]
+
+    def usable(self, method: str) -> str:
+        """Return the detector's name, or the default one's if it is missing or failed on the clip.
+
+        This runs no detector: one that has not run yet counts as usable.
+        """
+        name = DETECTORS.usable(method)
+        return DEFAULT_METHOD if self.failure(name) else name
+
+    def failure(self, method: str) -> str:
+        """Return the message of a detector that failed on this clip; '' for any other."""
+        if self._whole is not None:
+            return self._whole.failure(method)
+        detector, why = self._failed.get(method, (None, ""))
+        return why if detector is not None and detector is DETECTORS.get(method) else ""
+
+    def give_up(self, method: str, why: str) -> None:
+        """Stop using a detector on this clip; why: the message of its error."""
+        if self._whole is not None:
+            self._whole.give_up(method, why)
+        elif method != DEFAULT_METHOD:
+            self._forget(method)
+            self._failed[method] = DETECTORS.named(method), why
 
     def _forget(self, method: str) -> None:
         """What an earlier detector of the name has found."""
@@ -488,21 +538,22 @@ class ClipAnalysis:
         return self._hinges[key]
 
     def detector(
-        self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] = ALL_KINDS
+        self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] | None = None
     ) -> Analysis:
         """What is known by the name of a chain or limb, of these kinds.
 
         Of a chain what :meth:`by`, :meth:`jumps` and :attr:`faults` tell, of a limb :attr:`flips`;
-        nothing is made before it is asked. TwistError for a method that there is not.
+        nothing is made before it is asked; kinds: all if not given. TwistError for a method that
+        there is not.
         """
         DETECTORS.named(method)
-        return _ByName(self, method, frozenset(kinds))
+        return _ByName(self, method, ALL_KINDS if kinds is None else frozenset(kinds))
 
     def detect(
         self,
         method: str | Detector = DEFAULT_METHOD,
         *,
-        kinds: Collection[Kind | str] | str = ALL_KINDS,
+        kinds: Collection[Kind | str] | str | None = None,
         tau_radians: Tau | None = None,
         tau_degrees: Tau | None = None,
         tell: Tell | None = None,
@@ -918,7 +969,7 @@ def detect(
     chains: Sequence[Chain | str] | Chain | str | None = None,
     method: str | Detector = DEFAULT_METHOD,
     *,
-    kinds: Collection[Kind | str] | str = ALL_KINDS,
+    kinds: Collection[Kind | str] | str | None = None,
     tau_degrees: Tau | None = None,
     tau_radians: Tau | None = None,
     tell: Tell | None = None,
@@ -934,7 +985,7 @@ def detect(
     method : str or Detector
         The detector of chains: 'consistency', 'paper', the name of another one, or a detector of
         your own, which is registered.
-    kinds : Kind, str or collection of these
+    kinds : Kind, str or collection of these, optional
         What to look for; everything if not given. ``"counter_twist"`` and ``"Counter-Twist"`` are
         the same.
     tau_degrees, tau_radians : float or mapping of str to float, optional
@@ -1004,8 +1055,10 @@ def _row(
     return row
 
 
-def _kinds(kinds: Collection[Kind | str] | str) -> frozenset[Kind]:
-    """Kinds from their words; TwistError for a word that is none."""
+def _kinds(kinds: Collection[Kind | str] | str | None) -> frozenset[Kind]:
+    """Kinds from their words, all for None; TwistError for a word that is none."""
+    if kinds is None:
+        return ALL_KINDS
     wanted = []
     for word in (kinds,) if isinstance(kinds, str) else kinds:
         if not (word and (kind := Kind(word)).known):

@@ -18,7 +18,6 @@ from twistcore.formats.reading import read_clip
 from twistcore.skeleton.joint_names import read_words
 from twistcore.skeleton.own_words import with_own_words
 from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
-from twistcore.work.processes import reason
 
 Found = TypeVar("Found")
 
@@ -71,6 +70,8 @@ def look_at(
         try:
             found.append(work(path))
         except (TwistError, OSError) as error:
+            from twistcore.work.processes import reason  # slow to load
+
             failed.append((clip_name(path), reason(path, error)))
     return found, failed
 
@@ -104,11 +105,12 @@ def chosen_words(arguments: argparse.Namespace) -> dict[str, Any] | None:
 def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
     """The intervals by --chain, --kinds, --method, --tau and --profile, which goes before --tau."""
     with step(f"  {clip.path}: analysed and searched"):
-        return _detected(arguments, clip)
+        return searched(arguments, analysed(arguments, clip))
 
 
-def _detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
-    analysis, method = analysed(arguments, clip), arguments.method
+def searched(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection:
+    """The same of a clip that is analysed already."""
+    method = arguments.method
     kinds = ALL_KINDS if arguments.kinds is None else arguments.kinds
     if not arguments.profile:
         return analysis.detect(method, kinds=kinds, tau_radians=arguments.tau)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import gc
 import io
 import os
 import signal
@@ -19,11 +20,24 @@ from twistcore.files.atomic import is_standard_output
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns its exit code. No traceback reaches a person."""
+    """Run one command; returns its exit code. No traceback reaches a person.
+
+    argv: its words; None for the words of this process, which ends with the command.
+    """
+    if argv is not None:
+        return _main(argv)
+    gc.disable()  # while modules load, hardly anything is garbage; `deferred` enables it
+    try:
+        return _main(sys.argv[1:])
+    finally:
+        gc.freeze()  # the interpreter's end need not search what the system takes back anyway
+
+
+def _main(argv: Sequence[str]) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without θ or → is no reason to fail
-    arguments = make_parser().parse_args(argv)
+    arguments = make_parser(argv).parse_args(argv)
     document = getattr(arguments, "json", None) is True
     voice = Voice(arguments.quiet, arguments.verbose, document)
     try:
@@ -52,15 +66,10 @@ def _detector(arguments: argparse.Namespace) -> Iterator[None]:
     if place is None:
         yield
         return
-    from twistcore.detection.registry import DETECTORS, FILE_VARIABLE
+    from twistcore.detection.registry import detector_of_file
 
-    arguments.method = DETECTORS.load(place).info.name
-    path, _, name = place.rpartition(":")
-    os.environ[FILE_VARIABLE] = f"{Path(path).resolve()}:{name}"
-    try:
+    with detector_of_file(place) as arguments.method:
         yield
-    finally:
-        del os.environ[FILE_VARIABLE]
 
 
 class _EndedError(KeyboardInterrupt):

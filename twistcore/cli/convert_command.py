@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import Any
 
 from twistcore.cli.arguments.argument_types import positive, rate, target
+from twistcore.cli.arguments.common_arguments import deferred
 from twistcore.cli.output import note as tell_note
 from twistcore.cli.output import refuse_overwrite, remark
 from twistcore.errors import TwistError
 from twistcore.files.atomic import is_stream
 
 
-def add_convert(subparsers: argparse._SubParsersAction[Any]) -> None:
-    """The command's words."""
-    parser = subparsers.add_parser(
-        "convert", help="FBX or glTF as BVH, by a Blender of your own (docs/pipelines.md)"
-    )
+def add_convert(parser: argparse.ArgumentParser) -> None:
+    """Put the command's words into a parser."""
     parser.add_argument("scene", type=Path, metavar="IN", help="FBX, GLB, glTF or .blend")
     parser.add_argument("-o", "--output", type=target, required=True, metavar="OUT.bvh")
     parser.add_argument(
@@ -30,7 +27,7 @@ def add_convert(subparsers: argparse._SubParsersAction[Any]) -> None:
         "--unit", type=positive, metavar="METRES", help="of one unit of OUT; FBX 0.01, else 1"
     )
     parser.add_argument("--time-limit", type=positive, metavar="SECONDS", help="default 600")
-    parser.set_defaults(run=convert_command)
+    parser.set_defaults(run=deferred("convert_command", "convert_command"))
 
 
 def convert_command(arguments: argparse.Namespace) -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,11 +15,11 @@ from twistcore.analysis.examination import joints_outside
 from twistcore.cli.clip_inputs import (
     analysed,
     clip_name,
-    detected,
+    clip_notes,
     failed_to_json,
     look_at,
     open_clip,
-    tell_clip,
+    searched,
 )
 from twistcore.cli.interval_words import (
     by_kind,
@@ -36,6 +35,7 @@ from twistcore.cli.output import (
     print_json,
     problem,
     say,
+    step,
     tell_problems,
     terminal_text,
 )
@@ -47,6 +47,7 @@ from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.notes import NOT_EXAMINED
+from twistcore.work.frozen import dataclass
 
 Document = dict[str, Any]
 
@@ -233,12 +234,18 @@ def _detect_in(
     capture only where `--kinds` is given.
     """
     clip = open_clip(path, fps=arguments.fps)
-    found = detected(arguments, clip)
     name, document = clip_name(path), Document()
-    tell_clip(name, clip)
+    told, missing = clip_notes(name, clip), clip.missing_frames
+    warnings = list(map(str, clip.warnings))
+    with step(f"  {clip.path}: analysed and searched"):
+        analysis = analysed(arguments, clip)
+        del clip  # its text and numbers take more memory than its motion
+        found = searched(arguments, analysis)
+    for sentence in told:
+        note(sentence)
     blind = not_examined(name, found)
     if arguments.json:
-        document = _detection_to_json(name, clip, found, explain=arguments.explain)
+        document = _detection_to_json(name, missing, warnings, found, explain=arguments.explain)
     else:
         if several:
             say(name, head=True)
@@ -384,20 +391,22 @@ def _shown(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else "–" if value is None else str(value)
 
 
-def _detection_to_json(name: str, clip: Clip, found: Detection, *, explain: bool) -> Document:
+def _detection_to_json(
+    name: str, missing: int, warnings: list[str], found: Detection, *, explain: bool
+) -> Document:
     motion = found.analysis.motion
     document = {
         "schema": "twistcore.detection/1",
         "clip": name,
         "frames": motion.frames,
-        "missing_frames": clip.missing_frames,
+        "missing_frames": missing,
         "fps": motion.fps,
         "method": found.method,
         "tau_deg": detection_tau_degrees(found),
         "intervals": intervals_to_json(found, explain=explain),
         "not_examined": found.not_examined or None,
         "unexamined": unexamined_to_json(found.analysis),
-        "warnings": list(map(str, clip.warnings)),
+        "warnings": warnings,
         "notes": [note.to_json() for note in found.notes],
     }
     return document | {"peaks": _peaks_to_json(found)} if explain else document

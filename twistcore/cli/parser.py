@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
 
 from twistcore.cli.arguments.argument_types import (
     Parser,
@@ -44,32 +43,33 @@ from twistcore.cli.arguments.quamo_arguments import add_quamo
 from twistcore.cli.convert_command import add_convert
 from twistcore.files.version import __version__
 
-Subparsers: TypeAlias = "argparse._SubParsersAction[Any]"  # as add_subparsers makes them
 SHELLS = ("bash", "zsh", "fish", "tcsh")  # that `completion` writes for
 PROGRAMS = ("blender", "maya", "motionbuilder")  # that `export --script` writes for
 
 
-def make_parser() -> argparse.ArgumentParser:
-    """All commands."""
+def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
+    """Return the parser of all commands.
+
+    words: a command line; a command that is not among them gets no arguments, which saves time.
+    """
     parser = Parser(
         prog="twistcore", description="Find and remove axial twist errors in motion capture."
     )
     parser.add_argument("--version", action="version", version=f"twistcore {__version__}")
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
-
-    _looking(subparsers)
-    _correcting(subparsers)
-    _studying(subparsers)
-    add_batch(subparsers.add_parser(BATCH, help="many clips into a folder of results"))
-    add_quamo(subparsers.add_parser("quamo", help="tracking of jittery motion, after review"))
-    _export(subparsers)
-    add_convert(subparsers)
-    _completion(subparsers)
-    for words, leaf in commands_of(parser):
-        leaf.formatter_class = argparse.RawDescriptionHelpFormatter
-        leaf.epilog = "\n".join([*([f"{leaf.epilog}"] if leaf.epilog else []), epilog(words)])
-        add_voice(leaf)
-        leaf.set_defaults(command=leaf.prog)
+    subparsers = parser.add_subparsers(
+        prog=parser.prog, required=True, metavar="COMMAND", parser_class=Parser
+    )
+    for name, (about, add_arguments) in _COMMANDS.items():
+        command = subparsers.add_parser(name, help=about)
+        if words is not None and name not in words:
+            continue
+        add_arguments(command)
+        for full_name, leaf in commands_of(command, name):
+            leaf.formatter_class = argparse.RawDescriptionHelpFormatter
+            examples = epilog(full_name)
+            leaf.epilog = f"{leaf.epilog}\n{examples}" if leaf.epilog else examples
+            add_voice(leaf)
+            leaf.set_defaults(command=leaf.prog)
     return parser
 
 
@@ -85,8 +85,7 @@ def commands_of(
             yield from commands_of(below, f"{words} {name}".strip())
 
 
-def _looking(subparsers: Subparsers) -> None:
-    info = subparsers.add_parser("info", help="what is in clips")
+def _info(info: Parser) -> None:
     add_clips(info)
     add_fps(info)
     add_rig(info)
@@ -94,7 +93,8 @@ def _looking(subparsers: Subparsers) -> None:
     add_json(info)
     info.set_defaults(run=deferred("detect_commands", "info_command"))
 
-    detect = subparsers.add_parser("detect", help="find the intervals of errors")
+
+def _detect(detect: Parser) -> None:
     add_clips(detect)
     add_detection(detect)
     detect.add_argument("--explain", action="store_true", help="say why each interval was found")
@@ -107,17 +107,20 @@ def _looking(subparsers: Subparsers) -> None:
     add_json(detect)
     detect.set_defaults(run=deferred("detect_commands", "detect_command"))
 
-    signals = subparsers.add_parser("signals", help="θp, θc, their increments and m(t) as CSV")
+
+def _signals(signals: Parser) -> None:
     add_clips(signals)
     add_fps(signals)
     signals.add_argument(
         "--csv", type=target, metavar="FILE", help="of several clips: with a column of their names"
     )
+    add_method(signals, None, "also the strength that this detector's τ is compared with")
     add_chains(signals)
     add_json(signals)
     signals.set_defaults(run=deferred("signals_command", "signals_command"))
 
-    diff = subparsers.add_parser("diff", help="what differs between two clips or folders")
+
+def _diff(diff: Parser) -> None:
     diff.add_argument("a", type=readable, metavar="A", help="clip or folder; '-': standard input")
     diff.add_argument("b", type=readable, metavar="B", help="clip or folder; '-': standard input")
     add_json(diff)
@@ -125,8 +128,7 @@ def _looking(subparsers: Subparsers) -> None:
     diff.set_defaults(run=deferred("correct_commands", "diff_command"))
 
 
-def _correcting(subparsers: Subparsers) -> None:
-    refine = subparsers.add_parser("refine", help="write a corrected clip")
+def _refine(refine: Parser) -> None:
     refine.add_argument("clip", type=readable, metavar="CLIP", help="'-': a BVH on standard input")
     add_output(refine)
     add_detection(refine)
@@ -143,7 +145,8 @@ def _correcting(subparsers: Subparsers) -> None:
     add_json(refine)
     refine.set_defaults(run=deferred("correct_commands", "refine_command"))
 
-    apply = subparsers.add_parser("apply", help="write what sessions have accepted")
+
+def _apply(apply: Parser) -> None:
     apply.add_argument("session", type=Path, metavar="SESSION|FOLDER")
     apply.add_argument("clip", type=Path, metavar="CLIP|FOLDER")
     add_output(apply)
@@ -151,7 +154,8 @@ def _correcting(subparsers: Subparsers) -> None:
     add_json(apply)
     apply.set_defaults(run=deferred("correct_commands", "apply_command"))
 
-    report = subparsers.add_parser("report", help="pages of a review, or of a batch folder")
+
+def _report(report: Parser) -> None:
     report.add_argument("what", type=Path, metavar="SESSION|OUTDIR")
     report.add_argument(
         "-o", "--output", type=folder, required=True, metavar="DIR", help="where the pages go"
@@ -169,8 +173,7 @@ def _correcting(subparsers: Subparsers) -> None:
     report.set_defaults(run=deferred("report_command", "report_command"))
 
 
-def _studying(subparsers: Subparsers) -> None:
-    inject = subparsers.add_parser("inject", help="put known twist errors into a clip")
+def _inject(inject: Parser) -> None:
     add_clip(inject)
     add_output(inject)
     inject.add_argument("--truth", type=target, required=True, metavar="TRUTH.json")
@@ -180,7 +183,8 @@ def _studying(subparsers: Subparsers) -> None:
     add_json(inject)
     inject.set_defaults(run=deferred("study_commands", "inject_command"))
 
-    evaluate = subparsers.add_parser("evaluate", help="measure a refinement against the truth")
+
+def _evaluate(evaluate: Parser) -> None:
     for name, help_text in (
         ("--truth", "what was injected"),
         ("--clean", "the clip before injection"),
@@ -192,7 +196,8 @@ def _studying(subparsers: Subparsers) -> None:
     add_json(evaluate)
     evaluate.set_defaults(run=deferred("study_commands", "evaluate_command"))
 
-    tune = subparsers.add_parser("tune", help="τ per joint, from injected errors or verdicts")
+
+def _tune(tune: Parser) -> None:
     tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
     tune.add_argument("-o", "--output", type=target, required=True, metavar="PROFILE.toml")
     add_method(tune)
@@ -221,7 +226,8 @@ def _studying(subparsers: Subparsers) -> None:
     add_json(tune)
     tune.set_defaults(run=deferred("tune_command", "tune_command"))
 
-    benchmark = subparsers.add_parser("benchmark", help="compare methods on errors put into clips")
+
+def _benchmark(benchmark: Parser) -> None:
     benchmark.add_argument("folder", type=Path, metavar="FOLDER")
     benchmark.add_argument(
         "--protocol", action="extend", nargs="+", metavar="NAME", help="as of inject; default P0"
@@ -248,8 +254,7 @@ def _with_protocols(inject: argparse.ArgumentParser) -> None:
     action.help = f"{texts}; joined by '+'"
 
 
-def _export(subparsers: Subparsers) -> None:
-    parser = subparsers.add_parser("export", help="keys for the scene that a clip came from")
+def _export(parser: Parser) -> None:
     parser.add_argument("session", type=Path, metavar="SESSION")
     parser.add_argument("clip", type=Path, metavar="CLIP")
     parser.add_argument(
@@ -273,7 +278,27 @@ def _export(subparsers: Subparsers) -> None:
     parser.set_defaults(run=deferred("export_command", "export_command"))
 
 
-def _completion(subparsers: Subparsers) -> None:
-    parser = subparsers.add_parser("completion", help="print what a shell completes words by")
+def _completion(parser: Parser) -> None:
     parser.add_argument("shell", choices=SHELLS)
     parser.set_defaults(run=deferred("completion", "completion_command"))
+
+
+# In the order in which --help lists them: what each is for, and its arguments.
+_COMMANDS: Mapping[str, tuple[str, Callable[[Parser], None]]] = {
+    "info": ("what is in clips", _info),
+    "detect": ("find the intervals of errors", _detect),
+    "signals": ("θp, θc, their increments and m(t) as CSV", _signals),
+    "diff": ("what differs between two clips or folders", _diff),
+    "refine": ("write a corrected clip", _refine),
+    "apply": ("write what sessions have accepted", _apply),
+    "report": ("pages of a review, or of a batch folder", _report),
+    "inject": ("put known twist errors into a clip", _inject),
+    "evaluate": ("measure a refinement against the truth", _evaluate),
+    "tune": ("τ per joint, from injected errors or verdicts", _tune),
+    "benchmark": ("compare methods on errors put into clips", _benchmark),
+    BATCH: ("many clips into a folder of results", add_batch),
+    "quamo": ("tracking of jittery motion, after review", add_quamo),
+    "export": ("keys for the scene that a clip came from", _export),
+    "convert": ("FBX or glTF as BVH, by a Blender of your own (docs/pipelines.md)", add_convert),
+    "completion": ("print what a shell completes words by", _completion),
+}

@@ -1,4 +1,4 @@
-"""How far every joint bends from frame to frame, whatever the twists of its bones [MATH.md §4.8].
+"""How far every joint bends from frame to frame, whatever the twists of its bones [Method, step 7].
 
 A joint's bend is the angle between the bone that it hangs on and its own. A twist error turns a
 joint about its bone and the next one back: no bone leaves its direction and no bend changes,

@@ -1,4 +1,4 @@
-"""Clip-wide discontinuities: a T-pose at an end, cuts. Borders, not events [MATH.md §4.8]."""
+"""Clip-wide discontinuities: a T-pose at an end, cuts. Borders, not events [Method, step 7]."""
 
 from __future__ import annotations
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar
+
+from twistcore.work.frozen import dataclass
 
 _FOLDER = "twistcore.detection.kinds"
 

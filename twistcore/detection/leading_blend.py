@@ -1,4 +1,4 @@
-"""A blend out of a first pose: all joints share one course [MATH.md §4.8].
+"""A blend out of a first pose: all joints share one course [Method].
 
 A release often begins in a T-pose that is blended into the capture: every joint moves from its
 first rotation towards the capture by a share s(t) of its way that is the same for all, even or

@@ -1,4 +1,4 @@
-"""Twist increments of a chain from relative rotations: no azimuth, no singularity [MATH.md §4.1].
+"""Twist increments of a chain from relative rotations: no azimuth, no singularity [Method, step 1].
 
 Unlike differences of θp and θc these are exact for a straight limb and across a swing of 180°.
 Their sum is not θp (holonomy), so the two are never compared.

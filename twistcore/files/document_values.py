@@ -12,7 +12,6 @@ import os
 import re
 import reprlib
 import stat
-import tomllib
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -57,6 +56,8 @@ def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
 
 def parsed_toml(data: bytes) -> dict[str, Any]:
     """What TOML text holds."""
+    import tomllib  # slow to load; few commands need it
+
     if len(data) > _MOST_TOML:
         raise FormatError(f"expected a file of at most {_MOST_TOML // 10**6} MB")
     try:

@@ -8,25 +8,25 @@ that reading gives the same name again, elsewhere at least visible.
 
 from __future__ import annotations
 
-import csv
 import json
 import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-_ESCAPED = re.compile(r"\\u(dc[89a-f][0-9a-f])")
+# Patterns are compiled when they are first used: most commands need one of them.
+_ESCAPED = r"\\u(dc[89a-f][0-9a-f])"
 # What a terminal, or whatever sets a line of text, obeys instead of showing it: control and escape
 # characters, line ends of Unicode, marks that turn the direction of writing, bytes without UTF-8.
 _IN_LINE = "\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff"
-_OBEYED = re.compile(f"[{_IN_LINE}]")
-_OBEYED_IN_LINES = re.compile(f"(?![\n\t])[{_IN_LINE}]")
+_OBEYED = f"[{_IN_LINE}]"
+_OBEYED_IN_LINES = f"(?![\n\t])[{_IN_LINE}]"
 # Where a spreadsheet would begin a formula: at a cell's start, and behind what some take for its
 # end, as those do that were told to part cells by semicolons.
 _SIGNS = "=+\\-@\uff1d\uff0b\uff0d\uff20"
 _AT_START, _BEHIND = f"(?=[ ']*[{_SIGNS}\t\r\n])", f"(?=[ ']*[{_SIGNS}])"
-_FORMULA = re.compile(f"^{_AT_START}|(?<=[;\t\r\n]){_BEHIND}")
-_DEFUSED = re.compile(f"^'{_AT_START}|(?<=[;\t\r\n])'{_BEHIND}")
-_NUMBER = re.compile(r"-?\d+(\.\d*)?(e[+-]?\d+)?", re.ASCII)
+_FORMULA = f"^{_AT_START}|(?<=[;\t\r\n]){_BEHIND}"
+_DEFUSED = f"^'{_AT_START}|(?<=[;\t\r\n])'{_BEHIND}"
+_NUMBER = r"-?[0-9]+(\.[0-9]*)?(e[+-]?[0-9]+)?"
 
 
 def encoded(text: str) -> bytes:
@@ -41,7 +41,7 @@ def escaped(text: str) -> str:
 
 def unescaped(text: str) -> str:
     """The reverse of :func:`escaped`."""
-    return _ESCAPED.sub(lambda found: chr(int(found[1], 16)), text)
+    return re.sub(_ESCAPED, lambda found: chr(int(found[1], 16)), text)
 
 
 def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
@@ -51,12 +51,12 @@ def legible(text: object, *, lines: bool = False, most: int = 0) -> str:
     """
     obeyed, whole = _OBEYED_IN_LINES if lines else _OBEYED, str(text)
     part = f"{whole[:most]}…" if 0 < most < len(whole) else whole
-    return obeyed.sub(lambda found: repr(found[0])[1:-1], part)
+    return re.sub(obeyed, lambda found: repr(found[0])[1:-1], part)
 
 
 def legible_json(text: str) -> str:
     r"""A line of JSON with the same in JSON's own escapes, as `\u001b`: what it says stays."""
-    return _OBEYED.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
+    return re.sub(_OBEYED, lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
 def json_text(document: Any, *, indent: int | None = 1) -> str:
@@ -85,6 +85,8 @@ def csv_text(columns: Iterable[str], rows: Iterable[Mapping[str, Any]]) -> str:
 
 def csv_lines(rows: Iterable[Iterable[Any]]) -> str:
     """The same of rows alone."""
+    import csv  # few commands need it
+
     lines = _Lines()
     # This end of a line has both characters quoted that a reader may take for one.
     csv.writer(lines, lineterminator="\r\n").writerows([cell(x) for x in row] for row in rows)
@@ -104,11 +106,11 @@ def cell(value: Any) -> Any:
 
     :func:`text_in_cell` gives every text again. Numbers stay as they are, also those below 0.
     """
-    if not isinstance(value, str) or _NUMBER.fullmatch(value):
+    if not isinstance(value, str) or re.fullmatch(_NUMBER, value):
         return value
-    return _FORMULA.sub("'", value)
+    return re.sub(_FORMULA, "'", value)
 
 
 def text_in_cell(text: str) -> str:
     """The reverse of :func:`cell`."""
-    return text if _NUMBER.fullmatch(text) else _DEFUSED.sub("", text)
+    return text if re.fullmatch(_NUMBER, text) else re.sub(_DEFUSED, "", text)

@@ -75,7 +75,7 @@ def _is_ascii(data: bytes, codec: str) -> bool:
     """Whether the first letters of a text without a mark are ASCII in this encoding."""
     width = _WIDTHS[codec]
     some = data[: _LETTERS * width]
-    if len(some) < _LETTERS * width:
+    if len(some) < _LETTERS * width or 0 not in some:  # a decoder takes a while to load
         return False
     try:
         letters = some.decode(codec)

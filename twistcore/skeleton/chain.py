@@ -7,8 +7,7 @@ P's own children. Of a bone in pieces every piece has a chain of its own.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
+from dataclasses import field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -26,6 +25,7 @@ from twistcore.skeleton.body import (
 )
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, normalise
+from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 
@@ -261,6 +261,8 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
             raise TwistError(f"{where}: chain {name!r} may be {listed}; expected one of them")
     # A chain that a limb begins with may have the limb's label, and goes before it.
     known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
+    from difflib import get_close_matches  # slow to load, and seldom needed
+
     near = get_close_matches(_folded(name), known, cutoff=_NEAR)
     if near:
         listed = " or ".join(dict.fromkeys(known[word] for word in near))

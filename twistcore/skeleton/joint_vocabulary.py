@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,11 +20,12 @@ from twistcore.files.document_values import (
     text,
     texts,
 )
+from twistcore.work.frozen import dataclass
 
 ROLES = ("shoulder", "arm", "forearm", "hand", "upleg", "leg", "foot", "toe")
 
 _Value = TypeVar("_Value")
-_DEFAULT = Path(__file__).with_name("joint_names.toml")
+DEFAULT_WORDS = Path(__file__).with_name("joint_names.toml")
 _KANA_MARKS = "\u3099\u309a"  # か with one is が, another letter
 _PLAIN = str.maketrans({"ł": "l", "ø": "o", "đ": "d", "ı": "i", "æ": "ae", "œ": "oe"})
 _MARKS = (
@@ -119,8 +120,24 @@ class Vocabulary:
 
 @cache
 def default_vocabulary() -> Vocabulary:
-    """The words that come with the program."""
-    return _vocabulary(parsed_toml(_DEFAULT.read_bytes()))
+    """Return the words of `joint_names.toml`, out of `known_words.py`, which loads fast."""
+    from twistcore.skeleton.known_words import VOCABULARIES
+
+    common, *languages = (Vocabulary(_meanings(groups), pairs) for groups, pairs in VOCABULARIES)
+    return replace(common, languages=tuple(languages))
+
+
+def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]:
+    found: dict[str, Meaning] = {}
+    for side, roles, marks, words in groups:
+        meaning = Meaning(side, tuple(roles.split()), frozenset(marks.split()))
+        found |= dict.fromkeys(words.split(), meaning)
+    return found
+
+
+def default_words() -> Vocabulary:
+    """Return what `joint_names.toml` itself says: slower than :func:`default_vocabulary`."""
+    return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
 def read_vocabulary(path: Path) -> Vocabulary:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import overload
 
@@ -23,6 +23,7 @@ from twistcore.skeleton.rig import AS_FOUND
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 from twistcore.synthesis.offset_shape import Place, aligned_spells, filled, filter_reach, shaped
 from twistcore.synthesis.protocol import PROTOCOLS, Protocol
+from twistcore.work.frozen import dataclass
 
 _APART = 2  # frames between two intervals of a chain
 _TRIES = 50

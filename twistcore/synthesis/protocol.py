@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
     twist_angle,
 )
+from twistcore.work.frozen import dataclass
 
 _RICH_DELAY = 37  # frames: long enough that the two sides of a gait do not fall together
 _RICH_SHARE = 0.5

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -35,6 +34,7 @@ from twistcore.files.encoding import json_bytes
 from twistcore.skeleton.rotation import Array
 from twistcore.synthesis.injection import InjectedError
 from twistcore.synthesis.protocol import parse_protocol
+from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.truth/1"
 _KINDS = Kind.COUNTER_TWIST.value, Kind.LIMB_FLIP.value, Kind.CARRIED_ROLL.value

@@ -19,6 +19,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     "signals": (
         "twistcore signals walk.bvh --csv walk.csv --chain LeftForeArm",
         "twistcore signals walk.bvh run.bvh --csv - --chain LeftArm",
+        "twistcore signals walk.bvh --csv walk.csv --method consistency",
     ),
     "refine": (
         "twistcore refine walk.bvh -o walk.clean.bvh --report report",

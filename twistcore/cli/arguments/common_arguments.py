@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import gc
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -24,6 +25,9 @@ def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
 
     def run(arguments: argparse.Namespace) -> int:
         carry_out = getattr(import_module(f"twistcore.cli.{module}"), name)
+        if not gc.isenabled():  # as the command's own process begins
+            gc.freeze()  # modules stay to the end: no need to search them for garbage each time
+            gc.enable()
         return int(carry_out(arguments))
 
     return run
@@ -112,11 +116,14 @@ def add_rig(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_method(parser: argparse._ActionsContainer) -> None:
+def add_method(
+    parser: argparse._ActionsContainer, default: str | None = DEFAULT_METHOD, help: str = ""
+) -> None:
     """Which detector: one by its name, or of a file."""
     group = parser.add_mutually_exclusive_group()
     # Set afterwards: the names of packages' detectors are sought where help lists them.
-    group.add_argument("--method", default=DEFAULT_METHOD).choices = DETECTORS
+    method = group.add_argument("--method", default=default, help=help or None)
+    method.choices = DETECTORS
     add_detector_file(group)
 
 

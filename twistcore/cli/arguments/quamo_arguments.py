@@ -25,7 +25,9 @@ from twistcore.cli.arguments.common_arguments import (
 
 def add_quamo(parser: argparse.ArgumentParser) -> None:
     """Put them into a parser."""
-    subparsers = parser.add_subparsers(required=True, metavar="COMMAND", parser_class=Parser)
+    subparsers = parser.add_subparsers(
+        prog=parser.prog, required=True, metavar="COMMAND", parser_class=Parser
+    )
     _refine(subparsers.add_parser("refine", help="track or smooth a clip and write it"))
     _noise(subparsers.add_parser("noise", help="put synthetic noise into a clip"))
     for name, what in (

@@ -1,4 +1,4 @@
-"""Calibrated confidence of an interval [MATH.md §4.7].
+"""Calibrated confidence of an interval [Method, step 8].
 
 A logistic map, fitted on CMU subject 05 over candidates down to 0.3 τ of eleven protocols, plain
 and rich, and tested on the other subjects: AUC 0.978, ECE 0.007 at a prevalence of 0.950. 'Right'

@@ -1,8 +1,6 @@
-"""The counter-rotation d(t) of every chain of a limb, with its scale [MATH.md §4.2-4.3]."""
+"""The counter-rotation d(t) of every chain of a limb, with its scale [Method, steps 2-3]."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -21,6 +19,7 @@ from twistcore.detection.prediction import (
     local_scale,
 )
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 SIGNIFICANT = 4.0  # |d| in σ: natural motion passes in ~1 % of the frames, before any pairing

@@ -6,7 +6,7 @@ the turn of P and C together stays. All angles in degrees.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import TypeVar
 
@@ -24,6 +24,7 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
     rotate,
 )
+from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 _K = TypeVar("_K")

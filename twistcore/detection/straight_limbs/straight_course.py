@@ -1,4 +1,4 @@
-"""The error of a straight limb's twist as a course over time [MATH.md §4].
+"""The error of a straight limb's twist as a course over time [Method].
 
 Where C's bone keeps to P's no position tells how a twist is split between them. What is known of
 the error δ is then that P's own twist X − δ and C's, Y + δ, run on smoothly (x, y: increments,
