@@ -395,6 +395,12 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
         "frames": frames,
         "next": next_part(chain),
     }
+    if interval.kind == Kind.CARRIED_ROLL:
+        return tr(
+            "{part} is rolled {angle}° too far for {frames}, and the {next} rolls along with it. "
+            "The limb keeps its shape.",
+            **values,
+        )
     if judged.by_hand or _one_turns(judged, chain, evidence):
         return tr("{part} is turned {angle}° too far for {frames}.", **values)
     if share < 1.0:

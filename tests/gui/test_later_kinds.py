@@ -13,7 +13,7 @@ from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, open_clip
 from twistcore import Kind, Review, detect, read_clip, write_session
 
-LATER = "carried roll"
+LATER = "melted wax"
 
 
 @pytest.fixture

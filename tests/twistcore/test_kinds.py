@@ -19,25 +19,25 @@ from twistcore.detection.kind import Kind, KindInfo
 from twistcore.errors import TwistError
 
 WALK = ASSETS / "walk_injected.bvh"
-LATER = "Carried {roll}"
+LATER = "Melted {wax}"
 
 
 def test_a_kind_is_a_file_and_its_word():
     folder = Path(tc.detection.__file__).parent / "kinds"
     assert {kind.name.lower() for kind in Kind} == {p.stem for p in folder.glob("[a-z]*.py")}
     assert [kind.value for kind in Kind] == [
-        *("counter-twist", "limb flip", "helper roll"),
+        *("counter-twist", "carried roll", "limb flip", "helper roll"),
         *("lone jump", "spike", "joint jump", "place jump", "body step"),
         *("noise burst", "frozen frames"),
     ]
-    assert len(Kind) == 10
+    assert len(Kind) == 11
     for kind in Kind:
         assert Kind(kind.value.upper().replace(" ", "_")) is kind is getattr(Kind, kind.name)
         assert pickle.loads(pickle.dumps(kind)) is copy.deepcopy(kind) is kind
         assert (json.dumps(kind), f"{kind}") == (f'"{kind.value}"', kind.value)
         assert {kind: 1}[kind.value] == 1
     with pytest.raises(AttributeError):
-        _ = Kind.CARRIED_ROLL
+        _ = Kind.MELTED_WAX
 
 
 def test_kinds_are_known_without_numpy():
@@ -54,6 +54,7 @@ def test_what_may_be_done_about_a_kind():
     kinds = {kind: (kind.repairable, kind.info.automatic, kind.of_capture) for kind in Kind}
     assert kinds == {
         Kind.COUNTER_TWIST: (True, True, False),
+        Kind.CARRIED_ROLL: (True, True, False),
         Kind.LIMB_FLIP: (True, True, False),
         Kind.HELPER_ROLL: (True, False, False),
         Kind.LONE_JUMP: (False, False, False),
@@ -97,7 +98,7 @@ def test_another_kind_is_one_file(monkeypatch):
     found = pkgutil.ModuleInfo(None, "foot_slide", False)
     monkeypatch.setattr(pkgutil, "iter_modules", lambda *_: [*every, found])
     known = module._known.__wrapped__()
-    assert [*known][2:4] == ["HELPER_ROLL", "FOOT_SLIDE"]
+    assert [*known][3:5] == ["HELPER_ROLL", "FOOT_SLIDE"]
     assert known["FOOT_SLIDE"].of_capture
     assert known["FOOT_SLIDE"].name == "FOOT_SLIDE"
 
@@ -205,7 +206,7 @@ def with_site(site, code):
 LISTED = """
 import sys
 from twistcore.detection import Kind
-print([kind.value for kind in Kind][2:5], Kind("foot slide").known)
+print([kind.value for kind in Kind][3:6], Kind("foot slide").known)
 assert "numpy" not in sys.modules and "foot_slide_finder" not in sys.modules
 """
 DETECTED = f"""

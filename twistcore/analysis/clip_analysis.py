@@ -22,9 +22,16 @@ from twistcore.analysis.correction.twist_removal import applied_unasked, refine,
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
 from twistcore.detection.capture_faults import at_body_step, outside_chains
+from twistcore.detection.carried_rolls import (
+    CarriedRolls,
+    analyse_carried_rolls,
+    is_carried,
+    may_carry,
+)
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
+from twistcore.detection.evidence import Witnesses
 from twistcore.detection.finding import KindSearch, found_by
 from twistcore.detection.frozen_frames import frozen_sentence
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
@@ -127,6 +134,8 @@ class ClipAnalysis:
         self._shared: dict[str, dict[Any, Any]] = {}
         self._known: dict[str, tuple[Interval, ...]] = {}
         self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
+        self._carried: dict[str, CarriedRolls] = {}  # by detector
+        self._witnesses: dict[str, Witnesses] = {}  # by chain, of the clip as captured
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
         self._sure: dict[str, tuple[Interval, ...]] = {}
@@ -287,7 +296,13 @@ class ClipAnalysis:
 
     def _forget(self, method: str) -> None:
         """What an earlier detector of the name has found."""
-        for known in (self._by_method, self._detectors, self._known, self._refiners):
+        for known in (
+            self._by_method,
+            self._detectors,
+            self._known,
+            self._refiners,
+            self._carried,
+        ):
             known.pop(method, None)
         for shared in (self._shared, self._sure):
             shared.pop(method, None)
@@ -374,6 +389,28 @@ class ClipAnalysis:
         if (kind, by) not in self._shown:
             self._shown.setdefault((kind, by), found_by(kind, self._search(by)))
         return self._shown[kind, by]
+
+    def carried_along(self, twist: Interval) -> bool:
+        """Whether C rolled along in what a detector takes for a counter-twist."""
+        chain = self.chain(twist.chain)
+        if not may_carry(chain):
+            return False
+        if chain.name not in self._witnesses:
+            self._witnesses[chain.name] = Witnesses.of(self.motion, chain)
+        return is_carried(self._witnesses[chain.name], twist)
+
+    def carried_rolls(self, method: str = DEFAULT_METHOD) -> CarriedRolls:
+        """What is known of carried rolls, once a detector's automatic corrections are made."""
+        if self._whole is not None:
+            return self._whole.carried_rolls(method)
+        if method not in self._carried:
+            motion, chains = self.motion, self._of_limbs
+            if not DETECTORS.named(method).info.has_confidence:
+                chains = ()  # no confidence says which counter-twists to take out first
+            elif twists := [i for i in self._sure_by(method) if not self.carried_along(i)]:
+                motion = refine(motion, chains, twists)
+            self._carried[method] = analyse_carried_rolls(motion, chains)
+        return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
         """Lone jumps by chain: what is left once all is out that is corrected automatically."""
@@ -637,6 +674,8 @@ class _ByName:
             kind = Kind.HELPER_ROLL
         if kind in self.kinds:
             found += self._of(chain).intervals(chain, tau)
+        if not isinstance(named, Limb | Helper) and Kind.CARRIED_ROLL in self.kinds:
+            found = self._with_carried(chain, tau, found)
         if found and isinstance(named, Limb) and Kind.COUNTER_TWIST in self.kinds:
             found = self._unless_not_followed(named, found)
         found = [self.clip.protected(i, self.method) for i in found]
@@ -647,6 +686,21 @@ class _ByName:
         if unsure and named.person in self.clip.restless(self.method):
             found = [self.clip.left_open(i) for i in found]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
+
+    def _with_carried(self, chain: str, tau: float, found: list[Interval]) -> list[Interval]:
+        """Finds with the carried rolls of a chain, without counter-twists that are part of one.
+
+        In a bent limb a carried roll looks like a counter-twist, in one nearly straight a share of
+        it does.
+        """
+        rolls = self.clip.carried_rolls(self.method).intervals(chain, tau)
+        sure = [r for r in rolls if not r.open]
+        left = (
+            i
+            for i in found
+            if not any(_overlap(i, r) for r in sure) or not (i.open or self.clip.carried_along(i))
+        )
+        return [*left, *rolls]
 
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
         """Flips but those in which a child did not follow a twist error of the limb's first joint.
@@ -689,6 +743,10 @@ def _made_worse(
     doubts = [m.doubt for m in worse]
     doubts += [d for d in told.get("doubts", ()) if d not in doubts]
     return {**told, "doubts": doubts, "worse": [m.name for m in worse]}
+
+
+def _overlap(a: Interval, b: Interval) -> bool:
+    return a.start < b.stop and b.start < a.stop
 
 
 def _same_frames(a: Interval, b: Interval) -> bool:

@@ -109,11 +109,12 @@ class Kind(str, metaclass=_Kinds):
     <Kind.COUNTER_TWIST: 'counter-twist'>
     >>> [kind.value for kind in tc.Kind if not kind.repairable]
     ['lone jump', 'spike', 'joint jump', 'place jump', 'body step', 'noise burst', 'frozen frames']
-    >>> tc.Kind("carried roll").known
+    >>> tc.Kind("melted wax").known
     False
     """
 
     COUNTER_TWIST: ClassVar[Kind]
+    CARRIED_ROLL: ClassVar[Kind]
     LIMB_FLIP: ClassVar[Kind]
     HELPER_ROLL: ClassVar[Kind]
     LONE_JUMP: ClassVar[Kind]
