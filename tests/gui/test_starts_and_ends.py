@@ -62,7 +62,7 @@ def test_without_a_clip_the_sample_is_demonstrated_again_and_again(tmp_path):
     for folder in (out, os.path.relpath(out, ROOT)):  # from where the program is started
         code, said = run(tmp_path, "--demo", folder)
         assert code == 0, said
-        assert said.startswith("walk_injected_refined.bvh: ")
+        assert said.startswith("walk_injected_refined.bvh was written: ")
     assert (tmp_path / "out" / "walk_injected_refined.bvh").exists()
     assert (tmp_path / "out" / "inspector.png").exists()
 
