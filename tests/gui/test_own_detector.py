@@ -306,7 +306,7 @@ def test_what_a_detector_of_a_file_costs_is_measured_by_the_process(clip, monkey
 def test_the_window_takes_the_detector_of_a_file(tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(DETECTORS, "_given", {})
-    monkeypatch.setattr(__main__, "_cannot_open", lambda: "")
+    monkeypatch.setattr(__main__, "_missing_for_window", lambda: "")
     monkeypatch.setattr(app, "run", lambda _: seen.append((*DETECTORS, os.environ[FILE_VARIABLE])))
     place = f"{EXAMPLE / 'steps_detector.py'}:StepsDetector"
     monkeypatch.chdir(EXAMPLE)
@@ -316,7 +316,7 @@ def test_the_window_takes_the_detector_of_a_file(tmp_path, monkeypatch):
 
 
 def test_a_file_without_a_detector_opens_no_window(capsys, monkeypatch):
-    monkeypatch.setattr(__main__, "_cannot_open", lambda: "")
+    monkeypatch.setattr(__main__, "_missing_for_window", lambda: "")
     assert __main__.main(["--detector", "none.py:Own"]) == 2
     said = capsys.readouterr().err
     assert said.startswith("twist-inspector: none.py: expected a Python file")
