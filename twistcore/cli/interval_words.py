@@ -86,4 +86,5 @@ def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
 def _counted(count: int, kind: Kind) -> str:
     """'2 limb flips', '1 frozen span': frames are not counted, spans of them are."""
     word = kind.info.counted or kind.value
-    return f"{count} {word}{'' if count == 1 else 's'}"
+    plural = "es" if word.endswith(("ch", "s", "x")) else "s"
+    return f"{count} {word}{'' if count == 1 else plural}"

@@ -107,8 +107,8 @@ class Kind(str, metaclass=_Kinds):
     >>> import twistcore as tc
     >>> tc.Kind("Counter_Twist")
     <Kind.COUNTER_TWIST: 'counter-twist'>
-    >>> [kind.value for kind in tc.Kind if not kind.repairable]
-    ['lone jump', 'spike', 'joint jump', 'place jump', 'body step', 'noise burst', 'frozen frames']
+    >>> [kind.value for kind in tc.Kind if kind.repairable]
+    ['counter-twist', 'carried roll', 'limb flip', 'helper roll']
     >>> tc.Kind("melted wax").known
     False
     """
@@ -118,6 +118,7 @@ class Kind(str, metaclass=_Kinds):
     LIMB_FLIP: ClassVar[Kind]
     HELPER_ROLL: ClassVar[Kind]
     LONE_JUMP: ClassVar[Kind]
+    STRETCH: ClassVar[Kind]
     SPIKE: ClassVar[Kind]
     JOINT_JUMP: ClassVar[Kind]
     PLACE_JUMP: ClassVar[Kind]
