@@ -77,6 +77,13 @@ class KindInfo:
     why: str = ""
 
 
+def plural(word: str) -> str:
+    """Return the plural of a kind's name: 'limb flips', 'stretches'; 'frozen frames' is one."""
+    if word.endswith("frames"):
+        return word
+    return word + ("es" if word.endswith(("ch", "s", "x")) else "s")
+
+
 class _Kinds(type):
     """Kinds as a class: `Kind.LONE_JUMP` is one, and `for kind in Kind` goes through all."""
 
