@@ -6,6 +6,7 @@ import argparse
 import math
 import shlex
 from collections.abc import Collection, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
@@ -23,6 +24,7 @@ from twistcore.cli.interval_words import (
     without_limbs,
 )
 from twistcore.cli.output import (
+    count_of,
     note,
     print_json,
     problem,
@@ -50,8 +52,8 @@ from twistcore.formats.clip import Clip, check_ending, write_clip
 from twistcore.formats.reading import own_name
 from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
 from twistcore.report.document import Report
-from twistcore.review import Review
-from twistcore.review.model import SEEN
+from twistcore.review import Decision, Review, read_session, write_session
+from twistcore.review.model import APPLIED, SEEN, Judged
 
 
 def refine_command(arguments: argparse.Namespace) -> int:
@@ -59,7 +61,10 @@ def refine_command(arguments: argparse.Namespace) -> int:
     clip = open_clip(arguments.clip, fps=arguments.fps)
     check_ending(clip, arguments.output)
     files = arguments.clip, arguments.profile, arguments.rig, arguments.joint_names
-    refuse_overwrite([arguments.output], [path for path in files if path])
+    written_files = [path for path in (arguments.output, arguments.session) if path]
+    refuse_overwrite(written_files, [path for path in files if path])
+    if arguments.session:
+        _refuse_decided(arguments.session)
     if arguments.report and is_there(arguments.report) and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     if arguments.report:
@@ -72,6 +77,9 @@ def refine_command(arguments: argparse.Namespace) -> int:
         refined = accepted_motion(clip, chains, review.state)
     with step(f"  {arguments.output}: written"):
         jumps = write_clip(clip, refined, arguments.output)
+    if arguments.session:
+        with step(f"  {arguments.session}: session written"):
+            write_session(clip, review, arguments.session)
     name = clip_name(arguments.clip)
     notes = [*clip_notes(name, clip), *note_sentences(name, found)]
     notes += jump_sentences(arguments.output, jumps)
@@ -96,12 +104,34 @@ def refine_command(arguments: argparse.Namespace) -> int:
     count += f"{shown_only(found)}{_left(name, len(applied), found)}"
     if not found.not_examined:
         remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
+    if arguments.session:
+        session = f"session with {count_of(len(review.state.intervals), 'interval')}"
+        remark(f"{arguments.session}: {session}, {len(applied)} accepted automatically")
     problems, beside = uncorrected_sentences(clip, chains, applied)
     problems += not_examined(name, found)
     notes += beside
     if arguments.json:
         print_json(_refined_to_json(arguments, clip, found, done, notes, problems))
     return _tell(notes, problems)
+
+
+def _refuse_decided(path: Path) -> None:
+    """Raise TwistError if `path` is a file that is not a session, or one with a person's work."""
+    if is_stream(path) or not is_there(path):
+        return
+    state = read_session(path).state
+    by_person = state.left_out or state.tracking or any(map(_is_of_a_person, state.intervals))
+    if by_person:
+        raise TwistError(
+            f"{path}: expected a new file or a session without decisions of a person, found "
+            f"decisions; write the session to another file"
+        )
+
+
+def _is_of_a_person(judged: Judged) -> bool:
+    """True if a person decided on an interval, changed it or wrote a note."""
+    made = judged.by_hand or judged.edited or bool(judged.note or judged.reason)
+    return made or judged.verdict not in (APPLIED, Decision.UNDECIDED.value)
 
 
 def apply_command(arguments: argparse.Namespace) -> int:
@@ -170,6 +200,7 @@ def _refined_to_json(
         "clip": clip_name(arguments.clip),
         "output": str(arguments.output),
         "report": str(arguments.report) if arguments.report else None,
+        "session": str(arguments.session) if arguments.session else None,
         "frames": motion.frames,
         "missing_frames": clip.missing_frames,
         "fps": motion.fps,

@@ -141,6 +141,13 @@ def _refine(refine: Parser) -> None:
         "--include-open", action="store_true", help="also correct intervals that are open"
     )
     refine.add_argument("--report", type=folder, metavar="DIR", help="also write a report")
+    refine.add_argument(
+        "--session",
+        type=target,
+        metavar="FILE",
+        help="also write the corrections as a session, NAME.twist.json, that apply, export, report "
+        "and the window read",
+    )
     add_json(refine)
     refine.set_defaults(run=deferred("correct_commands", "refine_command"))
 

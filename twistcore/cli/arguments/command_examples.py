@@ -22,6 +22,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
     ),
     "refine": (
         "twistcore refine walk.bvh -o walk.clean.bvh --report report",
+        "twistcore refine walk.bvh -o walk.clean.bvh --session walk.twist.json",
         "twistcore refine - -o - --min-confidence 0.9 < walk.bvh > walk.clean.bvh",
     ),
     "apply": (
