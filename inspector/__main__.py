@@ -81,25 +81,41 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
-        prog="twist-inspector", description="See, judge and repair axial twist errors in a clip."
+        prog="twist-inspector",
+        description="See, judge and correct twist errors in motion capture: opens the window.",
+        epilog="Without a window, `twistcore` does the same: see `twistcore --help`.",
     )
-    parser.add_argument("--version", action="version", version=f"twist-inspector {__version__}")
-    parser.add_argument("file", nargs="?", type=Path, metavar="CLIP|SESSION|FOLDER")
+    parser.add_argument(
+        "--version",
+        action="version",
+        version=f"twist-inspector {__version__}",
+        help="show the version and exit",
+    )
+    parser.add_argument(
+        "file",
+        nargs="?",
+        type=Path,
+        metavar="CLIP|SESSION|FOLDER",
+        help="the clip, session or folder to open (default: an empty window)",
+    )
     parser.add_argument(
         "--screenshot",
         type=Path,
         metavar="PNG",
-        help="take a picture and quit; without a clip, of the empty window",
+        help="save a picture of the window and quit (default: no picture)",
     )
     parser.add_argument(
         "--demo",
         type=Path,
         metavar="DIR",
-        help="a demonstration: accept every interval, whatever it is, and leave the results; "
-        "without a clip, of the sample",
+        help="accept every interval as a demonstration, write the results into this folder and "
+        "quit; without a clip, the sample is shown (default: no demonstration)",
     )
     parser.add_argument(
-        "--language", default="", metavar="CODE", help="en, de or system; else as it was preferred"
+        "--language",
+        default="",
+        metavar="CODE",
+        help="language of the window: en, de or system (default: as in the settings)",
     )
     return parser
 

@@ -221,7 +221,7 @@ def test_the_spline_smooths_the_file_and_says_so(capsys, tmp_path, options, cuto
         (("--kp", "nan"), "expected a number, found 'nan'"),
         (("--joints", "Nose"), "no joint 'Nose'"),
         (("--kp", "many"), "expected a number"),
-        (("--gains", "both"), "invalid choice"),
+        (("--gains", "both"), "'both'"),
         (("--gains", "learned", "--kp", "600"), "--kp is a gain of hands"),
         (("--gains", "learned", "--ka", "0"), "--ka is a gain of hands"),
         (("--gains", "learned", "--weights", "missing.npz"), "missing.npz"),
