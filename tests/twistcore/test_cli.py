@@ -13,6 +13,7 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from tests.twistcore.reviews import CARRIED, CLIP, find_flips, flip, flipped
 from tests.twistcore.test_capture_faults import faulty_clip
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.clip_analysis import analyse as analysed
 from twistcore.analysis.correction import remove_twist
 from twistcore.cli import main
@@ -63,6 +64,18 @@ def test_info(capsys):
     code, out, _ = run(capsys, "info", WALK)
     assert "Left ForeArm" in out
     assert "RightUpLeg → RightLeg → RightFoot\n" in out
+
+
+def test_names_that_info_prints_are_taken_in_any_case(capsys):
+    _, document = run_json(capsys, "info", WALK)
+    _, out, _ = run(capsys, "info", WALK)
+    rows = [line.split() for line in out.splitlines()]
+    rows = [row for row in rows if "→" in row]
+    assert len(rows) == len(document["chains"]) + len(document["limbs"])
+    clip = read_bvh(WALK)
+    for name, *_ in rows:
+        for spelled in (name, name.lower(), name.upper()):
+            assert name in {c.name for c in analyse(clip, spelled).chains_and_limbs}
 
 
 def test_info_names_every_joint_and_by_which_word(capsys, tmp_path):

@@ -147,14 +147,17 @@ def _say_info(info: _Info) -> None:
         say(f"  {len(people)} people: {', '.join(map(terminal_text, people))}")
     entries = (*document["chains"], *document["limbs"])
     width = max([_LABEL, *(len(entry["label"]) for entry in entries)])
+    chains = [terminal_text(entry.get("limb") or entry["chain"]) for entry in entries]
+    broad = max([_NAME, *map(len, chains)])
     if entries:
-        say(f"  {'chain or limb':<{width}} joints", head=True)
-    for entry in entries:
+        say(f"  {'name for --chain':<{broad}} {'chain or limb':<{width}} joints", head=True)
+    for chain, entry in zip(chains, entries, strict=True):
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
         if entry.get("limb") in info.partly:
             note = f"   correctable where its end was carried, not where kept: {', '.join(u)}"
         names = [entry[k] for k in ("parent", "child", "end") if k in entry]
-        say(f"  {entry['label']:<{width}} {' → '.join(names)}{note}")
+        label = f"{entry['label']:<{width}}"
+        say(f"  {chain:<{broad}} {label} {' → '.join(names)}{note}")
     for one in () if document["not_examined"] else document["unexamined"]:
         limb = f"{one['person']} · " if "person" in one else ""
         limb += one["limb"].capitalize()
