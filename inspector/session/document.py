@@ -287,11 +287,11 @@ class Document(OpenClip):
         if interval is None:
             interval = self.data.proposed(self.chain, frame)
         if (there := self.review.state.same_frames(interval)) is not None:
-            first, last = (t + self.first_frame for t in (interval.start, interval.stop - 1))
+            first, last = (t + self.first_frame for t in (interval.start, interval.stop))
             told = tr(
                 "There is an interval here already: frames {first}–{last}.", first=first, last=last
             )
-            if first == last:
+            if last == first + 1:
                 told = tr("There is an interval here already: frame {first}.", first=first)
             self.select_interval(there.id)
             self.message.emit(told, False)

@@ -166,7 +166,7 @@ class TuningActions:
         """Leave frames out of tuning, besides those that are: one step, part of the session."""
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
-        first, last = (frame + self.document.first_frame for frame in (start, stop - 1))
+        first, last = (frame + self.document.first_frame for frame in (start, stop))
         if wanted == before:
             told = tr("Frames {first}–{last} are left out already.", first=first, last=last)
             self.bar.show_message(told, False)

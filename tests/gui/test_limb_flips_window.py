@@ -225,12 +225,12 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     document.select_interval(None)
     document.go_to(46)
     act(opened, "insert_interval")
-    assert opened.bar.label.text() == "There is an interval here already: frames 45–51."
+    assert opened.bar.label.text() == "There is an interval here already: frames 45–52."
     assert document.review.state is state
     assert document.interval_id == there.id
     document.set_first_frame(1)
     act(opened, "insert_interval")
-    assert opened.bar.label.text() == "There is an interval here already: frames 46–52."
+    assert opened.bar.label.text() == "There is an interval here already: frames 46–53."
     document.decide(Decision.REJECTED, (there.id,))
     document.select_chain(LEG)
     document.go_to(46)

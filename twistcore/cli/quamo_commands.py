@@ -168,7 +168,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _cut_words(motion: Motion, first: int) -> str:
-    """'cut at frame 120', 'cuts at frames 120, 300–305' of a clip, '' for none."""
+    """Return 'cut at frame 120' or 'cuts at frames 120, 300–305' without 305, or '' for none."""
     cut = np.zeros(motion.frames, dtype=np.bool_)
     cut[cuts_behind(motion, first)] = True
     return f"cut{'' if cut.sum() == 1 else 's'} at {frames_listed(cut)}" if cut.any() else ""
