@@ -1,4 +1,4 @@
-"""`twistcore refine | apply | diff`: corrected clips, and how they differ from what they were."""
+"""`twistcore refine | apply | diff`: write corrected clips, and compare clips."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from twistcore.cli.arguments.argument_types import STANDARD_INPUT
 from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip, tell_clip
 from twistcore.cli.folder_commands import apply_folder, diff_folders
 from twistcore.cli.interval_words import (
+    counted_words,
     jump_sentences,
     not_examined,
     note_sentences,
     shown_only,
-    told_of,
     unexamined_to_json,
     without_limbs,
 )
@@ -57,7 +57,7 @@ from twistcore.review.model import APPLIED, SEEN, Judged
 
 
 def refine_command(arguments: argparse.Namespace) -> int:
-    """Write a corrected clip, and a report if asked."""
+    """Write a corrected clip, and a report and a session if asked; return the exit code."""
     clip = open_clip(arguments.clip, fps=arguments.fps)
     check_ending(clip, arguments.output)
     files = arguments.clip, arguments.profile, arguments.rig, arguments.joint_names
@@ -95,12 +95,12 @@ def refine_command(arguments: argparse.Namespace) -> int:
             written=written,
         )
         if reports_other_bytes(arguments.report, own_name(clip.path), clip):
-            there = f"of a {clip.name} with other bytes"
-            notes.append(f"{arguments.report}: note: the report {there} was replaced")
+            other = f"of another clip {clip.name}"
+            notes.append(f"{arguments.report}: note: replaced the report {other}")
         with step(f"  {arguments.report}: report written"):
             write_clip_report(arguments.report, report)
     done = correctable(clip.motion, chains, applied)
-    count = told_of(done, found, "corrected")
+    count = counted_words(done, found, "corrected")
     count += f"{shown_only(found)}{_left(name, len(applied), found)}"
     if not found.not_examined:
         remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
@@ -135,7 +135,7 @@ def _is_of_a_person(judged: Judged) -> bool:
 
 
 def apply_command(arguments: argparse.Namespace) -> int:
-    """Replay a session, or those of a folder: the same bytes as the program's export."""
+    """Apply a session, or those of a folder: the same bytes as the window's export."""
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
@@ -148,7 +148,7 @@ def apply_command(arguments: argparse.Namespace) -> int:
     notes += jump_sentences(arguments.output, jumps)
     chosen, judged = session.state.chosen(), session.state.intervals
     done = correctable(clip.motion, chains, chosen)
-    count = told_of(done, [j.interval for j in judged], "applied")
+    count = counted_words(done, [j.interval for j in judged], "applied")
     seen = shown_only([j.interval for j in judged if j.verdict == SEEN], " seen")
     if not blind:
         remark(f"{arguments.output}: {count}{seen}{without_limbs(analysis.unexamined)}")
@@ -164,7 +164,7 @@ def apply_command(arguments: argparse.Namespace) -> int:
 
 
 def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
-    """'; 2 left for a person to judge: twist-inspector walk.bvh' where there are any."""
+    """Return '; 2 left for a person to judge: twist-inspector walk.bvh', or ''."""
     left = sum(i.repairable for i in found) - applied
     if not left:
         return ""
@@ -177,7 +177,7 @@ def _least(asked: float | None) -> float:
 
 
 def _tell(notes: Iterable[str], problems: Collection[str]) -> int:
-    """Say what should be known, and what could not be done; 1 where there is such."""
+    """Print problems and notes; return 1 if there are problems."""
     for sentence in problems:
         problem(sentence)
     for sentence in notes:
@@ -219,7 +219,7 @@ def _refined_to_json(
 
 
 def _place(interval: Interval) -> tuple[str, str, int, int]:
-    """What tells it from others of its clip, where it has been sent through a review."""
+    """Return what identifies an interval of a clip, also after a review."""
     return interval.chain, interval.kind.value, interval.start, interval.stop
 
 
@@ -259,12 +259,12 @@ def _applied_to_json(
 
 
 def diff_command(arguments: argparse.Namespace) -> int:
-    """Print what differs between two clips, or the clips of two folders."""
+    """Print the differences between two clips or two folders of clips."""
     if arguments.a.is_dir() or arguments.b.is_dir():
         return diff_folders(arguments)
     names = clip_name(arguments.a), clip_name(arguments.b)
     if names == ("-", "-"):
-        raise TwistError("-: expected standard input once")
+        raise TwistError("-: expected standard input only once")
     a, b = open_clip(arguments.a), open_clip(arguments.b)
     for name, clip in zip(names, (a, b), strict=True):
         tell_clip(name, clip)
@@ -284,7 +284,7 @@ def diff_command(arguments: argparse.Namespace) -> int:
     for m in difference.moved:
         say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
     say(
-        f"{len({j.joint for j in difference.joints})} joints rotate otherwise, in "
+        f"{len({j.joint for j in difference.joints})} joints rotate differently, in "
         f"{difference.frames} frames; joints move by at most "
         f"{difference.max_position_of_height:.1e} of the height"
     )

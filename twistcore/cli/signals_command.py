@@ -1,4 +1,4 @@
-"""`twistcore signals`: the curves that errors are found in, as CSV or JSON."""
+"""`twistcore signals`: the curves in which errors are found, as CSV or JSON."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ _DECIMALS = 6
 
 
 def signals_command(arguments: argparse.Namespace) -> int:
-    """Signals of clips: one line a chain and frame, degrees; of several, with the clip's name."""
+    """Write the signals of clips, one row for each chain and frame; return the exit code."""
     if not (arguments.csv or arguments.json):
-        raise TwistError("signals: expected --csv FILE or --json")
+        raise TwistError("signals: has nothing to write; add --csv FILE or --json")
     if arguments.csv:
         rig = [path for path in (arguments.rig, arguments.joint_names) if path]
         refuse_overwrite([arguments.csv], [*arguments.clips, *rig])
@@ -63,12 +63,14 @@ def _analysis(arguments: argparse.Namespace, path: Path) -> tuple[str, ClipAnaly
     tell_clip(clip_name(path), clip)
     analysis = analysed(arguments, clip)
     if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
-        raise TwistError(f"{clip_name(path)}: expected a chain, found the limb {named[0].name}")
+        raise TwistError(
+            f"{clip_name(path)}: --chain {named[0].name} is a limb, and only chains have signals"
+        )
     return clip_name(path), analysis
 
 
 def _values(s: TwistSignals) -> Array:
-    """The columns, shape (frames, 7)."""
+    """Return the columns, shape (frames, 7)."""
     angles = np.degrees([s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c, s.strength]).T
     return np.hstack([angles, np.stack([s.swing_reliability, s.azimuth_reliability], axis=1)])
 
@@ -103,5 +105,5 @@ def _to_json(name: str, analysis: ClipAnalysis) -> dict[str, Any]:
 
 
 def _rounded(values: list[float]) -> list[float | None]:
-    """Null where an angle is not defined."""
+    """Return rounded values, None for angles that are not defined."""
     return [round(v, _DECIMALS) if math.isfinite(v) else None for v in values]
