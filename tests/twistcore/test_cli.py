@@ -442,6 +442,7 @@ def test_diff_of_a_clip_with_itself_is_nothing(capsys):
         ("detect", WALK, "--kinds", ""),
         ("refine", WALK, "-o", "o.bvh", "--kinds", "limb-flip,all,"),
         ("signals", WALK, "--csv", "s.csv", "--chain", "RightUpLeg-RightFoot"),
+        ("signals", WALK, "--csv", "s.csv", "--chain", "rightupleg-rightfoot"),
         ("refine", WALK, "-o", WALK),
         ("refine", WALK, "-o", ASSETS / "no" / "folder.bvh"),
         ("apply", WALK, WALK, "-o", "x.bvh"),

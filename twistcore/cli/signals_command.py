@@ -25,6 +25,7 @@ from twistcore.cli.output import note, print_json, refuse_overwrite, step, tell_
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import csv_lines, encoded
+from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals
 
@@ -62,10 +63,11 @@ def _analysis(arguments: argparse.Namespace, path: Path) -> tuple[str, ClipAnaly
     clip = open_clip(path, fps=arguments.fps)
     tell_clip(clip_name(path), clip)
     analysis = analysed(arguments, clip)
-    if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
-        raise TwistError(
-            f"{clip_name(path)}: --chain {named[0].name} is a limb, and only chains have signals"
-        )
+    for name in arguments.chain or ():
+        if isinstance(analysis.chain(name), Limb):
+            raise TwistError(
+                f"{clip_name(path)}: --chain {name} is a limb, and only chains have signals"
+            )
     return clip_name(path), analysis
 
 
