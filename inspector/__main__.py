@@ -1,4 +1,4 @@
-"""The words of `twist-inspector`, also `python -m inspector`: looked at before Qt is loaded."""
+"""The command line of `twist-inspector`, also `python -m inspector`, checked before Qt loads."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import ExitStack
 from importlib.util import find_spec
 from pathlib import Path
 from typing import NoReturn
@@ -13,59 +14,68 @@ from typing import NoReturn
 from inspector.language import codes
 from inspector.system_libraries import has_screen, how_to_install, missing_libraries
 from inspector.unread_sources import leave_sources_unread
+from twistcore.detection.registry import detector_of_file
+from twistcore.errors import TwistError
 from twistcore.files.encoding import legible
 from twistcore.files.ordinary import is_file, is_there
 from twistcore.files.version import __version__
 
-_PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # what Qt writes
+_PICTURES = (".png", ".jpg", ".jpeg", ".bmp")  # the formats that Qt writes
 _WINDOW = (
     *("PySide6", "vtkmodules", "pyvista", "pyvistaqt", "qtpy", "pyqtgraph"),
     *("matplotlib", "markdown_it"),
 )
 _NOT_INSTALLED = (
-    'the window is not installed: expected pip install "twist-inspector[gui]"; '
-    "twistcore works without it."
+    "the packages of the window are not installed. Install them with "
+    'pip install "twist-inspector[gui]"; the command twistcore works without them.'
 )
 _NO_SCREEN = (
-    "no screen to open a window on (neither DISPLAY nor WAYLAND_DISPLAY is set); twistcore works "
-    "without one, and xvfb-run (Debian: xvfb and xauth) gives --screenshot a virtual one."
+    "there is no screen: neither DISPLAY nor WAYLAND_DISPLAY is set. The command twistcore works "
+    "without a screen; for --screenshot use xvfb-run (on Debian from the packages xvfb and xauth)."
 )
 
 
-# Worker processes import this module again and need no Qt: it is imported when all is well.
+# Worker processes import this module and need no Qt, so `main` imports the window.
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run `twist-inspector`; returns the exit code."""
+    """Run `twist-inspector` and return its exit code."""
     arguments = _parser().parse_args(argv)
-    if trouble := _cannot_work(arguments) or _cannot_open():
+    if trouble := _wrong_arguments(arguments) or _missing_for_window():
         print(f"twist-inspector: {legible(trouble, lines=True)}", file=sys.stderr)
         return 2
     leave_sources_unread()
-    from inspector.app import run
+    with ExitStack() as known:
+        try:
+            if arguments.detector:
+                known.enter_context(detector_of_file(arguments.detector))
+        except TwistError as error:
+            print(f"twist-inspector: {legible(error, lines=True)}", file=sys.stderr)
+            return 2
+        from inspector.app import run
 
-    return run(arguments)
+        return run(arguments)
 
 
-def _cannot_work(arguments: argparse.Namespace) -> str:
-    """Why nothing can come of these words, before a window opens; '' if something can."""
+def _wrong_arguments(arguments: argparse.Namespace) -> str:
+    """Return what is wrong with the arguments; '' if they are fine."""
     file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
     if arguments.language not in ("", "system", *codes()):
-        return f"--language takes {', '.join(codes())} or system, not {arguments.language}."
+        return f"--language {arguments.language}: expected one of {', '.join(codes())} or system."
     if picture and folder:
-        return "--demo leaves a picture, too; give either --demo or --screenshot."
+        return "--demo writes a picture, too. Use either --demo or --screenshot."
     if (picture or folder) and file and not is_there(file):
-        return f"{file}: there is no such file."
+        return f"{file}: this file does not exist."
     if picture and picture.is_dir():
-        return f"{picture}: is a folder; --screenshot takes the name of a picture."
+        return f"{picture} is a folder. --screenshot needs the name of a picture file."
     if picture and picture.suffix.lower() not in _PICTURES:
-        return f"{picture}: a picture's name ends with {' or '.join(_PICTURES)}."
+        return f"{picture}: the name of a picture must end with {', '.join(_PICTURES)}."
     target = folder or (picture.parent if picture else None)
     if target and (wrong := next((p for p in (target, *target.parents) if is_file(p)), None)):
-        return f"{wrong}: is a file; results need a folder."
+        return f"{wrong} is a file. Choose a folder for the results."
     return ""
 
 
-def _cannot_open() -> str:
-    """Why no window opens here, where Qt would end in a traceback or abort; '' if one does."""
+def _missing_for_window() -> str:
+    """Return why no window can open here, because Qt would only crash; '' if one can."""
     if any(find_spec(name) is None for name in _WINDOW):
         return _NOT_INSTALLED
     platform = os.environ.get("QT_QPA_PLATFORM")
@@ -102,20 +112,26 @@ def _parser() -> argparse.ArgumentParser:
         "--screenshot",
         type=Path,
         metavar="PNG",
-        help="save a picture of the window and quit (default: no picture)",
+        help="save a picture of the window and quit; without a clip the window is empty (default: "
+        "no picture)",
     )
     parser.add_argument(
         "--demo",
         type=Path,
         metavar="DIR",
-        help="accept every interval as a demonstration, write the results into this folder and "
-        "quit; without a clip, the sample is shown (default: no demonstration)",
+        help="run a demonstration and quit: accept every interval and write the results to DIR; "
+        "without a clip it uses the sample (default: no demonstration)",
+    )
+    parser.add_argument(
+        "--detector",
+        metavar="FILE.py:CLASS",
+        help="add a detector of your own to the menu Edit (docs/detectors.md; default: none)",
     )
     parser.add_argument(
         "--language",
         default="",
         metavar="CODE",
-        help="language of the window: en, de or system (default: as in the settings)",
+        help="language of the window: en, de or system (default: as in the preferences)",
     )
     return parser
 

@@ -1,4 +1,4 @@
-"""The application: Qt set up, the window opened, signals heard until the end."""
+"""Set up Qt, open the window, and handle signals of the system until it closes."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-# pyvistaqt finds Qt through QtPy, which must not choose another binding; and it has no native
-# Wayland yet, so there the X server that Wayland brings is used. Both before Qt is imported.
+# Before Qt is imported: pyvistaqt must find the same Qt binding, and needs X11, because it does
+# not support Wayland yet.
 os.environ.setdefault("QT_API", "pyside6")
 if os.environ.get("WAYLAND_DISPLAY") and os.environ.get("DISPLAY"):
     os.environ.setdefault("QT_QPA_PLATFORM", "xcb")
@@ -35,48 +35,46 @@ if TYPE_CHECKING:
     from inspector.window.demo import Script
     from inspector.window.main_window import MainWindow
 
-_PATIENCE_MS = 500  # for work that was cancelled
+_PATIENCE_MS = 500  # how long to wait for cancelled work
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Open the window for the words of `twist-inspector`; returns the exit code."""
+    """Open the window with these arguments and return the exit code."""
     path = settings_path()
-    settings, complaint = load_settings(path)
-    of_system = QLocale.system().uiLanguages()
-    app = make_application(wished(arguments.language or settings.language, of_system))
-    if complaint:  # once more, in the language that is known by now
-        settings, complaint = load_settings(path)
-    # After the application, VTK asks for it, and in its language: tables of texts are made now.
+    language = arguments.language or load_settings(path)[0].language
+    app = make_application(wished(language, QLocale.system().uiLanguages()))
+    # After the application, because VTK needs it and because importing builds tables of texts.
     from inspector.window.main_window import MainWindow
 
+    settings, complaint = load_settings(path)  # with the settings that features declare
     window = MainWindow(settings, path)
     window.show()
     if complaint:
-        _say(window, complaint)
+        _show_complaint(window, complaint)
     keep_for_good()
     script = _script(window, arguments)
     if script is None:
         QTimer.singleShot(0, window, lambda: _begin(window, arguments.file))
 
-    stopped = 0  # kept here: closing the last window ends the event loop, too, with 0
+    stopped = 0  # not the event loop's result: closing the last window ends the loop with 0
 
     def end(number: int, _frame: object) -> None:
         nonlocal stopped
         stopped = 128 + number
         window.close_unasked()
-        app.exit(stopped)  # also where a dialog waits for an answer
+        app.exit(stopped)  # even if a dialog waits for an answer
 
-    closed = getattr(signal, "SIGHUP", signal.SIGTERM)  # of the terminal that it was started in
-    heard = signal.getsignal(closed) != signal.SIG_IGN  # but by `nohup`
-    for number in (signal.SIGINT, signal.SIGTERM, *([closed] if heard else ())):
+    closed = getattr(signal, "SIGHUP", signal.SIGTERM)  # the terminal was closed
+    handled = signal.getsignal(closed) != signal.SIG_IGN  # `nohup` ignores it
+    for number in (signal.SIGINT, signal.SIGTERM, *([closed] if handled else ())):
         signal.signal(number, end)
-    wake = QTimer()  # lets Python see signals while Qt waits
+    wake = QTimer()  # lets Python handle signals while Qt waits
     wake.start(200)
     wake.timeout.connect(lambda: None)
     app.exec()
     code = stopped or (script.code if script is not None else 0)
     if not wait_for_tasks(_PATIENCE_MS):
-        # Qt would wait for a thread that is far from its next look. What is to be kept is on disk.
+        # Qt would wait for a thread that ends late. Everything to keep is on disk already.
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(code)
@@ -84,15 +82,15 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _begin(window: MainWindow, path: Path | None) -> None:
-    """Open what was asked for; else say what the last run has left."""
+    """Open the given path, or offer decisions that the last run did not save."""
     if path is None:
         window.files.offer_unsaved()
     else:
         window.open_path(path)
 
 
-def _say(window: MainWindow, complaint: str) -> None:
-    """Say it now and, since a clip that is opened has sentences of its own, behind these."""
+def _show_complaint(window: MainWindow, complaint: str) -> None:
+    """Show a message now, and again after a clip has opened with its own messages."""
     print(legible(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)
@@ -101,7 +99,7 @@ def _say(window: MainWindow, complaint: str) -> None:
 
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
-    """What drives the window by itself, if that was asked for."""
+    """Return the script that drives the window, for --demo and --screenshot, or None."""
     from inspector.window.demo import demo, screenshot
 
     if arguments.demo:
@@ -112,13 +110,16 @@ def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
 
 
 def make_application(language: str = "en") -> QApplication:
-    """The QApplication with its theme, and its texts in a language; before the window's modules."""
+    """Set the language, then create the QApplication with its theme.
+
+    Call this before importing the window's modules.
+    """
     use_language(language)
-    QLocale.setDefault(QLocale.c())  # numbers as in files, whatever the system writes
+    QLocale.setDefault(QLocale.c())  # numbers as in files, in any system language
     QSurfaceFormat.setDefaultFormat(_surface_format())
     app = QApplication.instance() or QApplication(sys.argv[:1])
     assert isinstance(app, QApplication)
-    words = QTranslator(app)  # Qt's own, as on buttons and in names of keys
+    words = QTranslator(app)  # Qt's own texts, for example on buttons
     if words.load(
         f"qtbase_{language}", QLibraryInfo.path(QLibraryInfo.LibraryPath.TranslationsPath)
     ):
@@ -127,9 +128,9 @@ def make_application(language: str = "en") -> QApplication:
     app.setOrganizationName("Twist Inspector")
     app.setDesktopFileName("twist-inspector")
     app.setWindowIcon(program_icon())
-    shipped_families()  # before a letter is drawn: a system may have no fonts at all
+    shipped_families()  # before any text is drawn, as a system may have no fonts
     font = QFont(app.font())
-    font.setFeature(QFont.Tag("tnum"), 1)  # figures of one width: numbers stand in columns
+    font.setFeature(QFont.Tag("tnum"), 1)  # digits of equal width, for columns of numbers
     app.setFont(font)
     apply_theme(app, system_theme())
     collect_between_events(app)
@@ -139,7 +140,7 @@ def make_application(language: str = "en") -> QApplication:
 def _surface_format() -> QSurfaceFormat:
     from pyvistaqt import QtInteractor
 
-    del QtInteractor  # importing it sets VTK's own default, which is right but for the samples
+    del QtInteractor  # importing it sets VTK's default format; only the samples must change
     surface = QSurfaceFormat.defaultFormat()
     surface.setSamples(0)
     return surface

@@ -1,4 +1,4 @@
-"""Where clips, texts and icons that come with the program are: in a wheel, or in a checkout."""
+"""Paths of the clips, texts and icons that come with the program, in a wheel or a checkout."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _CHECKOUT = Path(__file__).resolve().parents[1]
 ASSETS = _PACKAGED if _PACKAGED.is_dir() else _CHECKOUT / "assets"
 DOCS = _PACKAGED / "docs" if _PACKAGED.is_dir() else _CHECKOUT / "docs"
 SAMPLE = ASSETS / "walk_injected.bvh"
-FLIPPED = ASSETS / "kick.bvh"  # with flips of a leg, as captured
+FLIPPED = ASSETS / "kick.bvh"  # a capture with flips of a leg
 LANGUAGES = ASSETS / "languages"
 LESSONS = ASSETS / "lessons"
 TOUR = LESSONS / "tour.md"

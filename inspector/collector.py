@@ -1,8 +1,8 @@
-"""Python's garbage is collected between two events of the GUI thread, and at no other time.
+"""Collect Python's garbage only between two events of the GUI thread.
 
-Left to itself the collector runs in whatever thread makes the next object, in the middle of what
-that is doing. Garbage may hold Qt's objects: they then die in a worker's thread, or while PySide
-is at its own table of connections, and the program crashes or hangs.
+By default the collector runs in any thread that creates an object. Garbage may contain Qt objects.
+If they are deleted in a worker's thread, or while PySide changes its table of connections, the
+program crashes or hangs.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _PERIOD_MS = 1000
 
 
 def collect_between_events(owner: QObject) -> None:
-    """Collect in Python's place from now on, as long as events are handled and `owner` lives."""
+    """Replace Python's collector by a timer that runs as long as `owner` lives."""
     gc.disable()
     timer = QTimer(owner)
     timer.timeout.connect(collect_due)
@@ -31,8 +31,8 @@ def collect_due() -> None:
 
 
 def keep_for_good() -> None:
-    """Say that what is there now, the program itself, never becomes garbage.
+    """Exclude all present objects, the program itself, from collection.
 
-    To look through all of it again and again would hold the window up, 0.15 s each time.
+    Searching them each time would block the window for 0.15 s.
     """
     gc.freeze()

@@ -1,4 +1,4 @@
-"""What a feature of the window is: its rows in menus, its panel, its settings and its wiring.
+"""Features of the window: each has rows in menus, panels, settings and connections.
 
 A feature is one object of :class:`Feature`, in the file `feature.py` of its folder;
 `inspector/window/features.py` lists all of them, and the window is built from that list.
@@ -36,7 +36,7 @@ Area = Qt.DockWidgetArea
 
 
 class HostWindow(QMainWindow):
-    """The window as features know it; docks: by their names, actions_by_id: by their rows' ids."""
+    """The window as seen by features; docks: by name; actions_by_id: by the rows' ids."""
 
     document: Document
     player: Player
@@ -54,7 +54,7 @@ class HostWindow(QMainWindow):
     built: dict[str, FeatureParts]
 
     def part(self, feature: Feature[Built]) -> Built:
-        """Return what a feature has built in this window."""
+        """Return the parts that a feature has built in this window."""
         return cast("Built", self.built[feature.name])
 
     def open_path(self, path: Path) -> None:
@@ -62,31 +62,44 @@ class HostWindow(QMainWindow):
         raise NotImplementedError
 
     def save_quietly(self) -> bool:
-        """Save the review without a word; True if it is on disk."""
+        """Save the review without a message; True if it is on disk."""
         raise NotImplementedError
 
 
 class FeatureParts:
-    """What a feature builds in a window; its public attributes are attributes of the window too."""
+    """Parts that a feature builds; their public attributes become attributes of the window."""
 
     def connect(self, window: HostWindow) -> None:
-        """Build what needs the docks, and connect what needs the parts of other features."""
+        """Build parts that need the docks, and connect them with parts of other features."""
 
     def take(self, path: Path) -> bool:
-        """True if a file that was dropped on the window is of this feature, which shows it."""
+        """Show a file that was dropped on the window; False if it is not for this feature."""
         return False
 
     def close(self) -> None:
-        """Let everything go: the window closes."""
+        """Stop all work, because the window closes."""
+
+
+@dataclass(frozen=True)
+class Tool:
+    """The button of a row in the toolbar: its word, and its place from the left.
+
+    A line separates places of different tens. spared: in a narrow window its word disappears first
+    (1), second (2), or last, with all others (0).
+    """
+
+    word: str
+    place: int
+    spared: Literal[0, 1, 2] = 0
 
 
 @dataclass(frozen=True)
 class ActionRow(Generic[T]):
-    """One thing a person can do, as it is shown; T: what it works on.
+    """A row of a menu; T: the object that its action works on.
 
-    checked: at the start; group: of rows of which exactly one is checked; needs: an open clip, or
-    one and a figure in 3D, without which it cannot be chosen; in_list: the list of the feature's
-    panel offers it too, with the right button.
+    checked: True if it is checked at the start; group: name of a group in which one row is checked;
+    needs: 'clip' if it needs an open clip, 'figure' if it also needs the 3D view; in_list: True if
+    the context menu of the panel's list has it, too; tool: its button in the toolbar, if any.
     """
 
     id: str
@@ -97,20 +110,21 @@ class ActionRow(Generic[T]):
     group: str = field(default="", kw_only=True)
     needs: Needs = field(default="", kw_only=True)
     in_list: bool = field(default=False, kw_only=True)
+    tool: Tool | None = field(default=None, kw_only=True)
     checkable: ClassVar[bool] = False
 
     def connect(self, action: QAction, on: T) -> None:
-        """Let the action do from now on what the row says."""
+        """Connect the action with what the row does."""
 
 
 @dataclass(frozen=True)
 class ActionSpec(ActionRow[T]):
-    """A row that does one thing; one of a group does it when it becomes the checked one."""
+    """A row with a command; a row of a group runs it when it becomes checked."""
 
     do: Callable[[T], object] = field(kw_only=True)
 
     def connect(self, action: QAction, on: T) -> None:
-        """Let the action do it from now on."""
+        """Connect the action with the command."""
         if self.group:
             action.toggled.connect(lambda checked: self.do(on) if checked else None)
         else:
@@ -125,15 +139,15 @@ class Switch(ActionRow[T]):
     checkable: ClassVar[bool] = True
 
     def connect(self, action: QAction, on: T) -> None:
-        """Let the action turn it from now on."""
+        """Connect the action with the switch."""
         action.toggled.connect(lambda checked: self.turn(on, checked))
 
 
 @dataclass(frozen=True)
 class MenuRows(Generic[T]):
-    """Rows of one menu, None for a line between two.
+    """Rows of one menu; None stands for a separator.
 
-    after: the id of the row that they follow directly, '' for the menu's end.
+    after: id of the row after which they are inserted, '' for the menu's end.
     """
 
     menu: str
@@ -143,10 +157,10 @@ class MenuRows(Generic[T]):
 
 @dataclass(frozen=True)
 class DockPanel(Generic[T]):
-    """A dock: its name, under which its place is remembered, its title and where it is at first.
+    """A dock with its name, under which its place is remembered, its title and its first place.
 
-    content: the widget in it; tab: with the intervals, as another tab; before: the panel that it is
-    directly before, '' for the end.
+    content: returns the widget in the dock; tab: True for a tab next to the intervals; before: name
+    of the panel that it precedes, '' for the end.
     """
 
     name: str
@@ -160,7 +174,7 @@ class DockPanel(Generic[T]):
 
 @dataclass(frozen=True)
 class Tick:
-    """A setting that is on or off, as the preferences ask for it; name: its field of Settings."""
+    """A check box in the preferences; name: its FeatureSetting."""
 
     name: str
     text: str
@@ -169,7 +183,7 @@ class Tick:
 
 @dataclass(frozen=True)
 class Feature(Generic[Built]):
-    """A feature of the window, complete; build: makes its views, before there are any docks."""
+    """A feature of the window; build: creates its views, before any docks exist."""
 
     name: str
     build: Callable[[HostWindow], Built]

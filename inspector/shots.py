@@ -1,4 +1,4 @@
-"""Pictures and the film of the real window for the docs: `python dev.py shot [NAME…]`."""
+"""Take the docs' pictures and film of the real window: `python dev.py shot [NAME…]`."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ _SIZE = (1440, 900)
 _TOUR_SIZE = (1280, 800)
 _SETTLE_MS = 700
 _LOOK_MS = 100
-_PATIENCE_S = 60.0  # for a picture to stand still
+_PATIENCE_S = 60.0  # how long to wait until the window stops changing
 _DOCK_TITLE = 32  # pixels
 _SEED = 5  # of the exercise
 _NOISY_FRAME = 200  # of a clip with synthetic noise
@@ -51,11 +51,11 @@ _FILM = RecordChoice(
     IMAGES / "skin.gif", first=305, stop=323, speed=0.1, size=(800, 420),
     contents=Contents(curves=False), replace=True,
 )  # fmt: skip
-_FILMED = "LeftForeArm"  # of the sample, wrung in each of these frames
+_FILMED = "LeftForeArm"  # the sample's forearm, with an error in all of these frames
 
 
 def main() -> int:
-    """Take every picture and the film, or of those of one clip the named ones; the exit code."""
+    """Take all pictures and the film, or the named ones; return the exit code."""
     make_application()
     use_shipped_fonts()
     from inspector.window.export_dialog import ExportDialog
@@ -215,7 +215,7 @@ def main() -> int:
 
 
 def film(window: MainWindow) -> None:
-    """The README's: the striped skin before and after, a tenth as fast as captured."""
+    """Record the README's film: the striped skin before and after, at a tenth of the speed."""
     document = window.document
     with tempfile.TemporaryDirectory() as folder:
         window.resize(*_SIZE)
@@ -235,7 +235,7 @@ def film(window: MainWindow) -> None:
 
 
 def lead(window: MainWindow) -> None:
-    """Pictures of every page of the lessons, done, and of an exercise with its score."""
+    """Take pictures of the lessons' pages and of an exercise with its score."""
     player, exercise = (
         window.part(of_lessons).lesson_actions.player,
         window.part(of_lessons).lesson_actions.hidden_errors,
@@ -271,27 +271,27 @@ def lead(window: MainWindow) -> None:
 
 
 def act(window: MainWindow, *names: str) -> None:
-    """Do what actions do, by their ids."""
+    """Trigger actions by their ids."""
     for name in names:
         window.actions_by_id[name].trigger()
 
 
 def wait(milliseconds: int) -> None:
-    """Let the event loop run, and threads with it: QTest.qWait keeps them from Python."""
+    """Run the event loop for a time; unlike QTest.qWait, this lets Python threads run."""
     loop = QEventLoop()
     QTimer.singleShot(milliseconds, loop.quit)
     loop.exec()
 
 
 def wait_for(ready: Callable[[], object]) -> None:
-    """Let the event loop run until something is so."""
+    """Run the event loop until `ready` returns a true value."""
     while not ready():
         wait(20)
 
 
 def steady_picture(window: MainWindow) -> QImage:
-    """Return the window's picture once it has not changed for a while, on a busy machine too."""
-    window.statusBar().clearMessage()  # it would go by itself, sooner or later
+    """Return the window's picture once it has stopped changing, even on a busy machine."""
+    window.statusBar().clearMessage()  # it would disappear at some time
     seen, still_ms = window.grab().toImage(), 0
     ends = time.monotonic() + _PATIENCE_S
     while still_ms < _SETTLE_MS and time.monotonic() < ends:
@@ -303,7 +303,7 @@ def steady_picture(window: MainWindow) -> QImage:
 
 
 def save(window: MainWindow, name: str, *, small: bool = False) -> None:
-    """A picture of the window once it has settled; small: without what lies below the 3D view."""
+    """Save a picture of the settled window; small: without the part below the 3D view."""
     wait(_SETTLE_MS)
     picture = steady_picture(window)
     if small:
@@ -314,7 +314,7 @@ def save(window: MainWindow, name: str, *, small: bool = False) -> None:
 
 
 def keep(picture: QImage, name: str) -> None:
-    """Write a picture of the docs."""
+    """Write a picture to the docs' folder of images."""
     path = IMAGES / f"{name}.png"
     picture.save(str(path), quality=0)
     print(path.relative_to(IMAGES.parent.parent))

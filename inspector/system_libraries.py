@@ -1,6 +1,6 @@
-"""What windows need of the system: libraries, a screen, and the packages that bring them.
+"""System libraries and the screen that windows need, and the packages that provide them.
 
-Standard library only, on any Python 3: dev.py asks before anything is installed.
+This module uses only the standard library of any Python 3, as dev.py runs it before installing.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-# What Qt and VTK load from the system, and the Debian package that brings it. They are looked up
-# by soname, not in a package database, so that the check is right on every distribution.
+# Libraries that Qt and VTK load, and the Debian packages that provide them. The check uses sonames,
+# not a package database, so that it works on every distribution.
 LIBRARIES = {
     "libGL.so.1": "libgl1",
     "libEGL.so.1": "libegl1",
@@ -24,7 +24,7 @@ LIBRARIES = {
     "libfontconfig.so.1": "libfontconfig1",
     "libdbus-1.so.3": "libdbus-1-3",
 }
-# And what Qt takes to open windows on an X server: it ends the program where one is missing.
+# Libraries that Qt needs on an X server; if one is missing, Qt ends the program.
 X_LIBRARIES = {
     "libxkbcommon-x11.so.0": "libxkbcommon-x11-0",
     "libxcb-cursor.so.0": "libxcb-cursor0",
@@ -35,14 +35,14 @@ X_LIBRARIES = {
 
 
 def has_screen() -> bool:
-    """Whether windows can be shown as things are."""
+    """True if windows can be shown."""
     if not sys.platform.startswith("linux"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def is_loadable(soname: str) -> bool:
-    """Whether the dynamic linker finds a library."""
+    """True if the dynamic linker finds a library."""
     try:
         ctypes.CDLL(soname)
     except OSError:
@@ -51,27 +51,27 @@ def is_loadable(soname: str) -> bool:
 
 
 def missing_libraries(platform: str = "xcb") -> dict[str, str]:
-    """Libraries that are not found -> the Debian package that brings each; platform: of Qt."""
+    """Return the missing libraries and the Debian package of each; platform: Qt's."""
     if not sys.platform.startswith("linux"):
         return {}
-    wanted = LIBRARIES | (X_LIBRARIES if platform.startswith("xcb") else {})
-    return {soname: package for soname, package in wanted.items() if not is_loadable(soname)}
+    needed = LIBRARIES | (X_LIBRARIES if platform.startswith("xcb") else {})
+    return {soname: package for soname, package in needed.items() if not is_loadable(soname)}
 
 
 def install_command(packages: Sequence[str]) -> list[str]:
-    """What installs Debian packages, as root."""
+    """Return the command that installs Debian packages, to be run as root."""
     return ["apt-get", "install", "-y", "--no-install-recommends", *packages]
 
 
 def how_to_install(missing: Mapping[str, str]) -> str:
-    """What is missing and the command that brings it, or what to look for where there is no apt."""
+    """Return a message with the missing libraries and the command that installs them."""
     names, packages = ", ".join(missing), sorted(set(missing.values()))
     lacks = f"this system lacks {names}"
     if not shutil.which("apt-get"):
         return (
-            f"{lacks}: expected what Debian has in {' '.join(packages)}; install their "
-            "counterparts with your package manager."
+            f"{lacks}. Debian has them in the packages {' '.join(packages)}; install the packages "
+            "of your distribution that correspond to these."
         )
     sudo = "" if os.geteuid() == 0 else "sudo "
     command = " ".join(install_command(packages))
-    return f"{lacks}; this installs what is missing:\n  {sudo}apt-get update && {sudo}{command}"
+    return f"{lacks}. Install them with:\n  {sudo}apt-get update && {sudo}{command}"

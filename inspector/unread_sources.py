@@ -1,8 +1,8 @@
-"""PySide reads the source of every module that is imported, to see whether it is named there.
+"""Stop PySide from reading the source of every imported module, which slows the start down.
 
-It needs that for `from __feature__ import`, which nothing here has, and it takes a sixth of the
-processor time of a start. PySide 6.10 has no setting; where another does it otherwise, nothing
-changes.
+PySide does this for `from __feature__ import`, which this program does not use. It takes a sixth
+of the processor time of a start. PySide 6.10 has no setting for it; with other versions this
+module may have no effect.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Any
 
 
 def leave_sources_unread() -> None:
-    """Import as without PySide from now on; before PySide6 is imported for the first time."""
-    importlib.import_module("shiboken6")  # it brings what reads; PySide6 begins at once
+    """Turn the reading off; call this before PySide6 is imported for the first time."""
+    importlib.import_module("shiboken6")  # contains the reader; PySide6 starts it at once
     reader: Any = sys.modules.get("shibokensupport.feature")
     if hasattr(reader, "_mod_uses_pyside"):
         reader._mod_uses_pyside = lambda _module: False

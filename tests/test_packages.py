@@ -217,7 +217,7 @@ def test_missing_libraries_end_in_the_command_that_brings_them(
     monkeypatch.setattr(os, "geteuid", lambda: user)
     assert words.main([]) == 2
     told, command = capsys.readouterr().err.splitlines()
-    assert told.startswith("twist-inspector: this system lacks libGL.so.1, libxcb-cursor.so.0;")
+    assert told.startswith("twist-inspector: this system lacks libGL.so.1, libxcb-cursor.so.0.")
     install = f"{sudo}apt-get install -y --no-install-recommends libgl1 libxcb-cursor0"
     assert command == f"  {sudo}apt-get update && {install}"
 

@@ -1,4 +1,4 @@
-// What is embedded of clips, unpacked: little-endian arrays in base64.
+// Unpacks the embedded clip data, little-endian arrays in base64.
 var ClipData = (function () {
   "use strict";
 

@@ -1,4 +1,4 @@
-// θp, θc and m(t) around the page's frame, with τ, the playhead and what a what-if makes of it.
+// Curves of θp, θc and m(t) around the page's frame, with τ, the playhead and the what-if's values.
 var Curves = (function () {
   "use strict";
 
@@ -162,8 +162,8 @@ var Curves = (function () {
     }
   }
 
-  // An angle in degrees within half a turn of where it is most of the time, and its seams: a full
-  // turn is no movement and must not look like one.
+  // An angle in degrees within half a turn of its usual value, and its seams: a full turn is no
+  // movement and must not look like one.
   function about(angles) {
     const x = angles.reduce((sum, a) => sum + Math.cos(a), 0);
     const centre = Math.atan2(angles.reduce((sum, a) => sum + Math.sin(a), 0), x);

@@ -1,5 +1,5 @@
-// The figure in its room: flat bones with a stripe, and what a what-if leaves behind as a ghost.
-// Without WebGL bones are lines in the canvas above, where the gizmo is drawn as well.
+// Draws the figure: flat bones with a stripe, and the captured pose as a ghost of a what-if.
+// Without WebGL, bones are lines in the upper canvas, which also has the gizmo.
 var FigureView = (function () {
   "use strict";
 
@@ -23,7 +23,7 @@ var FigureView = (function () {
     }
   }
 
-  // What bodies are made of: { bone, part } of every vertex, faces, edges, and place(pose, points,
+  // The parts of bodies: { bone, part } of every vertex, faces, edges, and place(pose, points,
   // normals), which fills three numbers a vertex.
   function wedgesOf(figure, covered, grown) { // flat bones; none where a skin covers them
     const { joint, bone, part, edges } = figure, vertices = thicker(figure, grown);
@@ -275,7 +275,7 @@ var FigureView = (function () {
     return mesh;
   }
 
-  // Which bones look different in two poses.
+  // The bones that differ between two poses.
   function differing(figure, solid, ghost) {
     const angle = (p, q) => {
       const d = Math.abs(dot(p, q));

@@ -1,4 +1,4 @@
-// What the symbols of a frame look like in space, drawn above the figure: no limb hides it.
+// Draws the symbols of a frame in space, above the figure, so that no limb hides them.
 var Gizmo = (function () {
   "use strict";
 
@@ -63,7 +63,7 @@ var Gizmo = (function () {
 
   // d: the frame's quantities; parent: P's global rotation; at, child: places of P and C; reach:
   // the length that v is drawn with; least: the shortest length a bone is drawn as; staged: P's
-  // rotation is on its way, so that changes since the frame before mean nothing.
+  // rotation is animated, so changes since the previous frame are not shown.
   function sketch(d, parent, at, child, reach, least, staged) {
     const out = new Sketch(Math.max(length(minus(child, at)), least));
     const along = rotate(parent, d.a);
@@ -88,7 +88,7 @@ var Gizmo = (function () {
   }
 
   // Near a swing of 180° a fan of normals around P, at the end of each a dial: one pose, many
-  // (n, θp). A normal turned by φ about a has a θp larger by 2φ, and all hands point one way.
+  // (n, θp). A normal turned by φ about a has a θp larger by 2φ; all hands point the same way.
   function drawFamily(out, d, parent, at) {
     if (d.swing_reliability >= Labels.NEAR_SWING) return;
     const above = S.multiply(parent, S.conjugate(d.q)), mark = S.beside(d.a);
@@ -127,7 +127,7 @@ var Gizmo = (function () {
   }
 
   function drawTwist(out, d, parent, along, at) {
-    // The dial: zero where the swing alone would leave the mark, the hand where it is.
+    // The dial: its zero is the mark after the swing alone, its hand the actual mark.
     const centre = plus(at, scaled(along, 0.6 * out.size)), radius = 0.25 * out.size;
     const hand = rotate(parent, S.beside(d.a)), zero = turned(hand, along, -d.theta_p);
     const before = turned(zero, along, d.theta_p_before);
@@ -181,7 +181,7 @@ var Gizmo = (function () {
     });
   }
 
-  // A name beside every joint; where G real is named, that is G's name.
+  // A name at every joint; a visible G real replaces G.
   function nameJoints(out, { parent, child, grandchild }, positions) {
     const [p, c, g] = [positions[parent], positions[child], positions[grandchild]];
     out.mark("P", p, c);
@@ -205,7 +205,7 @@ var Gizmo = (function () {
 
   // -- drawing into a canvas --------------------------------------------------------------------
 
-  // project: point → [x, y, depth]; lit: the symbols that are lit, none: all; colourOf: symbol →
+  // project: point → [x, y, depth]; lit: the highlighted symbols, none: all; colourOf: symbol →
   // colour; formulas: symbol → { path, box }, 100 units an em; paper: the colour behind.
   function draw(context, shapes, project, look) {
     const strength = (symbol) => (look.lit.size && !look.lit.has(symbol) ? DIMMED : 1);

@@ -1,4 +1,4 @@
-// Mouse, fingers and keys that turn the camera.
+// Turns the camera with mouse, touch and keys.
 var Hand = (function () {
   "use strict";
 

@@ -1,5 +1,5 @@
-// How the page writes numbers, and what stands in every row: as the program's teaching tab does.
-// A plain script, as swing_twist.js is.
+// Numbers and rows of equations as text, the same as in the program's teaching tab.
+// A plain script like swing_twist.js.
 var Labels = (function () {
   "use strict";
 
@@ -23,7 +23,7 @@ var Labels = (function () {
   const numbers = (values) => "(" + values.map((x) => signed(x, 3)).join(", ") + ")";
 
   // -- rows of the equations ----------------------------------------------------------------------
-  // of: what SwingTwist.numbersOf tells.
+  // of: the result of SwingTwist.numbersOf.
 
   const NEAR_SWING = 0.1; // reliability of θp below which it is told
   const NEAR_STRAIGHT = 0.17; // of the azimuth

@@ -1,20 +1,20 @@
-// Texts in the page's language: English as the scripts have it, else what the program put in.
-// A plain script, as swing_twist.js is.
+// Texts in the page's language: translations from the program, or the English of the scripts.
+// A plain script like swing_twist.js.
 var Language = (function () {
   "use strict";
 
-  let known = {}; // text → the same in the page's language
+  let known = {}; // text → its translation
 
   function use(words) {
     known = words;
   }
 
-  function tr(text, values) { // values go in by name
+  function tr(text, values) { // values are inserted by name
     const found = known[text] || text;
     return values ? found.replace(/\{(\w+)\}/g, (_, name) => values[name]) : found;
   }
 
-  const tr_as = (meaning, text) => tr(text); // in a page no text has two
+  const tr_as = (meaning, text) => tr(text); // no text of a page has two meanings
 
   return { use: use, tr: tr, tr_as: tr_as };
 })();

@@ -1,4 +1,4 @@
-// The page: what is shown now, and what a student's hand does to it.
+// The page: its state, and the reactions to a student's input.
 (function () {
   "use strict";
 
@@ -68,8 +68,8 @@
     const shape = d ? gizmoOf(d, solid) : circleOf(solid, ghost);
     if (camera === null) camera = firstCamera(solid, shape);
     const strong = figure.bones.map((_, k) => page.strong.includes(k));
-    // Of a what-if, a bone that keeps its place leaves its captured self behind: of all that it
-    // moves there would be two.
+    // In a what-if only bones that keep their place show a ghost of the captured pose; with a
+    // ghost of every moved bone the figure would appear twice.
     const stays = (bone) => S.length(S.minus(
       solid.positions[bone.parent], ghost.positions[bone.parent])) < 1e-4 * figure.room.height;
     const left = figure.bones.map(
@@ -220,7 +220,7 @@
     }
   }
 
-  // -- what a hand does -------------------------------------------------------------------------
+  // -- input -------------------------------------------------------------------------------
 
   function turnTo(at) {
     stop();

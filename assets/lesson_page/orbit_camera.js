@@ -1,4 +1,4 @@
-// A camera that orbits a point and keeps up up; azimuth 0 is the figure's front.
+// A camera that orbits a point and stays upright; azimuth 0 is the figure's front.
 var OrbitCamera = (function () {
   "use strict";
 
@@ -76,7 +76,7 @@ var OrbitCamera = (function () {
     }
   }
 
-  // From where the swing is seen flat and the dial at a slant: the best of many directions.
+  // The best of many directions: it shows the swing flat and the dial at an angle.
   function bestDirection(camera, along, normal, outward) {
     const way = length(outward) > 1e-9 ? unit(outward) : outward;
     let best = camera.ahead, most = -Infinity;

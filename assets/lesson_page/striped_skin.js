@@ -1,6 +1,6 @@
-// A skin of stripes along the limbs, as inspector/viewport/striped_skin.py drapes it: its roll runs
-// evenly along a bone from that of the joint above to that of the joint below, so that a wrong
-// twist wrings it. A plain script, as swing_twist.js is.
+// A striped skin along the limbs, the same as in inspector/viewport/striped_skin.py. Its roll changes
+// evenly along a bone from the joint above to the joint below, so a wrong twist wrings it.
+// A plain script like swing_twist.js.
 var StripedSkin = (function () {
   "use strict";
 
@@ -26,7 +26,7 @@ var StripedSkin = (function () {
     };
   }
 
-  // Near a joint a ring belongs to both bones, to equal shares at the joint itself.
+  // Near a joint a ring belongs to both bones, at the joint itself in equal shares.
   function ringOf(skin, bones, k, at) {
     const own = bones[k];
     let centre = plus(own.start, scaled(own.way, at));

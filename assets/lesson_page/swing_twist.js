@@ -1,5 +1,5 @@
-// The mathematics of a lesson's page: what twistcore's rotation.py, decomposition/ and motion.py
-// compute, for one frame. Quaternions are Hamilton, scalar first [w, x, y, z]; angles are radians.
+// The mathematics of a lesson page: the same as twistcore's rotation.py, decomposition/ and motion.py,
+// for one frame. Quaternions are Hamilton, scalar first [w, x, y, z]; angles are radians.
 // A plain script, so that a test can evaluate it without a browser and compare the numbers.
 var SwingTwist = (function () {
   "use strict";
@@ -26,7 +26,7 @@ var SwingTwist = (function () {
   const angleBetween = (u, v) => Math.atan2(length(cross(u, v)), dot(u, v));
 
   function beside(axis) {
-    // A unit vector square to another, always the same one.
+    // A unit vector perpendicular to another, always the same one.
     const sizes = axis.map(Math.abs);
     const least = sizes.indexOf(Math.min(sizes[0], sizes[1], sizes[2]));
     return unit(cross(axis, [0, 1, 2].map((k) => (k === least ? 1 : 0))));
@@ -79,7 +79,7 @@ var SwingTwist = (function () {
   }
 
   function swingTurn(swing) {
-    // The unit normal of a swing, zeros where it has none, and its angle in [0, π].
+    // The unit normal of a swing (zeros if undefined) and its angle in [0, π].
     const v = scaled(vectorOf(swing), swing[0] >= 0 ? 1 : -1);
     return { normal: direction(v), angle: 2 * Math.atan2(length(v), Math.abs(swing[0])) };
   }
@@ -113,7 +113,7 @@ var SwingTwist = (function () {
   }
 
   function staged(q, axis, stage) {
-    // On its way from no rotation, by the swing (0…1), to all of it (1…2).
+    // A stage of the rotation: share of the swing (0…1), then of the twist (1…2).
     const within = (x) => Math.min(Math.max(x, 0), 1);
     const parts = swingTwist(q, axis), turn = swingTurn(parts.swing);
     const part = turnAbout(turn.normal, within(stage) * turn.angle);
@@ -122,7 +122,7 @@ var SwingTwist = (function () {
   }
 
   // rotations: local, one a joint; chain: { parent, child, children, axis, arm, free } at the
-  // frame; offset: what a share of is taken off; stage: null, or how much of P's rotation is there.
+  // frame; offset: the angle to remove in part; stage: null, or a stage of P's rotation.
   function altered(rotations, chain, whatIf, offset, stage) {
     const out = rotations.slice(), p = chain.parent, c = chain.child;
     out[p] = swung(out[p], chain.axis, whatIf);
@@ -138,7 +138,7 @@ var SwingTwist = (function () {
     return out;
   }
 
-  // -- what a frame is made of --------------------------------------------------------------------
+  // -- quantities of a frame --------------------------------------------------------------------
 
   // Eq. 1-13; q, qChild: P's and C's rotation, at the frame and at the one before it.
   function decompose(now, before) {
@@ -180,7 +180,7 @@ var SwingTwist = (function () {
     return decompose(seen(rotations, now.chain), seen(before.rotations, before.chain));
   }
 
-  // What is detected before anything is taken off, and what is: Eq. 14-15.
+  // The detected values before the correction, and the correction: Eq. 14-15.
   function correctFrame(now, before, whatIf, tau, offsetBefore) {
     const joints = [now.chain.parent, now.chain.child];
     const untouched = Object.assign({}, whatIf, { applied: 0 });
@@ -200,7 +200,7 @@ var SwingTwist = (function () {
     };
   }
 
-  // The pose that is seen, and what is taken off for it.
+  // The displayed pose and its correction.
   function numbersOf(now, before, whatIf, stage, tau, offsetBefore) {
     const correction = correctFrame(now, before, whatIf, tau, offsetBefore);
     const rotations = altered(now.rotations, now.chain, whatIf, correction.whole, stage);

@@ -1,4 +1,4 @@
-"""A folder that `twistcore batch` left: what it found in its clips, and how their review goes."""
+"""A folder written by `twistcore batch`: its findings, and the state of its clips' reviews."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from twistcore.files.lock import is_held
 from twistcore.files.marks import file_mark
 from twistcore.tuning import Profile
 
-# Options that the window does not take over, by the parameter.
+# Options of the batch that the window cannot apply, by parameter.
 _ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "--rig"}
 
 
 class BatchFolder(QObject):
-    """The clips of a manifest, wherever they lie; decisions about them are noted in it.
+    """The clips of a batch's manifest, in any folder; it records decisions in the manifest.
 
-    options: what the batch had, where it is not the usual, in words.
+    options: the batch's options that differ from the defaults, in words.
     """
 
-    failed = Signal(str)  # a sentence: decisions could not be noted
+    failed = Signal(str)  # the error message when decisions cannot be recorded
 
     def __init__(self, folder: Path, parent: QObject) -> None:
         super().__init__(parent)
@@ -48,27 +48,27 @@ class BatchFolder(QObject):
 
     @property
     def under_way(self) -> bool:
-        """Whether a batch is at work on it."""
+        """True while a batch is writing to the folder."""
         return is_held(self.folder / LOCK)
 
     def clips(self) -> list[QueuedClip]:
-        """All of them as the manifest has them; who changed since is to be analysed again.
+        """Return the manifest's clips; clips that have changed since wait for a new analysis.
 
-        So are those that the batch looked at otherwise than the window can. Raises TwistError.
+        So do clips that the batch analysed with options the window cannot apply. Raises TwistError.
         """
         with Manifest.open(self.folder) as manifest:
             glances, self._parameters = manifest.glances(), manifest.parameters()
         self._glances = {Path(glance.source): glance for glance in glances}
         used = {glance.mark for glance in glances if glance.mark}
-        words = {_in_words(self._parameters.get(mark, {})) for mark in used}
+        words = {_options_text(self._parameters.get(mark, {})) for mark in used}
         self.options = "; ".join(sorted(words - {""}))
         return [self._queued(glance) for glance in glances]
 
     def profile_of(self, path: Path) -> Profile | None:
-        """τ and detector that the batch had for a clip; None where they are the usual ones."""
+        """Return the batch's τ and detector for a clip; None if they are the defaults."""
         glance = self._glances.get(path)
         given = self._parameters.get(glance.mark, {}) if glance is not None else {}
-        if glance is None or not _in_words(given):
+        if glance is None or not _options_text(given):
             return None
         tau: Mapping[str, float] = {}
         if given["tau_deg"] is not None or given["profile_rad"] is not None:
@@ -107,61 +107,61 @@ class BatchFolder(QObject):
     # -- decisions ----------------------------------------------------------------------------
 
     def note(self, path: Path) -> None:
-        """Keep in the manifest how far a clip's review is by its session; in the background."""
+        """Record the state of a clip's session in the manifest, in the background."""
         if (glance := self._glances.get(path)) is None:
             return
         self._noting += 1
-        task = Task(lambda _: self._noted(path, glance.source), self)
-        task.failed.connect(lambda error: self._not_noted(path, error))
+        task = Task(lambda _: self._record(path, glance.source), self)
+        task.failed.connect(lambda error: self._report_failure(path, error))
         for over in (task.finished, task.failed):
-            over.connect(self._one_less)
+            over.connect(self._count_down)
             over.connect(task.deleteLater)
         task.start()
 
     def when_noted(self, then: Callable[[], None]) -> None:
-        """Go on once all that was to be noted is; at once where nothing is under way."""
+        """Call `then` once all decisions are recorded; at once if nothing is pending."""
         if self._noting:
             self._then = then
         else:
             then()
 
-    def _not_noted(self, path: Path, error: Exception) -> None:
-        told = tr(
-            "{name}: decisions not noted in the batch: {error}",
+    def _report_failure(self, path: Path, error: Exception) -> None:
+        message = tr(
+            "The decisions about {name} could not be recorded in the batch: {error}",
             name=path.name,
             error=of_core(str(error)),
         )
-        self.failed.emit(told)
+        self.failed.emit(message)
 
-    def _one_less(self) -> None:
+    def _count_down(self) -> None:
         self._noting -= 1
         if not self._noting and self._then is not None:
             then, self._then = self._then, None
             then()
 
-    def _noted(self, path: Path, source: str) -> None:
+    def _record(self, path: Path, source: str) -> None:
         sessions = kept_sessions(path)
         with Manifest.open(self.folder) as manifest:
             manifest.note_decisions(source, decisions_of(sessions[0]) if sessions else {})
 
 
-def _in_words(given: Mapping[str, Any]) -> str:
-    """Options of a batch that are not the usual ones."""
-    told = []
+def _options_text(given: Mapping[str, Any]) -> str:
+    """Return the options of a batch that differ from the defaults, in words."""
+    parts = []
     if given.get("tau_deg") is not None:
-        told.append(f"τ {given['tau_deg']:g}°")
+        parts.append(f"τ {given['tau_deg']:g}°")
     if given.get("profile_rad") is not None:
-        told.append(tr("τ of a profile"))
+        parts.append(tr("τ of a profile"))
     if given.get("method", DEFAULT_METHOD) != DEFAULT_METHOD:
-        told.append(tr("detector {name}", name=given["method"]))
+        parts.append(tr("detector {name}", name=given["method"]))
     if elsewhere := [option for name, option in _ELSEWHERE.items() if given.get(name)]:
         listed = ", ".join(elsewhere)
-        told.append(tr("{options}, without which clips are analysed here", options=listed))
-    return ", ".join(told)
+        parts.append(tr("{options} (ignored in this window)", options=listed))
+    return ", ".join(parts)
 
 
 def _is_same(path: Path, glance: ClipGlance) -> bool:
-    """Whether a file is the one that was processed; read where its time does not tell."""
+    """True if a file is the one that the batch processed."""
     with suppress(OSError):
         if glance.signature:
             return signature_of(path)[0] == glance.signature

@@ -1,4 +1,4 @@
-"""The clips of the folder: worst first, with their review state and the queue's progress."""
+"""The table of the folder's clips: severity, state of the review, and progress."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from PySide6.QtWidgets import (
 )
 
 from inspector.folder.queue import FolderQueue
-from inspector.folder.queued_clip import ClipState, QueuedClip, reason_told
+from inspector.folder.queued_clip import ClipState, QueuedClip, reason_text
 from inspector.language import plural, tr, tr_as
 from inspector.session.document import Document
 from inspector.widgets.building import hbox, soft, vbox
@@ -30,14 +30,14 @@ from inspector.widgets.tables import Index, RowDelegate, RowModel, RowTable, Tab
 from inspector.widgets.theme import Colours
 from twistcore.review import Decision
 
-_ROWS = 10  # clips that are to be seen at least, where there is room
-_COUNT_MS = 60  # while τ is dragged the list does not follow every step
-_NEWS_MS = 160  # nor, while clips are analysed, every one of them
+_ROWS = 10  # rows that are visible at least, if there is room
+_COUNT_MS = 60  # the list follows a drag of τ with this delay
+_NEWS_MS = 160  # the list follows the analysis with this delay
 _SEVERITY, _EXPORT = 1, 3  # columns
 _HEADS = (tr("Clip"), tr("Severity"), tr_as("of a clip", "Review"), tr_as("of a clip", "Export"))
 _NAME_WIDTH = 90  # pixels
 _WIDTHS = (72, 84, 66)  # pixels of the other columns, at least
-_PAD = 8  # pixels beside a word
+_PAD = 8  # pixels next to a word
 _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "clean"),
     tr_as("a clip or clips", "partly checked"),
@@ -45,7 +45,7 @@ _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED = (
     tr_as("a clip or clips", "not checked"),
     tr_as("a clip or clips", "failed"),
 )
-# What the filter lets through, by its words.
+# The filter's entries, and which clips each of them shows.
 _Lets = Callable[[QueuedClip], bool]
 STATES: tuple[tuple[str, _Lets], ...] = (
     (tr_as("clips", "All"), lambda _: True),
@@ -65,10 +65,10 @@ _WORKING = {
 class _ClipModel(RowModel[QueuedClip]):
     heads = _HEADS
     head_tips = (
-        tr("Name of the clip; ↺: decisions of it wait to be restored"),
-        tr("Root mean square of its errors over all frames; a click on a head sorts by it"),
-        tr("Intervals decided, of those there are"),
-        tr("Whether it was exported"),
+        tr("Name of the clip. ↺ means: unsaved decisions can be restored."),
+        tr("Root mean square of the clip's errors over all frames. Click a heading to sort."),
+        tr("Intervals decided / all intervals"),
+        tr("✓ means: the clip was exported"),
     )
 
     def key(self, thing: QueuedClip) -> Path:
@@ -92,7 +92,7 @@ class _ClipModel(RowModel[QueuedClip]):
 
 
 def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
-    """Values to sort by, a column each; of reviews, what is left to do."""
+    """Return the values to sort by, one per column; reviews are sorted by what is left to do."""
     decided, of = clip.counts
     left = clip.state == ClipState.READY, of - decided, of
     return clip.title.casefold(), clip.severity, left, clip.exported
@@ -113,23 +113,23 @@ def _review(clip: QueuedClip) -> str:
 def _tip(clip: QueuedClip) -> str:
     name = clip.label or clip.path.name
     if clip.state == ClipState.FAILED:
-        return reason_told(clip)
+        return reason_text(clip)
     if clip.unchecked:
-        return tr("{name}: not checked, {reason}", name=name, reason=reason_told(clip))
+        return tr("{name} could not be checked: {reason}", name=name, reason=reason_text(clip))
     if clip.state != ClipState.READY:
         return f"{name}: {_WORKING[clip.state]}"
     found = tr("{n} intervals, severity {severity:.1f}°", n=clip.intervals, severity=clip.severity)
-    told = [f"{name}: {found}"]
+    lines = [f"{name}: {found}"]
     if clip.missing:
-        told.append(
+        lines.append(
             plural(
-                "{n} frame that its header declares is missing",
-                "{n} frames that its header declares are missing",
+                "{n} frame is missing at the end of the file",
+                "{n} frames are missing at the end of the file",
                 clip.missing,
             )
         )
     if clip.unexamined:
-        told.append(
+        lines.append(
             plural(
                 "{n} arm or leg was not examined: open the clip to see why",
                 "{n} arms and legs were not examined: open the clip to see why",
@@ -137,26 +137,26 @@ def _tip(clip: QueuedClip) -> str:
             )
         )
     if clip.waits:
-        told.append(tr("a review of it ended without saving: open it to restore its decisions"))
+        lines.append(tr("the last review was not saved: open the clip to restore its decisions"))
     if clip.exported:
-        told.append(tr("exported as {name}", name=clip.exported))
-    return "\n".join(told)
+        lines.append(tr("exported as {name}", name=clip.exported))
+    return "\n".join(lines)
 
 
 def _spoken(clip: QueuedClip) -> dict[int, str]:
-    """What signs and bars say."""
-    told = {}
+    """Return the words for a screen reader, for cells that show a sign or a bar."""
+    words = {}
     if clip.waits:
-        told[0] = tr("{name}: decisions wait to be restored", name=clip.title)
+        words[0] = tr("{name}: unsaved decisions can be restored", name=clip.title)
     if clip.state == ClipState.READY:
-        told[_SEVERITY] = tr("severity {severity:.1f}°", severity=max(clip.severity, 0.0))
+        words[_SEVERITY] = tr("severity {severity:.1f}°", severity=max(clip.severity, 0.0))
     if clip.exported:
-        told[_EXPORT] = tr("exported as {name}", name=clip.exported)
-    return told
+        words[_EXPORT] = tr("exported as {name}", name=clip.exported)
+    return words
 
 
 class _SeverityBar(RowDelegate):
-    """A bar on a square root scale, against the worst clip that is listed."""
+    """Draws the severity as a bar, on a square root scale up to the worst listed clip."""
 
     def __init__(self, model: _ClipModel, parent: QWidget) -> None:
         super().__init__(model, parent)
@@ -177,7 +177,7 @@ class _SeverityBar(RowDelegate):
 
 
 class ClipsPanel(QWidget):
-    """Table of the folder's clips; a double click or Enter opens one."""
+    """The table of the folder's clips; a double click or Enter opens a clip."""
 
     chosen = Signal(object)  # Path
 
@@ -185,7 +185,7 @@ class ClipsPanel(QWidget):
         super().__init__()
         self._queue, self._document = queue, document
         self._model = _ClipModel(colours)
-        self._order: tuple[int, bool] | None = None  # column, whether downwards; None: worst first
+        self._order: tuple[int, bool] | None = None  # column, descending; None: worst first
         self.table = RowTable(self._model, room=2)
         self.table.setAccessibleName(tr("Clips of the folder"))
         self.table.setAccessibleDescription(tr("Enter opens the clip"))
@@ -204,17 +204,17 @@ class ClipsPanel(QWidget):
         self.bar.setAccessibleName(tr("Clips analysed"))
         self.bar.setMaximumHeight(6)
         self.status, self.tau = soft(QLabel()), soft(QLabel())
-        for label in (self.status, self.tau):  # a long text makes the dock no wider
+        for label in (self.status, self.tau):  # a long text must not widen the dock
             label.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.stop = QPushButton(tr("Stop"))
-        self.stop.setToolTip(tr("Stop analysing; what is known stays"))
+        self.stop.setToolTip(tr("Stop analysing; the results so far are kept"))
         self.stop.clicked.connect(queue.cancel)
         above = hbox((self.text, 1), self.wanted, margins=(4, 2, 4, 0))
         foot = hbox((self.status, 1), self.stop, margins=(4, 0, 4, 0))
         under = hbox((self.tau, 1), margins=(4, 0, 4, 0))
         parts = (above, (self.table, 1), self.bar, foot, under)
         vbox(*parts, owner=self, margins=(0, 0, 0, 3), spacing=2)
-        # By Enter or a double click; `doubleClicked` would open a clip a second time.
+        # Enter or a double click. With `doubleClicked` as well a clip would open twice.
         self.table.activated.connect(lambda at: self.chosen.emit(self._model.things[at.row()].path))
         self._news = QTimer(self, singleShot=True, interval=_NEWS_MS)
         self._news.timeout.connect(self._refresh)
@@ -229,33 +229,33 @@ class ClipsPanel(QWidget):
         self._refresh()
 
     def sizeHint(self) -> QSize:
-        """With room for some rows."""
+        """Return a size with room for some rows."""
         table = self.table
         rows = _ROWS * table.verticalHeader().defaultSectionSize()
-        wanted = rows + table.horizontalHeader().sizeHint().height() + 2 * table.frameWidth()
+        height = rows + table.horizontalHeader().sizeHint().height() + 2 * table.frameWidth()
         others = super().sizeHint().height() - table.sizeHint().height()
-        return QSize(super().sizeHint().width(), wanted + others)
+        return QSize(super().sizeHint().width(), height + others)
 
     def _lay_out_heads(self) -> None:
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         advance = self.fontMetrics().horizontalAdvance
         words = (_HEADS[1],), (_HEADS[2], _CLEAN, _PARTLY, _CUT, _UNCHECKED, _FAILED), (_HEADS[3],)
-        for column, (least, said) in enumerate(zip(_WIDTHS, words, strict=True), start=1):
-            header.resizeSection(column, max(least, *(advance(word) + _PAD for word in said)))
+        for column, (least, texts) in enumerate(zip(_WIDTHS, words, strict=True), start=1):
+            header.resizeSection(column, max(least, *(advance(text) + _PAD for text in texts)))
         self.table.keep_room(_NAME_WIDTH, (_EXPORT, _SEVERITY))
         header.setSectionsClickable(True)
         header.sectionClicked.connect(self._sort_by)
 
     def _count_open(self) -> None:
-        """The open clip's row follows its review."""
+        """Update the row of the open clip from its review."""
         data = self._document.data
         if data is not None and (intervals := self._document.intervals):
             decided = sum(j.decision != Decision.UNDECIDED for j in intervals)
             self._queue.note(data.clip.path, (decided, len(intervals)))
 
     def _sort_by(self, column: int) -> None:
-        """One way, the other way, then worst first again."""
+        """Sort by a column, then in reverse, then worst first again."""
         downwards = column == _SEVERITY
         first, second = (column, downwards), (column, not downwards)
         self._order = {first: second, second: None}.get(self._order or (-1, False), first)
@@ -267,16 +267,16 @@ class ClipsPanel(QWidget):
         self._refresh()
 
     def listed(self) -> list[QueuedClip]:
-        """The clips that are listed, in their order."""
-        (_, wanted), text = STATES[self.wanted.currentIndex()], self.text.text().casefold()
-        clips = [c for c in self._queue.ordered if wanted(c) and text in c.title.casefold()]
+        """Return the listed clips in their order."""
+        (_, passes), text = STATES[self.wanted.currentIndex()], self.text.text().casefold()
+        clips = [c for c in self._queue.ordered if passes(c) and text in c.title.casefold()]
         if self._order is not None:
             column, downwards = self._order
             clips.sort(key=lambda c: _sorted_by(c)[column], reverse=downwards)
         return clips
 
     def _take_news(self) -> None:
-        """At once, except of clips that are analysed: those follow fast upon each other."""
+        """Refresh at once, or a little later while clips are being analysed quickly."""
         if not self._queue.running:
             self._refresh()
         elif not self._news.isActive():
@@ -290,22 +290,22 @@ class ClipsPanel(QWidget):
             self._severities.worst = worst
             self.table.viewport().update()
         done, total = self._queue.progress
-        self.bar.setUpdatesEnabled(False)  # else every value repaints the window at once
+        self.bar.setUpdatesEnabled(False)  # or every value would repaint the window at once
         self.bar.setRange(0, max(total, 1))
         self.bar.setValue(done)
         self.bar.setUpdatesEnabled(True)
         self.bar.setVisible(self._queue.running)
         self.stop.setVisible(self._queue.running)
-        told = self._progress() if self._queue.running else self._totals()
-        self.status.setText(told)
-        self.status.setToolTip(as_tip(told))
+        text = self._progress() if self._queue.running else self._totals()
+        self.status.setText(text)
+        self.status.setToolTip(as_tip(text))
         exports = len(self._queue.exports)
         left = plural("{n} export not listed", "{n} exports not listed", exports)
-        told = f"τ: {self._queue.profile_told}" + (f"; {left}" if exports else "")
-        self.tau.setText(told if self._queue.folder is not None else "")
+        text = f"τ: {self._queue.profile_text}" + (f"; {left}" if exports else "")
+        self.tau.setText(text if self._queue.folder is not None else "")
         names = "\n".join(sorted(path.name for path in self._queue.exports)[:20])
-        change = tr("Tuning, Use τ for the folder: the τ of the open clip for all of them")
-        left = tr("Not listed:")
+        change = tr("Choose Tuning → Use τ for the folder to use the open clip's τ for all clips.")
+        left = tr("Exports that are not listed:")
         self.tau.setToolTip(as_tip(f"{change}\n\n{left}\n{names}") if exports else change)
         self._mark_open()
 
@@ -321,7 +321,7 @@ class ClipsPanel(QWidget):
     def _totals(self) -> str:
         clips = self._queue.clips.values()
         through, of, decided, intervals = self._queue.totals
-        told = []
+        parts = []
         if of:
             words = tr(
                 "{through} of {of} clips, {decided} of {intervals} intervals decided",
@@ -330,7 +330,7 @@ class ClipsPanel(QWidget):
                 decided=decided,
                 intervals=intervals,
             )
-            told.append(words)
+            parts.append(words)
         counts = (
             (sum(c.clean for c in clips), _CLEAN),
             (sum(bool(c.unexamined) and not c.unchecked for c in clips), _PARTLY),
@@ -338,8 +338,8 @@ class ClipsPanel(QWidget):
             (sum(c.unchecked for c in clips), _UNCHECKED),
             (sum(c.state == ClipState.FAILED for c in clips), _FAILED),
         )
-        told += [f"{count} {what}" for count, what in counts if count]
-        return "; ".join(told)
+        parts += [f"{count} {what}" for count, what in counts if count]
+        return "; ".join(parts)
 
     def _mark_open(self) -> None:
         data = self._document.data

@@ -16,11 +16,12 @@ from inspector.feature import (
 from inspector.folder.clips_panel import ClipsPanel
 from inspector.folder.folder_actions import FolderActions
 from inspector.folder.queue import FolderQueue
+from inspector.folder.remembered_folders import NEXT_AFTER_EXPORT
 from inspector.language import tr
 
 
 class Folder(FeatureParts):
-    """The queue of a folder's clips, their panel, and what its actions do."""
+    """The queue of a folder's clips, their panel, and their actions."""
 
     def __init__(self, window: HostWindow) -> None:
         self.queue = FolderQueue(parent=window)
@@ -28,22 +29,22 @@ class Folder(FeatureParts):
         self.clips.chosen.connect(window.open_path)
 
     def connect(self, window: HostWindow) -> None:
-        """Let the actions write what is listed."""
+        """Build the actions, which write the listed clips."""
         listed, save = self.clips.listed, window.save_quietly
         self.folder_actions = FolderActions(self.queue, listed, window.bar, save, window)
 
     def close(self) -> None:
-        """End the processes that analyse."""
+        """End the analysing processes."""
         self.queue.close()
 
 
 # fmt: off
 _FILE: tuple[ActionRow[Folder] | None, ...] = (
     ActionSpec("save_clip_table", tr("Save the table of clips…"), (),
-               tr("The folder's clips as they are listed, as CSV"),
+               tr("Save the listed clips of the folder as a CSV file"),
                do=lambda p: p.folder_actions.save_clip_table()),
     ActionSpec("write_report", tr("Write the batch's report"), (),
-               tr("Of a folder that `twistcore batch` wrote, decisions included"),
+               tr("Write the report of a folder made by `twistcore batch`, with your decisions"),
                do=lambda p: p.folder_actions.write_report()),
 )
 # fmt: on
@@ -62,5 +63,5 @@ feature = Feature(
             before="chains",
         ),
     ),
-    settings=(Tick("next_after_export", tr("Open the folder's next clip after an export")),),
+    settings=(Tick(NEXT_AFTER_EXPORT.name, tr("Open the folder's next clip after an export")),),
 )

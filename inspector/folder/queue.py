@@ -1,4 +1,4 @@
-"""The queue: the clips of a folder, analysed in the background, worst first."""
+"""The queue of a folder's clips, which are analysed in the background."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ from twistcore.formats.clip_files import clips_in
 from twistcore.tuning import Profile
 
 _POLL_MS = 40
-_PATIENCE_S = 20.0  # for any clip, and a second more for every megabyte
-_BATCH_MS = 3_000  # while a batch is at work: look again, should it end before its time
-_SETTLE_MS = 500  # a folder that is being written to: look again when it is quiet
+_PATIENCE_S = 20.0  # time limit for a clip, plus a second per megabyte
+_BATCH_MS = 3_000  # while a batch is running: look again, in case it ends early
+_SETTLE_MS = 500  # wait until a folder that is being written to is quiet
 
 
 @dataclass(eq=False)
@@ -58,22 +58,22 @@ class _Worker:
 
 
 class FolderQueue(QObject):
-    """Clips of a folder and the processes that survey them. Views listen to `changed`."""
+    """Clips of a folder, and the processes that survey them; `changed` reports news."""
 
     changed = Signal()
     finished = Signal()
     profile_changed = Signal()
-    failed = Signal(str)  # a sentence about a batch's manifest
+    failed = Signal(str)  # an error message about a batch's manifest
 
     def __init__(self, workers: int = 0, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self.folder: Path | None = None
         self.clips: dict[Path, QueuedClip] = {}
-        self.profile: Profile | None = None  # τ for all clips, or each clip's automatic one
+        self.profile: Profile | None = None  # τ for all clips; None: each clip's automatic τ
         self.profile_name = ""
-        self.exports: frozenset[Path] = frozenset()  # in the folder, written by this program
-        self.batch: BatchFolder | None = None  # where `twistcore batch` wrote the folder
-        self._told: set[Path] = set()  # clips whose figures are the batch's
+        self.exports: frozenset[Path] = frozenset()  # files of the folder that we exported
+        self.batch: BatchFolder | None = None  # None if `twistcore batch` did not write the folder
+        self._from_batch: set[Path] = set()  # clips whose results are the batch's
         self._elsewhere: dict[Path, str] = {}  # exports of this run, by their clip
         self._count = workers or max(1, (os.cpu_count() or 2) - 1)  # one core for the window
         self._workers: list[_Worker] = []
@@ -88,11 +88,11 @@ class FolderQueue(QObject):
         self._watcher.directoryChanged.connect(lambda _: self._settle.start())
         self._watcher.fileChanged.connect(lambda _: self._settle.start())
 
-    # -- what views read ----------------------------------------------------------------------
+    # -- state for the views ------------------------------------------------------------------
 
     @property
     def ordered(self) -> list[QueuedClip]:
-        """Worst first; then those still unknown, then the failed."""
+        """Clips, worst first, then the clips not yet analysed, then the failed ones."""
 
         def rank(clip: QueuedClip) -> tuple[int, float, str]:
             group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
@@ -102,37 +102,37 @@ class FolderQueue(QObject):
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Clips surveyed or failed, of all."""
+        """Number of clips that are surveyed or failed, and of all clips."""
         over = sum(c.state in (ClipState.READY, ClipState.FAILED) for c in self.clips.values())
         return over, len(self.clips)
 
     @property
     def seconds_left(self) -> float:
-        """Until the last clip is surveyed, by the pace so far."""
+        """Estimated seconds until the last clip is surveyed."""
         done, total = self.progress
         passed = time.monotonic() - self._started
         return passed / done * (total - done) if done else 0.0
 
     @property
     def running(self) -> bool:
-        """Whether clips are still being surveyed."""
+        """True while clips are being surveyed."""
         return self._poll.isActive()
 
     def next_after(self, path: Path | None) -> Path | None:
-        """The worst clip in which something is to be decided, behind `path` and round the end."""
+        """Return the next clip after `path`, worst first, that has undecided intervals."""
         ordered = self.ordered
         at = next((k for k, c in enumerate(ordered, 1) if c.path == path), 0)
         behind = (c for c in (*ordered[at:], *ordered[:at]) if c.to_do and c.path != path)
         return next((c.path for c in behind), None)
 
     def listed(self, path: Path) -> Path:
-        """The folder's own way to a clip in it, however it was named; the path itself else."""
+        """Return the folder's path of a clip, if the clip is in it; if not, the path itself."""
         own = (p for p in self.clips if p.name == path.name and same_file(p, path))
         return path if path in self.clips else next(own, path)
 
     @property
     def totals(self) -> tuple[int, int, int, int]:
-        """Clips decided, of those with anything to decide, and their intervals decided, of all."""
+        """Numbers of decided clips, clips with intervals, decided intervals and intervals."""
         clips = [c for c in self.clips.values() if c.state != ClipState.FAILED]
         due = [c for c in clips if c.done or c.to_do]
         counts = [c.counts for c in clips]
@@ -140,18 +140,18 @@ class FolderQueue(QObject):
         return through, len(due), sum(n for n, _ in counts), sum(n for _, n in counts)
 
     @property
-    def profile_told(self) -> str:
-        """At which τ clips are surveyed and opened, in words."""
+    def profile_text(self) -> str:
+        """The τ at which clips are surveyed and opened, in words."""
         if self.profile_name:
             return self.profile_name
         if self.batch is not None:
             if options := self.batch.options:
-                return tr("of the batch: {options}", options=options)
-            return tr("of the batch, automatic")
-        return tr("automatic, of each clip")
+                return tr("from the batch ({options})", options=options)
+            return tr("from the batch, automatic for each clip")
+        return tr("automatic for each clip")
 
     def profile_of(self, path: Path) -> Profile | None:
-        """τ for a clip that is opened: the folder's, or the batch's; None for its own."""
+        """Return the folder's or the batch's τ for a clip; None for the clip's own."""
         if self.profile is not None or self.batch is None:
             return self.profile if path in self.clips else None
         return self.batch.profile_of(path)
@@ -159,10 +159,9 @@ class FolderQueue(QObject):
     # -- the folder ---------------------------------------------------------------------------
 
     def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
-        """Survey another folder, at a profile's τ if given; what was under way is given up.
+        """Survey a folder, with a profile's τ if given, and stop the previous survey.
 
-        Of one that `twistcore batch` wrote, its clips, where they lie, and only those that it does
-        not know.
+        For a folder that `twistcore batch` wrote, survey only clips without results in it.
         """
         self.close()
         if is_batch_folder(folder):
@@ -171,14 +170,14 @@ class FolderQueue(QObject):
             self._watcher.addPath(str(folder / MANIFEST))  # a batch may be under way
         self.folder = folder
         self.profile, self.profile_name = profile, name
-        self.clips, self._told = {}, set()
+        self.clips, self._from_batch = {}, set()
         self.exports = frozenset()
         self._watcher.addPath(str(folder))
         self._started = time.monotonic()
         self.rescan()
 
     def rescan(self) -> None:
-        """Take up clips that are new in the folder, mark those that vanished."""
+        """Add clips that are new in the folder, and mark missing ones."""
         if self.folder is None:
             return
         if self.batch is not None:
@@ -199,33 +198,33 @@ class FolderQueue(QObject):
             del self.clips[path]
         for path in self.clips.keys() - clips:
             self._put(path, state=ClipState.FAILED, reason=GONE)
-        self._go_on()
+        self._continue()
 
     def _take_batch(self, batch: BatchFolder) -> None:
-        """Take what the manifest knows, but for an own profile's τ; the rest is surveyed here."""
+        """Take the manifest's results, unless a profile sets τ; survey the other clips."""
         try:
-            told = batch.clips()
+            clips = batch.clips()
         except TwistError as error:
             self.failed.emit(str(error))
             return
-        for clip in told:
+        for clip in clips:
             before = self.clips.get(clip.path)
-            if before is not None and before.decided is not None:  # of the open clip, the latest
+            if before is not None and before.decided is not None:  # newer, as for the open clip
                 clip = replace(clip, decided=before.decided)
             known = clip.state != ClipState.WAITING and (
                 self.profile is None or clip.state == ClipState.FAILED
             )
             if known:
                 self.clips[clip.path] = clip
-                self._told.add(clip.path)
-            elif before is None or before.reason == GONE or clip.path in self._told:
+                self._from_batch.add(clip.path)
+            elif before is None or before.reason == GONE or clip.path in self._from_batch:
                 self.clips[clip.path] = QueuedClip(
                     clip.path, decided=clip.decided, label=clip.label
                 )
-                self._told.discard(clip.path)
+                self._from_batch.discard(clip.path)
         waiting, latest = set[Path](), dict[Path, str]()
-        for folder, clips in groupby(sorted(self.clips), key=lambda path: path.parent):
-            waiting |= waiting_among(folder, list(clips))
+        for folder, paths in groupby(sorted(self.clips), key=lambda path: path.parent):
+            waiting |= waiting_among(folder, list(paths))
             exported = exports_among(clips_in(folder))
             by_time = sorted(exported, key=written)
             latest |= {folder / exported[path]: path.name for path in by_time}
@@ -235,26 +234,26 @@ class FolderQueue(QObject):
             name = latest.get(path, self._elsewhere.get(path, ""))
             self._put(path, exported=name, waits=path in waiting)
         if not batch.under_way:
-            self._go_on()
+            self._continue()
             return
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
-            self._again.start()  # they are the batch's, unless it ends before them
+            self._again.start()  # the batch will analyse them, unless it ends early
         self.changed.emit()
 
-    def _go_on(self) -> None:
-        """Survey what waits for it."""
+    def _continue(self) -> None:
+        """Survey the waiting clips."""
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
             self._poll.start()
             self._look()
         self.changed.emit()
 
     def _put(self, path: Path, **known: Any) -> None:
-        """What is known of a clip by now, if it is still one of the folder opened last."""
+        """Update what is known of a clip, if it still belongs to the folder."""
         if path in self.clips:
             self.clips[path] = replace(self.clips[path], **known)
 
     def use_profile(self, profile: Profile | None, name: str = "") -> None:
-        """Survey the folder again at a profile's τ, or at each clip's automatic one."""
+        """Survey the folder again with a profile's τ, or with each clip's automatic τ."""
         self.cancel()
         self.profile, self.profile_name = profile, name
         self.clips = {
@@ -266,24 +265,24 @@ class FolderQueue(QObject):
         self.rescan()
 
     def refresh(self, path: Path) -> None:
-        """Read a clip's session again: it was saved."""
+        """Read a clip's session again after it was saved."""
         self.note(path, decided_in(path))
         if self.batch is not None:
             self.batch.note(path)
 
     def note(self, path: Path, decided: tuple[int, int] | None) -> None:
-        """A clip's review stands so by now."""
+        """Record how many intervals of a clip are decided."""
         if path in self.clips and self.clips[path].decided != decided:
             self._put(path, decided=decided)
             self.changed.emit()
 
     def note_export(self, path: Path, export: Path) -> None:
-        """A clip was exported."""
+        """Record that a clip was exported."""
         self._elsewhere[path] = export.name
         self.rescan()
 
     def cancel(self) -> None:
-        """Stop surveying; what is known stays."""
+        """Stop surveying, and keep the results so far."""
         self._stop()
         for path, clip in self.clips.items():
             if clip.state == ClipState.ANALYSING:
@@ -291,7 +290,7 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def close(self) -> None:
-        """Let the folder and the processes go."""
+        """Close the folder, and end the processes."""
         self.cancel()
         if watched := self._watcher.directories() + self._watcher.files():
             self._watcher.removePaths(watched)
@@ -300,7 +299,7 @@ class FolderQueue(QObject):
     # -- the processes ------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Take answers, bury the dead, hand out work: a few microseconds when nothing is new."""
+        """Take answers, remove dead workers, and hand out work; fast when nothing is new."""
         changed = bool([w for w in tuple(self._workers) if self._check(w)])
         waiting = [p for p, c in self.clips.items() if c.state == ClipState.WAITING]
         while waiting and len(self._workers) < self._count:
@@ -328,7 +327,7 @@ class FolderQueue(QObject):
             self._end(worker, NOT_BEGUN)
 
     def _check(self, worker: _Worker) -> bool:
-        """Whether it has answered, died or been stopped: then its clip is no longer analysed."""
+        """True if a worker has answered, died or been stopped, so that it is free again."""
         if worker.path is None:
             return False
         try:
@@ -372,7 +371,7 @@ class FolderQueue(QObject):
 
 
 def _spawn() -> _Worker:
-    # Spawned, not forked: a fork of a program with threads and an X connection may hang.
+    # Spawned: a fork of a program with threads and an X connection may hang.
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=work, args=(theirs,), daemon=True)

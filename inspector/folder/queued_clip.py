@@ -1,4 +1,4 @@
-"""A clip of a folder: where its analysis and its review are."""
+"""A clip of a folder: the state of its analysis and of its review."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ TOO_LARGE = "needs more memory than a clip of its size should"
 NOT_BEGUN = "the analysis stopped before it began"
 TOO_SLOW = "the analysis took too long and was stopped"
 KILLED = "the analysis was ended by the system, perhaps for want of memory"
-# Why there is nothing of a clip, as the table of clips and as a person has it.
+# Why a clip has no results: the text in tables and files, and the text that people see.
 _REASONS = {
     GONE: tr("no longer in the folder"),
-    FAR_AWAY: tr("not on a disk of this machine; open a copy of it"),
-    TOO_LARGE: tr("needs more memory than a clip of its size should"),
+    FAR_AWAY: tr("the clip is not on this computer; copy it to a disk and open the copy"),
+    TOO_LARGE: tr("the clip needs more memory than a clip of its size should"),
     NOT_BEGUN: tr("the analysis stopped before it began"),
     TOO_SLOW: tr("the analysis took too long and was stopped"),
-    KILLED: tr("the analysis was ended by the system, perhaps for want of memory"),
+    KILLED: tr("the system ended the analysis, perhaps because memory ran out"),
 }
 
 
 class ClipState(StrEnum):
-    """Where a clip of the queue is."""
+    """State of a clip's analysis."""
 
     WAITING = "waiting"
     ANALYSING = "analysing"
@@ -38,12 +38,11 @@ class ClipState(StrEnum):
 class QueuedClip:
     """A clip of the folder.
 
-    severity: how bad it is, degrees, −1 while unknown; reason: why it failed, or why nothing
-    could be checked in it (`unchecked`); decided: of how many intervals, by its review if that is
-    open, else by its session, None without either; exported: the name of its latest export, or '';
-    label: its name in a batch, or ''; waits: a review that ended without saving can be restored;
-    missing: frames that its header declares and it does not have; unexamined: how many of its arms
-    and legs no chain examines.
+    severity: in degrees, −1 while unknown; reason: why it failed, or why nothing could be checked
+    (`unchecked`); decided: numbers of decided intervals and of all, from the open review or the
+    session, None without both; exported: name of the latest export, or ''; label: name in a batch,
+    or ''; waits: True if unsaved decisions can be restored; missing: number of frames that the
+    header declares and the file lacks; unexamined: number of arms and legs without a chain.
     """
 
     path: Path
@@ -61,37 +60,37 @@ class QueuedClip:
 
     @property
     def title(self) -> str:
-        """What a list calls it: by its place in a batch, else by its name, of a BVH the stem."""
+        """Name in lists: the name in the batch, or the file's name, for a BVH without suffix."""
         is_bvh = self.path.suffix.lower() == ".bvh"
         return self.label or (self.path.stem if is_bvh else self.path.name)
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Intervals decided, of all."""
+        """Numbers of decided intervals and of all."""
         return self.decided or (0, self.intervals)
 
     @property
     def done(self) -> bool:
-        """Every interval is decided, and there is one."""
+        """True if the clip has intervals and all are decided."""
         return self.decided is not None and self.decided[0] == self.decided[1] > 0
 
     @property
     def clean(self) -> bool:
-        """All of it was checked to its end and nothing was found."""
+        """True if the whole clip was checked and nothing was found."""
         lacks = self.unchecked or self.missing or self.unexamined
         ready = self.state == ClipState.READY and not lacks
         return ready and not self.counts[1] and not self.waits
 
     @property
     def to_do(self) -> bool:
-        """Something in it is to be decided."""
+        """True if the clip has undecided intervals, or decisions to restore."""
         undecided = self.state == ClipState.READY and self.counts[0] < self.counts[1]
         return undecided or self.waits
 
 
-def reason_told(clip: QueuedClip) -> str:
-    """Why a clip failed or was not checked, in the chosen language: files have it in English."""
-    for reason, told in _REASONS.items():
+def reason_text(clip: QueuedClip) -> str:
+    """Return why a clip failed or was not checked, in the chosen language."""
+    for reason, text in _REASONS.items():
         if clip.reason.endswith(reason):
-            return clip.reason.removesuffix(reason) + told
+            return clip.reason.removesuffix(reason) + text
     return of_core(clip.reason)

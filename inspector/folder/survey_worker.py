@@ -1,4 +1,4 @@
-"""A process that surveys one clip after the other, so that a bad one takes only it down."""
+"""A process that surveys clips, so that a bad clip cannot crash the window."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 
 def work(pipe: Connection) -> None:
-    """Answer every (path, profile) with a ClipSurvey or a sentence, until the pipe closes.
+    """Answer every (path, profile) with a ClipSurvey or an error message, until the pipe closes.
 
-    The process ends with the window's, also in the midst of a clip.
+    The process ends with the window, even during a survey.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)
@@ -36,7 +36,7 @@ def work(pipe: Connection) -> None:
         try:
             pipe.send(answer)
         except BrokenPipeError:
-            return  # the window is gone
+            return  # the window has closed
 
 
 def _answer(path: Path, profile: Profile | None) -> ClipSurvey | str:
@@ -47,11 +47,11 @@ def _answer(path: Path, profile: Profile | None) -> ClipSurvey | str:
         return str(error)
     except MemoryError:
         return f"{path.name}: {TOO_LARGE}"
-    except Exception as error:  # a defect of ours must not stop the other clips
+    except Exception as error:  # a bug of ours must not stop the other clips
         return f"{path.name}: {type(error).__name__}: {error}"
 
 
 def _size(path: Path) -> int:
-    with suppress(OSError):  # whoever reads it says what is wrong
+    with suppress(OSError):  # reading the file reports the error
         return path.stat().st_size
     return 0

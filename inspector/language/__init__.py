@@ -1,4 +1,4 @@
-"""The language of the window: English, as the code has it, or a catalogue of `assets/languages`."""
+"""The language of the window: English as in the code, or a catalogue of `assets/languages`."""
 
 from inspector.language.catalogue import (
     announced,

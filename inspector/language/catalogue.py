@@ -1,12 +1,12 @@
-"""Texts in the language that was chosen when the program started.
+"""Texts in the language chosen at the program's start.
 
-A text stands in the code in English, in `tr("Accept {count} intervals", count=7)`; what depends on
-data goes in by name, so that a translation may order it otherwise. A language is one PO file, which
-any translator's program opens. `python -m inspector.language.extraction` brings the files up to the
-texts in the code.
+The code has the English text, as in `tr("Accept {count} intervals", count=7)`. Values are inserted
+by name, so that a translation may use another order. A language is one PO file, which any
+translation program opens. `python -m inspector.language.extraction` updates the files from the
+code.
 
-`use_language` comes before what makes texts is imported: a table of texts at a module's top is then
-in the right language, too. Nothing here is stored: files keep the program's own English words.
+Call `use_language` before importing modules with texts, as some build tables of texts at import.
+Files never contain translated texts, only the program's English words.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SOURCE = "en"  # the language that the code is written in
 
 CORE = "core"  # the context of twistcore's sentences
 
-_MOST = 4000  # letters of what is put in: to set millions of them takes minutes
+_MOST = 4000  # letters of an inserted value: laying out millions takes minutes
 
 _language = SOURCE
 _texts: dict[tuple[str, str], str] = {}
@@ -34,13 +34,13 @@ _plurals: dict[str, dict[int, str]] = {}
 
 
 def codes() -> tuple[str, ...]:
-    """Codes of what can be chosen."""
+    """Return the codes of the available languages."""
     return SOURCE, *sorted(file.stem for file in LANGUAGES.glob("*.po"))
 
 
 @cache
 def languages() -> dict[str, str]:
-    """What can be chosen: its code -> its name in itself."""
+    """Return the available languages: code -> name in that language."""
     found = {SOURCE: "English"}
     for code in codes()[1:]:
         found[code] = _read(LANGUAGES / f"{code}.po").metadata["Language-Name"]
@@ -48,9 +48,9 @@ def languages() -> dict[str, str]:
 
 
 def wished(setting: str, of_system: Iterable[str]) -> str:
-    """The language to use: the one set, else the first of the system's that there is.
+    """Return the language to use: the setting, or the first available of the system's.
 
-    setting: a code or 'system'; of_system: such as 'de-AT', best first.
+    setting: a code or 'system'; of_system: codes such as 'de-AT', best first.
     """
     for name in (setting, *of_system):
         code = name.replace("_", "-").split("-")[0].lower()
@@ -60,7 +60,7 @@ def wished(setting: str, of_system: Iterable[str]) -> str:
 
 
 def use_language(code: str) -> None:
-    """Have texts in a language from now on; one that there is not is English."""
+    """Switch all texts to a language, or to English if there is no catalogue for it."""
     global _language
     file = LANGUAGES / f"{code}.po"
     _language = code if code != SOURCE and file.is_file() else SOURCE
@@ -74,51 +74,51 @@ def use_language(code: str) -> None:
 
 
 def chosen_language() -> str:
-    """The code of the language that texts are in."""
+    """Return the code of the present language."""
     return _language
 
 
 def in_language(page: Path) -> Path:
-    """A lesson or page that comes with the program in the chosen language, if it is translated."""
+    """Return the translation of a lesson or page; without one, the page itself."""
     own = LESSONS / _language / page.name
     return own if own.is_file() else page
 
 
 def entries_of_core() -> list[tuple[str, str]]:
-    """Forms of twistcore's sentences and their translations; none in English."""
+    """Return the forms of twistcore's sentences with their translations; none in English."""
     return [(form, text) for (meaning, form), text in _texts.items() if meaning == CORE]
 
 
 def tr(text: str, /, **values: object) -> str:
-    """A text in the chosen language, `values` put in by name as `str.format` does.
+    """Return a text in the chosen language, with `values` inserted by name as by `str.format`.
 
-    What texts among them have somebody else may have written: nothing in it is obeyed, all is seen.
+    Control characters in the values are made visible, as the values may come from files.
     """
     found = _texts.get(("", text), text)
-    return found.format(**_seen(values)) if values else found
+    return found.format(**_legible_values(values)) if values else found
 
 
 def tr_as(meaning: str, text: str, /, **values: object) -> str:
-    """A text that has several meanings, such as 'Open': `meaning` tells a translator which."""
+    """Return a text with several meanings, such as 'Open'; `meaning` helps the translator."""
     found = _texts.get((meaning, text), text)
-    return found.format(**_seen(values)) if values else found
+    return found.format(**_legible_values(values)) if values else found
 
 
 def announced(text: str, meaning: str = "") -> str:
-    """A text that a kind of error announces in its own file, in the chosen language."""
+    """Return a text that a kind of error declares in its own file, in the chosen language."""
     return _texts.get((meaning, text), text)
 
 
 def plural(one: str, many: str, number: float, /, **values: object) -> str:
-    """`one` or `many` as `number` wants it; `{n}` in them is the number unless `n` is given."""
+    """Return `one` or `many` for a number; `{n}` in them is the number, unless `n` is given."""
     values.setdefault("n", number)
     single = number == 1
     forms = _plurals.get(one)
     text = (one if single else many) if forms is None else forms[0 if single else 1]
-    return text.format(**_seen(values))
+    return text.format(**_legible_values(values))
 
 
-def _seen(values: dict[str, object]) -> dict[str, object]:
+def _legible_values(values: dict[str, object]) -> dict[str, object]:
     texts = {
         k: legible(v, lines=True, most=_MOST)
         for k, v in values.items()

@@ -1,8 +1,8 @@
-"""What twistcore says, in the chosen language.
+"""Translate twistcore's sentences.
 
-twistcore knows of no languages: what it says goes to terminals and into files as well, in English.
-Its sentences are found again by their forms, which the catalogue holds with the context 'core':
-'{0} has {1} frames.' is that sentence for every `{0}` and `{1}`, which are kept.
+twistcore's sentences are in English, as they also go to terminals and files. The catalogue has
+their forms with the context 'core': the form '{0} has {1} frames.' matches the sentence for all
+values of `{0}` and `{1}`, which are inserted into the translation.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from functools import lru_cache
 from inspector.language.catalogue import SOURCE, chosen_language, entries_of_core
 from twistcore.files.encoding import legible
 
-# Why the system could not read or write, which it says in English.
+# Error messages of the system about reading and writing.
 OF_SYSTEM = (
     "File exists",
     "File name too long",
@@ -26,7 +26,7 @@ OF_SYSTEM = (
     "Read-only file system",
     "Too many levels of symbolic links",
 )
-# What chains and limbs are called, and their joints.
+# Names of chains, limbs and joints.
 LABELS = (
     *(
         f"{side} {segment}"
@@ -38,15 +38,15 @@ LABELS = (
     *("elbow", "knee", "hand", "foot", "shoulder", "wrist", "ankle", "joint"),
 )
 _HOLE = re.compile(r"\{(\d+)\}")
-# What joins sentences, and the parts of one: those that reach over more of it come first.
+# Signs that join sentences and their parts, from the longest parts to the shortest.
 _JOINTS = (". ", "; ", ": ", " (", ", ", " · ")
 
 
 def of_core(said: object) -> str:
-    """A sentence of twistcore in the chosen language; as it is where its form is not known.
+    """Return a sentence of twistcore in the chosen language; unchanged if its form is unknown.
 
-    said: words, or an error that has them. What is joined of several is translated part by part.
-    Nothing in it is obeyed by what sets it: all is seen.
+    said: a text, or an error. A sentence of several parts is translated part by part. Control
+    characters are made visible.
     """
     language, sentence = chosen_language(), legible(said, lines=True)
     return sentence if language == SOURCE else _translated(language, sentence)[0]
@@ -54,13 +54,13 @@ def of_core(said: object) -> str:
 
 @lru_cache(8192)
 def _translated(language: str, sentence: str) -> tuple[str, int]:
-    """The reading of which most letters are known from forms, and how many these are."""
+    """Return the translation that covers most letters by forms, and the number of letters."""
     best = sentence, 0
     if not any(letter.isalpha() for letter in sentence):
         return best
     for piece, pattern, letters, translation in _forms(language):
         if piece in sentence and (match := pattern.fullmatch(sentence)):
-            # What is put in may be a word of twistcore's itself, such as a kind of error.
+            # An inserted value may be a word of twistcore, such as a kind of error.
             found = {name: _translated(language, w) for name, w in match.groupdict().items()}
             known = letters + sum(n for _, n in found.values())
             if known > best[1]:
@@ -77,7 +77,7 @@ def _translated(language: str, sentence: str) -> tuple[str, int]:
 
 
 def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
-    """The part before a joint, with its full stop, and that behind it, without its bracket."""
+    """Split at a joint; return the first part, and the second with its closing bracket apart."""
     first, _, rest = sentence.partition(joint)
     bracket = joint == " (" and rest.endswith(")")
     return first + "." * joint.startswith("."), (rest[:-1], ")") if bracket else (rest, "")
@@ -85,7 +85,7 @@ def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
 
 @lru_cache(1)
 def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
-    """Of each form its longest piece, pattern, letters, and its translation; the longest first."""
+    """Return longest piece, pattern, number of letters and translation of each form."""
     entries = sorted(entries_of_core(), key=lambda e: (-_letters(e[0]), e[0]))
     return tuple(
         (_piece(form), re.compile(_pattern(form), re.DOTALL), _letters(form), text)
@@ -94,7 +94,7 @@ def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
 
 
 def _piece(form: str) -> str:
-    """To look for it is quicker than to try the pattern."""
+    """Return the longest fixed piece of a form, which is a quick test before the pattern."""
     return max(_HOLE.split(form)[::2], key=len).format()
 
 
@@ -108,4 +108,4 @@ def _pattern(form: str) -> str:
     holes = [f"(?P<_{number}>.*?)" for number in numbers]
     return "".join(
         re.escape(t.format()) + h for t, h in zip(texts, [*holes, ""], strict=True)
-    )  # a brace of its own is doubled in a form
+    )  # forms double their literal braces

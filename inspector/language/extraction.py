@@ -1,6 +1,6 @@
-"""Bring the catalogues up to the texts in the code: `python -m inspector.language.extraction`.
+"""Update the catalogues from the texts in the code: `python -m inspector.language.extraction`.
 
-New texts come in untranslated, those that are no more go; translations stay as they are.
+New texts are added without a translation, and texts that the code no longer has are removed.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from inspector.language.core_sentences import LABELS, OF_SYSTEM
 from inspector.language.script_texts import texts_of_script
 
 _ROOT = Path(__file__).resolve().parents[2]
-# What stands in the calls that say something, in their order.
+# Calls with texts, and their arguments in order.
 _CALLS = {"tr": ("text",), "plural": ("text", "many"), "tr_as": ("meaning", "text")}
-# Rooms of twistcore whose sentences the window shows; what is said only by commands is not here.
+# Parts of twistcore whose sentences the window shows, not only the commands.
 _ROOMS_OF_CORE = (
     *("detection", "review", "tuning", "errors", "quamo/response", "quamo/track_clip"),
     *("analysis/clip_analysis", "analysis/examination", "analysis/why_not", "analysis/quality"),
@@ -37,33 +37,33 @@ _ROOMS_OF_CORE = (
     *("export/tracking", "export/compare", "export/replay", "export/scene_keys"),
     *("export/exports_beside", "study/class_exercise", "study/exercise_clip"),
 )
-_WORDS = ("Kind", "Decision", "SEEN")  # of these a single word, too, is shown
-# What these announce, and the context of it where that is not the core's.
+_WORDS = ("Kind", "Decision", "SEEN")  # single words of these are shown, too
+# Texts of these classes by field, and the context of each.
 _INFOS = {
     "DetectorInfo": dict.fromkeys(
         ("label", "short", "measures", "strength", "tau", "action"), CORE
     ),
     "KindInfo": {
-        **dict.fromkeys(("name", "here", "named", "legend", "tip"), CORE),
+        **dict.fromkeys(("name", "here", "named", "legend", "tip", "why"), CORE),
         **{"short": "kind of error", "label": ""},
     },
 }
-# What is written into files, matched, compared, or said to programmers only.
+# Texts that are written to files, matched, compared, or for programmers only.
 _IN_FILES = re.compile(r"#|\(\?|<|[a-z_]+ = |End Site$|from |twistcore batch$|\{0\}\t|6 X")
 _FOR_PROGRAMS = ("__repr__", "compile", "KeyError", "TypeError", "AttributeError")
 _Key = tuple[str, str, str]  # context, text, plural
 
 
 def main() -> int:
-    """Update every catalogue; returns the exit code."""
+    """Update every catalogue and return the exit code."""
     texts = set(texts_in_code())
     for file in sorted(LANGUAGES.glob("*.po")):
-        said = {key(entry): entry for entry in polib.pofile(str(file))}
+        known = {key(entry): entry for entry in polib.pofile(str(file))}
         catalogue = polib.pofile(str(file))
         catalogue.clear()
         catalogue.wrapwidth = 98
-        for wanted in sorted(texts, key=lambda k: (k[0] == CORE, k[1].lower(), k)):
-            catalogue.append(said.get(wanted) or _entry(wanted))
+        for text in sorted(texts, key=lambda k: (k[0] == CORE, k[1].lower(), k)):
+            catalogue.append(known.get(text) or _entry(text))
         catalogue.save(str(file))
         missing = len(catalogue.untranslated_entries())
         print(f"{file.name}: {len(catalogue)} texts, {missing} not translated")
@@ -71,18 +71,18 @@ def main() -> int:
 
 
 def key(entry: polib.POEntry) -> _Key:
-    """What tells an entry from the others."""
+    """Return the key of an entry: context, text and plural."""
     return entry.msgctxt or "", entry.msgid, entry.msgid_plural or ""
 
 
 def texts_in_code() -> Iterator[_Key]:
-    """Every text that the code may show."""
+    """Yield every text that the code may show."""
     for module in sorted((_ROOT / "inspector").rglob("*.py")):
         for node in ast.walk(ast.parse(module.read_text("utf-8"))):
             if (call := _name(node)) in _CALLS and isinstance(node, ast.Call):
-                said = {what: _text(node, k) for k, what in enumerate(_CALLS[call])}
-                if None not in said.values():
-                    yield said.get("meaning") or "", said["text"] or "", said.get("many") or ""
+                found = {what: _text(node, k) for k, what in enumerate(_CALLS[call])}
+                if None not in found.values():
+                    yield found.get("meaning") or "", found["text"] or "", found.get("many") or ""
     for script in sorted((ASSETS / "lesson_page").iterdir()):
         for meaning, text in texts_of_script(script.read_text("utf-8")):
             yield meaning, text, ""
@@ -99,7 +99,7 @@ def texts_in_code() -> Iterator[_Key]:
 
 
 def _forms(tree: ast.AST) -> Iterator[str]:
-    """The forms of what looks like a sentence or words for people, docstrings left out."""
+    """Yield the forms of strings that look like words for people, without docstrings."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             continue
@@ -110,15 +110,15 @@ def _forms(tree: ast.AST) -> Iterator[str]:
         elif isinstance(node, ast.Call) and _name(node) in _INFOS:
             continue
         elif isinstance(node, ast.JoinedStr):
-            yield from _if_said(_form(node))
+            yield from _if_words(_form(node))
         elif isinstance(node, ast.Constant) and isinstance(node.value, str):
-            yield from _if_said(_escaped(node.value))
+            yield from _if_words(_escaped(node.value))
         else:
             yield from _forms(node)
 
 
 def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
-    """What detectors and kinds announce, with its context."""
+    """Yield the texts of detectors and kinds, each with its context."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and (fields := _INFOS.get(_name(node))):
             for word in node.keywords:
@@ -128,14 +128,14 @@ def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
 
 
 def _numbered(template: str) -> str:
-    """A template with numbers for the names of what is put in, as forms have them."""
+    """Return a template with numbers instead of names, as in forms."""
     for number, name in enumerate(re.findall(r"\{\w+\}", template)):
         template = template.replace(name, f"{{{number}}}", 1)
     return template
 
 
 def _name(node: ast.AST) -> str:
-    """What is defined, or called."""
+    """Return the name that a node defines or calls."""
     if isinstance(node, ast.FunctionDef | ast.ClassDef):
         return node.name
     if isinstance(node, ast.Assign):
@@ -145,7 +145,7 @@ def _name(node: ast.AST) -> str:
 
 
 def _text(call: ast.Call, place: int) -> str | None:
-    """What is written there, in one piece or several; None where no text is."""
+    """Return the text of an argument; None if it is no constant text."""
     argument = call.args[place] if place < len(call.args) else None
     found = argument.value if isinstance(argument, ast.Constant) else None
     return found if isinstance(found, str) else None
@@ -159,7 +159,7 @@ def _is_word(node: ast.AST) -> TypeGuard[ast.Assign]:
     return isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant)
 
 
-def _if_said(form: str) -> Iterator[str]:
+def _if_words(form: str) -> Iterator[str]:
     words = any(c.isalpha() for c in re.sub(r"\{\d+\}", "", form))
     if words and " " in form.strip() and not _IN_FILES.match(form):
         yield form
@@ -180,8 +180,8 @@ def _escaped(text: str) -> str:
     return text.replace("{", "{{").replace("}", "}}")
 
 
-def _entry(wanted: _Key) -> polib.POEntry:
-    context, one, many = wanted
+def _entry(text: _Key) -> polib.POEntry:
+    context, one, many = text
     plural = {0: "", 1: ""} if many else {}
     return polib.POEntry(
         msgctxt=context or None, msgid=one, msgid_plural=many, msgstr_plural=plural

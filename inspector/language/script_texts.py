@@ -1,4 +1,4 @@
-"""The texts of a web page's scripts and template, which say `tr("…")` as the program does."""
+"""Find the texts in a web page's scripts and template, which use `tr("…")` as the program does."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CALL = re.compile(rf"\b(?:tr\(|tr_as\(\s*({_PIECE}),)\s*{_TEXT}")
 
 
 def texts_of_script(script: str) -> Iterator[tuple[str, str]]:
-    """Every meaning, '' where none is told, and text; pieces of it, joined by +, are one."""
+    """Yield every text with its meaning ('' for none); texts joined by + are one."""
     for call in _CALL.finditer(script):
         text = "".join(json.loads(piece) for piece in re.findall(_PIECE, call[2]))
         yield json.loads(call[1] or '""'), text

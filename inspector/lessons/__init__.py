@@ -1,1 +1,1 @@
-"""What leads a person through the program: the tour, lessons, the exercise."""
+"""Guides through the program: the tour, lessons and exercises."""

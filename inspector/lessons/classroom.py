@@ -1,4 +1,4 @@
-"""Exercises for a class: written by a teacher, opened by students, scored together."""
+"""Exercises for a class: a teacher writes one, students open it, and all answers are scored."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from twistcore.synthesis.truth import Truth, read_truth, write_truth
 def hidden(
     source: Clip, seed: int, kind: str
 ) -> tuple[Motion, tuple[InjectedError, ...], tuple[Interval, ...]]:
-    """The motion with hidden errors, those, and the intervals that are to be judged."""
+    """Return the motion with hidden errors, the errors, and the intervals to judge."""
     motion, chains = source.motion, find_chains(source.motion)
     dirty, errors = hide_errors(motion, chains, seed)
     listed: list[Interval] = []
@@ -49,23 +49,23 @@ def hidden(
 
 
 def to_review(path: Path, listed: Sequence[Interval]) -> Analysed:
-    """A clip with a review of these intervals, in which the detector says nothing."""
+    """Return a clip whose review has these intervals, with the detector switched off."""
     data = analyse_clip(read_bvh(path))
     found = replace(data.analysis.detect(), intervals=tuple(listed))
     return replace(data, review=Review.of(found), blind=True)
 
 
 def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple[Path, Path]:
-    """Write the exercise, its clip beside it, and the key; the clip and the key come back.
+    """Write an exercise, its clip next to it, and the key; return the paths of clip and key.
 
-    Raises FormatError for a name of which a clip or a key is there already: nothing is replaced
-    but the exercise itself, about which the person was asked.
+    Raises FormatError if a clip or a key of that name exists already. Only the exercise itself is
+    replaced, because the file dialog has asked about it.
     """
     copy, key = exercise_files(exercise)
     clip = read_bvh(source)
     dirty, errors, listed = hidden(clip, seed, kind)
     if not errors:
-        why = tr("expected a clip with chains that can be corrected")
+        why = tr("expected a clip with chains that can be corrected. Choose another clip.")
         raise FormatError(f"{source}: {why}")
     write_exercise_clip(clip, dirty, copy)
     sha256, motion = read_bvh(copy).sha256, clip.motion
@@ -75,55 +75,65 @@ def write_for_class(source: Path, exercise: Path, seed: int, kind: str) -> tuple
 
 
 def exercise_files(exercise: Path) -> tuple[Path, Path]:
-    """The clip and the key of an exercise that is to be written; neither may be there."""
+    """Return the paths for the clip and the key of a new exercise; neither may exist."""
     name = exercise.stem if exercise.suffix.lower() == ".json" else exercise.name
     if name.lower().endswith(".key"):
-        why = tr("expected another name, since that is one of a key.")
+        why = tr("this name is reserved for a key. Choose another name.")
         raise FormatError(f"{exercise.name}: {why}")
     copy, key = (exercise.with_name(name + ending) for ending in (".bvh", ".key.json"))
     for path in (copy, key):
         if os.path.lexists(path):
-            why = tr("expected another name, since {file} is there already.", file=path.name)
+            why = tr("{file} exists already. Choose another name.", file=path.name)
             raise FormatError(f"{exercise.name}: {why}")
     return copy, key
 
 
 def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]:
-    """A class's exercise, on a copy of its clip."""
+    """Open an exercise of a class on a copy of its clip."""
     exercise = read_exercise(path)
     beside = path.with_name(exercise.clip)
     if not is_file(beside):
-        why = tr("its clip {clip} is not beside it.", clip=shown_words(exercise.clip))
+        why = tr(
+            "its clip {clip} is missing. Put the clip into the same folder.",
+            clip=shown_words(exercise.clip),
+        )
         raise ClipMismatchError(f"{path.name}: {why}")
     data = to_review(Path(shutil.copy(beside, folder)), exercise.listed)
     if data.clip.sha256 != exercise.sha256:
-        why = tr("{clip} is not the clip it was made with.", clip=shown_words(exercise.clip))
+        why = tr(
+            "{clip} is not the clip that this exercise was made with. Ask your teacher for both "
+            "files.",
+            clip=shown_words(exercise.clip),
+        )
         raise ClipMismatchError(f"{path.name}: {why}")
     chains = {chain.name for chain in data.chains}
     for interval in exercise.listed:
         if interval.chain not in chains or interval.stop > data.motion.frames:
-            why = tr("expected intervals of {clip}", clip=shown_words(exercise.clip))
+            why = tr("expected only intervals of {clip}", clip=shown_words(exercise.clip))
             raise FormatError(f"{path}: {why}")
     return data, exercise
 
 
 def scored(files: Sequence[Path]) -> str:
-    """CSV of what students handed in against the key, one of the files."""
+    """Score the students' answers against the key; return the table as CSV.
+
+    files: the key and the answers, in any order.
+    """
     by_schema = [(schema_of(path), path) for path in files]
     keys = [path for schema, path in by_schema if schema == TRUTH]
     handed = [(path, read_handed_in(path)) for schema, path in by_schema if schema == SCORE]
     if len(keys) != 1 or not handed:
-        why = tr("Choose the key of the exercise and what was handed in, all at once.")
+        why = tr("Select the key of the exercise and all answer files together.")
         raise FormatError(why)
     truth = read_truth(keys[0])
     if not truth.sha256:
-        why = tr("expected the key of an exercise, with its sha256.")
+        why = tr("expected the key of an exercise; this file has no sha256.")
         raise FormatError(f"{keys[0].name}: {why}")
     for path, one in handed:
         if one.clip != truth.clip:
             raise ClipMismatchError(
                 tr(
-                    "{file} is about {clip}, the key about {other}.",
+                    "{file} belongs to the clip {clip}, but the key belongs to {other}.",
                     file=path.name,
                     clip=shown_words(one.clip),
                     other=shown_words(truth.clip),
@@ -132,7 +142,7 @@ def scored(files: Sequence[Path]) -> str:
         if one.sha256 != truth.sha256:
             raise ClipMismatchError(
                 tr(
-                    "{file} is about another clip of the name {clip} than the key.",
+                    "{file} belongs to a different clip of the name {clip} than the key.",
                     file=path.name,
                     clip=shown_words(one.clip),
                 )

@@ -1,4 +1,4 @@
-"""Lessons and the exercise as a feature of the window."""
+"""Lessons and exercises as a feature of the window."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ from inspector.teaching.feature import feature as teaching
 
 
 class Lessons(FeatureParts):
-    """The card that leads through a lesson, and what the actions of teaching do."""
+    """The guide card, and the actions of the Teach menu."""
 
     def __init__(self, window: HostWindow) -> None:
         self.guide = GuideCard(window.part(teaching).teaching.typesetter, window.colours)
 
     def connect(self, window: HostWindow) -> None:
-        """Let lessons drive the program."""
+        """Connect the lessons to the program that they drive."""
         docks, taught = window.docks, window.part(teaching)
         program = GuidedProgram(
             document=window.document,
@@ -54,19 +54,19 @@ _ROWS: tuple[ActionRow[Lessons] | None, ...] = (
     ActionSpec("tour", tr("Tour"), (), tr("A guided tour of swing, twist and their errors"),
                do=lambda p: p.lesson_actions.tour()),
     ActionSpec("open_lesson", tr("Open lesson…"), (),
-               tr("A lesson of your own: a Markdown file"),
+               tr("Open a lesson of your own, a Markdown file"),
                do=lambda p: p.lesson_actions.open_lesson()),
     ActionSpec("export_page", tr("Export lesson as web page…"), (),
-               tr("One file with text, sliders and the figure in 3D, for any browser"),
+               tr("Write one HTML file with text, sliders and the 3D figure, for any browser"),
                do=lambda p: p.lesson_actions.export_page()),
     ActionSpec("copy_place", tr("Copy this place for a lesson"), (),
-               tr("Clip, frame, chain, camera and what-if, as the settings of a lesson's page"),
+               tr("Copy clip, frame, chain, camera and what-if as the settings of a lesson page"),
                do=lambda p: p.lesson_actions.copy_place()),
-    ActionSpec("exercise", tr("Exercise"), (), tr("Find hidden errors; the program scores"),
+    ActionSpec("exercise", tr("Exercise"), (), tr("Find hidden errors and get a score"),
                do=lambda p: p.lesson_actions.exercise()),
     None,
     ActionSpec("why_quaternions", tr("Why quaternions"), (),
-               tr("One joint through ±180°, followed by five trackers"),
+               tr("See how five trackers follow one joint through ±180°"),
                do=lambda p: p.lesson_actions.why_quaternions()),
     None,
 )

@@ -1,4 +1,4 @@
-"""The card that leads through a lesson and the exercise: a page, what to do, whether it is done."""
+"""The guide card of lessons and exercises: the page, its task, and whether it is done."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from inspector.widgets.typeset import Typesetter
 
 
 class GuideCard(QWidget):
-    """Shows a page and its state; who leads gives it its buttons."""
+    """A card with a page, its task and the buttons of the lesson or exercise."""
 
-    linked = Signal(str)  # a link in the text was clicked: its address
+    linked = Signal(str)  # the address of a clicked link
 
     def __init__(self, typesetter: Typesetter, colours: Colours) -> None:
         super().__init__()
         self._colours = colours
         self._typesetter = typesetter
-        self.done = False  # whether what was to be done is done
+        self.done = False  # whether the task is done
         self._task = ""
         self.title, self.task = QLabel(wordWrap=True), QLabel(wordWrap=True)
         self.title.setTextFormat(Qt.TextFormat.PlainText)
@@ -45,27 +45,27 @@ class GuideCard(QWidget):
         self.set_done(self.done)
 
     def prepare(self, formulas: Sequence[str]) -> None:
-        """Set formulas before their pages come."""
+        """Typeset formulas before their pages are shown."""
         self._typesetter.start(formulas)
 
     def show_page(self, title: str, body: str, task: str) -> None:
-        """Another page: body is Markdown, task a sentence with its emphasis."""
+        """Show a page; body and task are Markdown."""
         self.title.setText(title)
         self.body.show_markdown(body)
         self._task = task
         self.set_done(False)
 
     def show_text(self, markdown: str) -> None:
-        """Another text under the same title."""
+        """Replace the text under the title."""
         self.body.show_markdown(markdown)
 
     def set_task(self, text: str) -> None:
-        """What is to be done now, Markdown's emphasis allowed."""
+        """Show the task, a sentence that may have Markdown emphasis."""
         self._task = text
         self.set_done(self.done)
 
     def set_done(self, done: bool) -> None:
-        """Whether what was to be done is done."""
+        """Mark the task as done or open."""
         self.done = done
         theme = self._colours.theme
         colour, mark = (theme.accepted, "✓") if done else (theme.accent, "▸")
@@ -76,23 +76,23 @@ class GuideCard(QWidget):
     def set_buttons(
         self, buttons: list[QPushButton], controls: list[QWidget], leave: QToolButton
     ) -> None:
-        """The leader's buttons in a row, controls in a row above, and what ends it in the head."""
+        """Show buttons in a row, controls in a row above, and the button to leave in the head."""
         rows = (self._buttons, buttons), (self.controls, controls), (self._leave, [leave])
         for row, wanted in rows:
             while item := row.takeAt(0):
                 if widget := item.widget():
-                    widget.hide()  # without a parent it may come up later as a window of its own
+                    widget.hide()  # a visible widget without a parent would become a window
             for widget in wanted:
                 row.addWidget(widget)
                 widget.show()
 
 
 def leave_button(tip: str) -> QToolButton:
-    """The button that ends a lesson or an exercise: small, in the card's head."""
+    """Return the small button in the card's head that ends a lesson or an exercise."""
     return tool_button(tr_as("button", "End"), tip, flat=False)
 
 
 def _plain(markdown: str) -> str:
-    """Emphasis as rich text: a label knows no Markdown beside other text. HTML stays text."""
+    """Return Markdown emphasis as rich text, with HTML escaped."""
     bold = re.sub(r"\*\*(.*?)\*\*", r"<b>\1</b>", escape(markdown, quote=False))
     return re.sub(r"\*(.*?)\*", r"<i>\1</i>", bold)

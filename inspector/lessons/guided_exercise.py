@@ -1,4 +1,4 @@
-"""The exercise: hidden errors in a borrowed clip, the ordinary review, and a score."""
+"""The exercise: errors hidden in a sample clip, an ordinary review of it, and a score."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ from twistcore.study.exercise_clip import write_exercise_clip
 from twistcore.synthesis import InjectedError
 
 KINDS = {"judge": tr("Judge"), "find": tr("Find")}
-_NOTHING_KEPT = tr("An exercise keeps nothing: when it ends, your own clip is there as it was.")
-_HAND_IN = tr("An exercise keeps nothing by itself: Hand in… writes your verdicts.")
+_NOTHING_KEPT = tr("An exercise saves nothing. When it ends, your own clip comes back unchanged.")
+_HAND_IN = tr("An exercise saves nothing by itself. Press Hand in… to write your verdicts.")
 
 
 def exercise_page() -> tuple[str, str, str]:
-    """Title, text and task."""
+    """Return the title, text and task of the exercise page."""
     head, _, text = in_language(EXERCISE_PAGE).read_text(encoding="utf-8").partition("\n")
     return (head.removeprefix("# ").strip(), *body_and_task(text.splitlines()))
 
@@ -47,7 +47,7 @@ def exercise_page() -> tuple[str, str, str]:
 def make_exercise(
     clip: Path, folder: Path, seed: int, kind: str
 ) -> tuple[Analysed, tuple[InjectedError, ...]]:
-    """A copy of a clip with hidden errors, as a review to begin with; safe in any thread."""
+    """Return a copy of a clip with hidden errors, ready for review, and the errors. Thread-safe."""
     source = read_bvh(clip)
     dirty, errors, listed = hidden(source, seed, kind.lower())
     path = folder / f"exercise_{seed}.bvh"
@@ -56,44 +56,44 @@ def make_exercise(
 
 
 class Exercise(QObject):
-    """Leads through an exercise."""
+    """Guides a person through an exercise."""
 
     ended = Signal()
 
     def __init__(self, program: GuidedProgram, clips: tuple[Path, ...], window: QWidget) -> None:
-        """`clips`: of which the seed chooses one."""
+        """`clips`: sample clips; the seed chooses one."""
         super().__init__(window)
         self._program, self._clips = program, clips
         self.running = False
         self._errors: tuple[InjectedError, ...] = ()
         self._task = OneTask(self)
-        self._class: ClassExercise | None = None  # the exercise of a class that is being done
+        self._class: ClassExercise | None = None  # the open exercise of a class
         self._since = 0.0
-        self._kept: list[tuple[Interval, Decision]] = []  # as handed in, or as the class began
+        self._kept: list[tuple[Interval, Decision]] = []  # as last handed in, or as at the start
         self.result: ExerciseScore | None = None
         self.kind, self.seed = QComboBox(), QSpinBox()
         for kind, text in KINDS.items():
             self.kind.addItem(text, kind)
-        self.kind.setToolTip(tr("Judge a list, or find the errors yourself"))
+        self.kind.setToolTip(tr("Judge a list of intervals, or find the errors yourself"))
         self.kind.setAccessibleName(tr("Kind of exercise"))
         self.seed.setRange(1, 9999)
-        self.seed.setToolTip(tr("The same seed hides the same errors"))
+        self.seed.setToolTip(tr("The same seed always hides the same errors"))
         self.seed_label = QLabel(tr_as("exercise", "Seed"))
         self.seed.setAccessibleName(tr("Seed"))
         self.start = QPushButton(tr_as("button", "Start"))
         self.score_button = QPushButton(tr_as("button", "Score"))
         self.hand_in_button = QPushButton(tr("Hand in…"))
-        self.hand_in_button.setToolTip(tr("Write your verdicts into a file for your teacher"))
+        self.hand_in_button.setToolTip(tr("Write your verdicts to a file for your teacher"))
         self.hand_in_button.clicked.connect(lambda: self.ask_hand_in(lambda: None))
         self.teacher = TeachersFiles(
-            program.aside, clips, lambda: str(self.kind.currentData()), self._tell, window
+            program.aside, clips, lambda: str(self.kind.currentData()), self._show, window
         )
-        tip = tr("An exercise for others, one of a class, and what was handed in")
+        tip = tr("Write an exercise for a class, do one, or score the answers")
         self.for_class = tool_button(f"{tr('Class')} ▾", tip)
         self.for_class.setStyleSheet("QToolButton::menu-indicator { image: none; }")
         self.for_class.setPopupMode(QToolButton.ToolButtonPopupMode.InstantPopup)
         self._add_menu()
-        tip = tr("End the exercise; your own clip comes back as it was")
+        tip = tr("End the exercise. Your own clip comes back unchanged.")
         self.leave = leave_button(tip)
         self.start.clicked.connect(lambda: self.before_leaving(self._start))
         self.score_button.clicked.connect(self.show_score)
@@ -101,23 +101,23 @@ class Exercise(QObject):
         program.document.intervals_changed.connect(self._judged)
 
     def begin(self) -> None:
-        """The page with its controls; nothing is opened yet."""
+        """Show the page and its controls; no clip is opened yet."""
         self.running = True
         self.result = None
         self._errors, self._class = (), None
         self._offer(self.score_button)
         self._program.guide.show_page(*exercise_page())
-        self.start.setEnabled(True)  # it is not while a clip is made, which End may interrupt
+        self.start.setEnabled(True)  # disabled while a clip is made, which End may interrupt
         self.start.setText(tr_as("button", "Start"))
         self.score_button.setEnabled(False)
 
     def _offer(self, last: QPushButton) -> None:
-        """The card's buttons: to start, and `last` to end with."""
+        """Show the controls, the start button and the button `last`."""
         controls = [self.kind, self.seed_label, self.seed, self.for_class]
         self._program.guide.set_buttons([self.start, last], controls, self.leave)
 
     def end(self) -> None:
-        """Back to the person's clip."""
+        """End the exercise and return to the person's clip."""
         self._task.cancel()
         self.running, self._class = False, None
         self.ended.emit()
@@ -127,14 +127,14 @@ class Exercise(QObject):
         clip, kind = self._clips[seed % len(self._clips)], str(self.kind.currentData())
         self.start.setEnabled(False)
         make = partial(make_exercise, clip, folder, seed, kind)
-        self._task.run(lambda _: make(), self._ready, self._tell)
+        self._task.run(lambda _: make(), self._ready, self._show)
 
     def _ready(self, made: tuple[Analysed, tuple[InjectedError, ...]]) -> None:
         data, self._errors = made
         self._class, self.result = None, None
         self._offer(self.score_button)
         self.start.setEnabled(True)
-        self.start.setText(tr("Start anew"))
+        self.start.setText(tr("Start again"))
         self.score_button.setEnabled(True)
         self._program.guide.show_page(*exercise_page())
         self._program.aside.show(data, _NOTHING_KEPT)
@@ -148,7 +148,7 @@ class Exercise(QObject):
             judged = sum(j.decision != Decision.UNDECIDED for j in intervals)
             button = tr_as("button", "Score") if self._class is None else tr("Hand in")
             task = tr(
-                "{judged} of {total} judged. Press *{button}* when you are done.",
+                "{judged} of {total} intervals judged. Press *{button}* when you are done.",
                 judged=judged,
                 total=len(intervals),
                 button=button,
@@ -156,7 +156,7 @@ class Exercise(QObject):
             self._program.guide.set_task(task)
 
     def show_score(self) -> None:
-        """What the verdicts come to, with links to what was missed or judged wrongly."""
+        """Show the score, with links to missed errors and false verdicts."""
         guide = self._program.guide
         self.result = result = score_exercise(self._errors, self._program.document.intervals)
         guide.show_text(score_text(result, self._program.document.first_frame))
@@ -164,8 +164,8 @@ class Exercise(QObject):
         found = {"found": len(result.hits), "total": total}
         guide.set_task(
             plural(
-                "{found} of {total} found, {n} false verdict.",
-                "{found} of {total} found, {n} false verdicts.",
+                "You found {found} of {total} errors and gave {n} false verdict.",
+                "You found {found} of {total} errors and gave {n} false verdicts.",
                 wrong,
                 **found,
             )
@@ -179,7 +179,7 @@ class Exercise(QObject):
         for text, ask in (
             (tr("Write an exercise for a class…"), self.teacher.ask_write),
             (tr("Do an exercise of a class…"), self._ask_open),
-            (tr("Score what a class handed in…"), self.teacher.ask_score),
+            (tr("Score the answers of a class…"), self.teacher.ask_score),
         ):
             action = QAction(text, menu)
             action.triggered.connect(ask)
@@ -190,7 +190,7 @@ class Exercise(QObject):
     def _window(self) -> QWidget:
         return self.for_class.window()
 
-    def _tell(self, text: object, wrong: bool = True) -> None:
+    def _show(self, text: object, wrong: bool = True) -> None:
         self.start.setEnabled(not self._task.running)
         self._program.document.message.emit(str(text), wrong)
 
@@ -199,13 +199,13 @@ class Exercise(QObject):
         ask_files(self._window, title, "*.json", lambda paths: self.do_one(paths[0]))
 
     def do_one(self, path: Path) -> None:
-        """An exercise of a class, on a copy of its clip; the truth is the teacher's."""
+        """Open a class exercise on a copy of its clip; only the teacher has the key."""
         self.before_leaving(partial(self._open, path))
 
     def _open(self, path: Path) -> None:
         folder = self._program.aside.folder()
         self.start.setEnabled(False)
-        self._task.run(lambda _: open_for_student(path, folder), self._opened, self._tell)
+        self._task.run(lambda _: open_for_student(path, folder), self._opened, self._show)
 
     def _opened(self, made: tuple[Analysed, ClassExercise]) -> None:
         data, self._class = made
@@ -223,32 +223,32 @@ class Exercise(QObject):
 
     @property
     def not_handed_in(self) -> str:
-        """A sentence where a class's exercise is open that is not as it was handed in, else ''."""
+        """A sentence if a class exercise has verdicts that are not handed in; '' if not."""
         borrowed = self._program.document.borrowed
         if self._class is None or not (borrowed is not None and borrowed.signed):
             return ""
         if self._verdicts() == self._kept:
             return ""
-        return tr("{clip} has verdicts that are not handed in.", clip=self._class.clip)
+        return tr("{clip} has verdicts that you have not handed in.", clip=self._class.clip)
 
     def before_leaving(self, then: Callable[[], object]) -> None:
-        """Go on, once a class's verdicts are handed in or knowingly given up."""
+        """Call `then` once the verdicts of a class are handed in or the person gives them up."""
         asked = self._class
 
         def answer(do: Callable[[], object]) -> None:
-            if self._class is asked:  # the question may have waited for longer than what it is of
+            if self._class is asked:  # another exercise may be open by now
                 do()
 
-        if told := self.not_handed_in:
+        if text := self.not_handed_in:
             first = tr("Hand in…"), partial(answer, partial(self.ask_hand_in, then))
-            without = tr("Leave without"), partial(answer, then)
+            without = tr("Leave without handing in"), partial(answer, then)
             answers = first, without, (tr("Cancel"), lambda: None)
-            self._program.document.question.emit(told, answers)
+            self._program.document.question.emit(text, answers)
         else:
             then()
 
     def ask_hand_in(self, then: Callable[[], object]) -> None:
-        """Ask where to, and go on once it is written."""
+        """Ask for a file to hand in to, and call `then` once it is written."""
         name = self._program.settings.reviewer.strip() or tr("answers")
         wanted = Path(f"{name.replace('/', '-')}.json")
 
@@ -259,7 +259,7 @@ class Exercise(QObject):
         ask_where(self._window, tr("Hand in"), "*.json", write, wanted=wanted, suffix="json")
 
     def hand_in(self, path: Path) -> bool:
-        """Write every interval with its verdict, the person's name and the time; if it could be."""
+        """Write all intervals with verdicts, the person's name and the time; True on success."""
         if self._class is None:
             return False
         document = self._program.document
@@ -269,16 +269,18 @@ class Exercise(QObject):
         try:
             write_handed_in(path, HandedIn(name, seconds, *own, tuple(document.intervals)))
         except (OSError, TwistError) as error:
-            self._tell(error)
+            self._show(error)
             return False
         self._kept = self._verdicts()
-        told = tr("Handed in as {file}, in the name of {name}.", file=path.name, name=name)
-        self._tell(told, wrong=False)
+        text = tr(
+            "Your verdicts were written to {file} under the name {name}.", file=path.name, name=name
+        )
+        self._show(text, wrong=False)
         self._program.guide.set_done(True)
         return True
 
     def go_to(self, address: str) -> None:
-        """Follow a link of the score: chain and frame."""
+        """Follow a link in the score to its chain and frame."""
         chain, _, frame = address.removeprefix("at:").rpartition("/")
         if self.running and chain:
             document = self._program.document
@@ -288,7 +290,7 @@ class Exercise(QObject):
 
 
 def score_text(result: ExerciseScore, first_frame: int) -> str:
-    """The score as Markdown; frames count from `first_frame`, as in the table."""
+    """Return the score as Markdown; frames count from `first_frame`."""
     lines = [
         tr(
             "**Hits {hits}** · **misses {misses}** · **false verdicts {wrong}**",
@@ -301,8 +303,8 @@ def score_text(result: ExerciseScore, first_frame: int) -> str:
     for title, rows in (
         (tr("Found"), result.hits),
         (tr("Missed"), result.misses),
-        (tr("Rejected, but an error"), result.false_rejected),
-        (tr("Accepted, but natural"), result.false_accepted),
+        (tr("Rejected although it is an error"), result.false_rejected),
+        (tr("Accepted although it is natural"), result.false_accepted),
     ):
         if rows:
             lines += [f"{title}:", ""]
@@ -310,7 +312,7 @@ def score_text(result: ExerciseScore, first_frame: int) -> str:
             lines.append("")
     if result.left:
         lines.append(
-            plural("{n} intervals have no verdict.", "{n} intervals have no verdict.", result.left)
+            plural("{n} interval has no verdict.", "{n} intervals have no verdict.", result.left)
         )
     return "\n".join(lines)
 
@@ -320,6 +322,6 @@ def _row(found: InjectedError | Interval, first: int) -> str:
     degrees = f"{signed(np.degrees(largest), 0)}°"
     frames = tr(
         "{start} to {stop}", start=found.start + first, stop=found.stop + first
-    )  # as Start and Stop of the table
+    )  # like Start and Stop in the table
     place = f"{found.chain}, {frames}, {degrees}"
     return f"- [{place}](at:{found.chain}/{found.start})"

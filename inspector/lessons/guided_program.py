@@ -1,4 +1,4 @@
-"""What the tour and the exercise reach of the program, so that neither knows the window."""
+"""The parts of the program that lessons and exercises use, without the window itself."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from inspector.viewport.viewport import Viewport
 class GuidedProgram:
     """The parts that a guided page reads and drives.
 
-    list_all: takes the filter off the list of intervals, its answer puts it back; show_intervals,
-    show_teaching: bring the tab to the front; actions: by their ids.
+    actions: by id. list_all: removes the filter from the list of intervals and returns a function
+    that restores it. show_intervals, show_teaching: bring that tab to the front.
     """
 
     document: Document

@@ -1,4 +1,4 @@
-"""Putting the person's clip aside for a tour or an exercise, and taking it up again."""
+"""Puts the person's clip aside during a tour or an exercise, and brings it back afterwards."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from inspector.session.open_clip import Borrowed
 from inspector.session.opening import Analysed
 
 _OVER = tr(
-    "The lesson or exercise that this sample belongs to is over: nothing of it is kept. "
+    "The lesson or exercise of this sample is over, and nothing of it is saved. "
     "Open a clip to review it."
 )
 
 
 class Aside:
-    """A folder of its own for a borrowed clip, and what was open before.
+    """The clip that was open before, and a folder for the borrowed clip.
 
-    The person's review stays in memory, and what of it is not saved in its journal on disk.
+    The person's review stays in memory. Its unsaved part is also in its journal on disk.
     """
 
     def __init__(self, document: Document) -> None:
@@ -34,26 +34,26 @@ class Aside:
 
     @property
     def open(self) -> bool:
-        """Whether a borrowed clip is open, or is just going; a folder for one is not enough."""
+        """True while a borrowed clip is open or about to close."""
         return self._shown
 
     @property
     def own(self) -> Analysed | None:
-        """The person's clip, open or put aside."""
+        """The person's own clip, open or put aside."""
         if self._kept is not None:
             return self._kept[0]
         return None if self._document.borrowed is not None else self._document.data
 
     def folder(self) -> Path:
-        """Where the borrowed clip lies, and whatever its review writes."""
+        """Return the folder of the borrowed clip and of the files that its review writes."""
         if self._folder is None:
             self._folder = Path(tempfile.mkdtemp(prefix="twist-inspector-"))
         return self._folder
 
     def show(self, data: Analysed, why: str, *, signed: bool = False) -> None:
-        """Open a borrowed clip; the first one puts the person's aside.
+        """Open a borrowed clip; the first one puts the person's own clip aside.
 
-        why, signed: as of Borrowed.
+        why, signed: fields of Borrowed.
         """
         document = self._document
         document.leaving.emit()
@@ -67,12 +67,12 @@ class Aside:
         document.show_clip(data, borrowed=Borrowed(self._to_keep(), why, signed))
 
     def _to_keep(self) -> Path:
-        """Where what is made of a borrowed clip outlives it: beside the own one, or at home."""
+        """Return the folder for exports of a borrowed clip: that of the own clip, or home."""
         own = self._kept[0].clip.path.absolute() if self._kept is not None else None
         return Path.home() if own is None or ASSETS in own.parents else own.parent
 
     def put_back(self) -> None:
-        """The person's clip as it was; without one, the borrowed stays open, to be looked at."""
+        """Show the person's clip as it was; without one, keep the borrowed clip open to look at."""
         if self._folder is None:
             return
         document = self._document

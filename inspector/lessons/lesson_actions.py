@@ -1,4 +1,4 @@
-"""What the actions of teaching do."""
+"""The actions of the Teach menu."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _GUIDE_WIDTH = 330  # pixels
 class LessonActions:
     """Lessons, the exercise and the five trackers.
 
-    dock: the guide's, shown while it leads, below the one `above`.
+    dock: holds the guide card, shown during a lesson below the dock `above`.
     """
 
     program: GuidedProgram
@@ -45,19 +45,19 @@ class LessonActions:
     def __post_init__(self) -> None:
         self.five_trackers: FiveTrackers | None = None
         self._title = ""
-        self._lesson: LessonFile | None = None  # the one that is or was played last
-        self._list_as_before: Callable[[], None] | None = None  # by the person's own filter
+        self._lesson: LessonFile | None = None  # the one that was played last
+        self._list_as_before: Callable[[], None] | None = None  # restores the person's filter
         self.player = LessonPlayer(self.program, self.window)
         self.hidden_errors = Exercise(self.program, EXERCISES, self.window)
         self.page_export = PageExport(self.window, self.program.document.message.emit)
         self._add_menu()
-        self.player.began.connect(lambda: self._lead(self._title))
-        self.player.ended.connect(self._led)
-        self.hidden_errors.ended.connect(self._led)
+        self.player.began.connect(lambda: self._show_guide(self._title))
+        self.player.ended.connect(self._close_guide)
+        self.hidden_errors.ended.connect(self._close_guide)
         self.program.guide.linked.connect(self.hidden_errors.go_to)
 
     def _add_menu(self) -> None:
-        """The bundled lessons by their titles, read when they are first looked at."""
+        """Add a menu of the bundled lessons; it is filled when it opens for the first time."""
         self.lessons_menu = QMenu(tr("Lessons"), self.window)
         below = self.program.actions["open_lesson"]
         for menu in self.window.menuBar().findChildren(QMenu):
@@ -77,11 +77,11 @@ class LessonActions:
 
     @property
     def on(self) -> bool:
-        """Whether the page of a lesson or an exercise is there, begun and not left or closed."""
+        """True while a lesson or an exercise is running and its page is shown."""
         return (self.player.running or self.hidden_errors.running) and not self.dock.isHidden()
 
     def tour(self) -> None:
-        """Begin the guided tour."""
+        """Start the guided tour."""
         self.play(in_language(TOUR))
 
     def open_lesson(self) -> None:
@@ -90,7 +90,7 @@ class LessonActions:
         ask_files(self.window, tr("Open lesson"), pattern, lambda paths: self.play(paths[0]))
 
     def play(self, path: Path) -> None:
-        """Play a lesson; what is wrong with it is told, and nothing is changed."""
+        """Play a lesson; if it cannot be read, show why and change nothing."""
         try:
             lesson = read_lesson(path)
         except TwistError as error:
@@ -105,57 +105,57 @@ class LessonActions:
         self.player.begin(lesson, self._refuse)
 
     def _refuse(self, error: Exception) -> None:
-        """A clip of the lesson cannot be read, or a page has no place in it."""
+        """End the lesson and show why it cannot be played."""
         self.window.statusBar().clearMessage()
         self.player.end()
         self.program.document.message.emit(str(error), True)
 
     def export_page(self) -> None:
-        """Write the lesson that is on, else one that is asked for, as a web page."""
+        """Write the running lesson, or one that the person chooses, as a web page."""
         self.page_export.ask(self._lesson if self.player.running else None)
 
     def copy_place(self) -> None:
-        """Put the present place on the clipboard as the settings of a lesson's page."""
+        """Copy the current place to the clipboard as the settings of a lesson page."""
         place, message = present_place(self.program), self.program.document.message
         if place is None:
             message.emit(tr("Open a clip first."), False)
             return
         QApplication.clipboard().setText(f"{settings(place)}\n")
-        message.emit(tr("Copied: paste it into a page of your lesson file."), False)
+        message.emit(tr("Copied. Paste the settings into a page of your lesson file."), False)
 
     def exercise(self) -> None:
-        """Begin an exercise."""
+        """Start an exercise."""
 
         def begin() -> None:
             self.leave_guide()
-            self._lead(tr("Exercise"))
+            self._show_guide(tr("Exercise"))
             self.hidden_errors.begin()
 
         self.hidden_errors.before_leaving(begin)
 
     def why_quaternions(self) -> None:
-        """One joint through ±180° with five trackers, in a window of its own."""
+        """Show the window in which five trackers follow one joint through ±180°."""
         if self.five_trackers is None:
             self.five_trackers = FiveTrackers(self.window.colours, self.window)
         bring_to_front(self.five_trackers)
         self.five_trackers.activateWindow()
 
     def leave_guide(self) -> None:
-        """End lesson and exercise, unasked; the person's own clip comes back as it was."""
+        """End the lesson or exercise without asking, and bring the person's clip back."""
         if self.player.running:
             self.player.end()
         if self.hidden_errors.running:
             self.hidden_errors.end()
 
-    def _lead(self, title: str) -> None:
-        self._list_as_before = self.program.list_all()  # what a page speaks of is listed
+    def _show_guide(self, title: str) -> None:
+        self._list_as_before = self.program.list_all()  # a page may refer to any interval
         self.dock.setWindowTitle(as_entry(title))
         bring_to_front(self.dock)
         self.window.statusBar().clearMessage()
         self.window.resizeDocks([self.above, self.dock], [1, 3], Qt.Orientation.Vertical)
         self.window.resizeDocks([self.dock], [_GUIDE_WIDTH], Qt.Orientation.Horizontal)
 
-    def _led(self) -> None:
+    def _close_guide(self) -> None:
         self.dock.hide()
         if self._list_as_before is not None:
             self._list_as_before()

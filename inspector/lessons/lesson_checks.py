@@ -1,4 +1,4 @@
-"""Every condition of a lesson's page: when it holds, and how the program does it itself."""
+"""The conditions of a lesson page: how each is checked, and how "Show me" meets it."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from twistcore.detection import Kind
 from twistcore.review import Decision, Judged
 
 _NEARLY = 0.05  # degrees: sliders have steps of a tenth
-_TURNED, _STRAIGHT = np.radians(178.0), np.radians(2.0)  # near enough to a singularity
+_TURNED, _STRAIGHT = np.radians(178.0), np.radians(2.0)  # close enough to a singularity
 _NUDGED = np.radians(0.5)
-_SHOWN = 15.0  # degrees further than what is asked, so that one sees it is enough
+_SHOWN = 15.0  # degrees beyond the required angle, so that the result is clear
 _TWIST = np.radians(75.0)
 
 
 @dataclass(eq=False)
 class Visit:
-    """A page that is open: since when, and which singularities were nudged on it.
+    """An open page: its start, and the singularities that were nudged on it.
 
-    frame: at its begin; chain: that it speaks of, '' for any.
+    frame: at the start of the page; chain: the chain that the page is about, '' for any.
     """
 
     program: GuidedProgram
@@ -38,16 +38,16 @@ Check = tuple[Callable[[Visit, Condition], bool], Callable[[Visit, Condition], o
 
 
 def all_hold(visit: Visit, conditions: Sequence[Condition]) -> bool:
-    """Whether all that they ask for has been done; each is asked, since some remember."""
-    said = [CHECKS[c.name][0](visit, c) for c in conditions]
-    return all(said)
+    """True if every condition is met. Each one is checked, because some keep a memory."""
+    met = [CHECKS[c.name][0](visit, c) for c in conditions]
+    return all(met)
 
 
 def do(visit: Visit, conditions: Sequence[Condition]) -> None:
-    """Do what they ask for, as the person would, in an order in which all of them hold then."""
+    """Meet the conditions as the person would, in an order in which all of them hold at the end."""
     for condition in sorted(conditions, key=lambda c: list(CHECKS).index(c.name)):
         check, act = CHECKS[condition.name]
-        if condition.name == "nudged" or not check(visit, condition):  # once met it stays so
+        if condition.name == "nudged" or not check(visit, condition):  # once met, it stays met
             act(visit, condition)
 
 
@@ -76,7 +76,7 @@ def _see(visit: Visit, condition: Condition) -> None:
 
 
 def _alter(visit: Visit, **change: Any) -> None:
-    """Alter the frame where one sees it: in the tab, on the chain that the page speaks of."""
+    """Alter the frame on the page's chain, with the teaching tab in front."""
     document = visit.program.document
     visit.program.show_teaching()
     if visit.chain and document.chain != visit.chain:
@@ -103,7 +103,7 @@ def _swung(visit: Visit, condition: Condition) -> bool:
 def _swing(visit: Visit, condition: Condition) -> None:
     angle = min(condition.amount + _SHOWN, 180.0)
     _alter(visit, swing=np.radians(angle), toward=None)
-    if not _swung(visit, condition):  # tipped sideways it is no longer 180°
+    if not _swung(visit, condition):  # a sideways nudge makes it less than 180°
         _alter(visit, nudge=0.0)
 
 
@@ -118,7 +118,7 @@ def _twist(visit: Visit, condition: Condition) -> None:
 
 
 def _opposed(visit: Visit, _: Condition) -> bool:
-    """Before anything is taken off: who makes an error and removes it has made one."""
+    """True if the frame had an error before the correction, even if it is corrected now."""
     taught = visit.program.taught
     if not taught.what_if.counter or (numbers := taught.numbers) is None:
         return False
@@ -128,7 +128,7 @@ def _opposed(visit: Visit, _: Condition) -> bool:
 def _oppose(visit: Visit, condition: Condition) -> None:
     twist = visit.program.taught.what_if.twist
     far = np.copysign(max(abs(twist), _TWIST), twist)
-    # The frame's own increment may be against it, and beside a singularity the angle leaps.
+    # The frame's own change may have the opposite sign, and near a singularity angles jump.
     for nudge in (visit.program.taught.what_if.nudge, 0.0):
         for angle in (twist or _TWIST, far, -far):
             _alter(visit, counter=True, twist=float(angle), nudge=nudge)
@@ -145,7 +145,7 @@ def _go_along(visit: Visit, _: Condition) -> None:
 
 
 def _nudged(visit: Visit, condition: Condition) -> bool:
-    """Each singularity that is named was nudged, one after the other."""
+    """True once every singularity that the condition names has been nudged."""
     what_if = visit.program.taught.what_if
     if abs(what_if.nudge) >= _NUDGED:
         if what_if.swing is not None and what_if.swing >= _TURNED:
@@ -176,8 +176,8 @@ def _apply(visit: Visit, _: Condition) -> None:
 # -- the review -----------------------------------------------------------------------------------
 
 
-def _wanted(visit: Visit, condition: Condition, decision: Decision) -> Judged | None:
-    """The selected one of such a kind and decision, else the first."""
+def _find_judged(visit: Visit, condition: Condition, decision: Decision) -> Judged | None:
+    """Return the selected interval if kind and decision match, or the first that matches."""
     document = visit.program.document
     own = [j for j in (document.interval,) if j is not None]
     for judged in (*own, *document.intervals):
@@ -191,13 +191,13 @@ def _fits(condition: Condition, kind: Kind) -> bool:
 
 
 def _accepted(visit: Visit, condition: Condition) -> bool:
-    return _wanted(visit, condition, Decision.ACCEPTED) is not None
+    return _find_judged(visit, condition, Decision.ACCEPTED) is not None
 
 
 def _accept(visit: Visit, condition: Condition) -> None:
     document = visit.program.document
-    judged = _wanted(visit, condition, Decision.UNDECIDED)
-    judged = judged or _wanted(visit, condition, Decision.REJECTED)
+    judged = _find_judged(visit, condition, Decision.UNDECIDED)
+    judged = judged or _find_judged(visit, condition, Decision.REJECTED)
     if judged is not None:
         document.select_interval(judged.id, jump=True)
     else:
@@ -206,7 +206,7 @@ def _accept(visit: Visit, condition: Condition) -> None:
 
 
 def _insert(visit: Visit, condition: Condition) -> None:
-    """Make such an interval where the page begins, on its own chain if that can have it."""
+    """Insert an interval of the required kind at the page's frame, if possible on its chain."""
     document = visit.program.document
     assert document.data is not None
     for chain in sorted(document.data.chains_and_limbs, key=lambda c: c.name != visit.chain):
@@ -217,8 +217,8 @@ def _insert(visit: Visit, condition: Condition) -> None:
             return
 
 
-# In the order in which they are done: one that comes later undoes nothing of those before. To
-# accept goes to other frames and chains, which takes a what-if off; a nudge is remembered.
+# In the order in which "Show me" meets them: a later one undoes no earlier one. Accepting goes
+# to other frames and chains, which resets a what-if; a nudge is remembered.
 CHECKS: dict[str, Check] = {
     "accepted": (_accepted, _accept),
     "moved": (_moved, _move),

@@ -1,4 +1,4 @@
-"""What tells that the task of a page is done, as words in a lesson file."""
+"""Conditions in a lesson file that decide whether the task of a page is done."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ _SINGULAR = ("swing", "bend")
 
 
 def word_of(kind: Kind) -> str:
-    """A kind of interval as one word."""
+    """Return the name of a kind of interval as one word."""
     return kind.value.replace(" ", "-")
 
 
 _KINDS = tuple(map(word_of, Kind))
 
-_MOST = {"swing": 180.0, "twist": 180.0, "applied": 1.0}  # as far as the sliders go
-FARTHEST = 170.0  # degrees of twist up to which it can be told which way a child turned
+_MOST = {"swing": 180.0, "twist": 180.0, "applied": 1.0}  # the limits of the sliders
+FARTHEST = 170.0  # degrees of twist up to which the direction of a child's turn is known
 
-# Name → what follows it, as the documentation has it.
+# Name → its argument, as in the documentation.
 CONDITIONS = {
     "moved": "frames",
     "seen": "|".join(LOOKS),
@@ -43,7 +43,9 @@ CONDITIONS = {
 
 @dataclass(frozen=True)
 class Condition:
-    """name: of CONDITIONS; amount: its number, degrees, frames or a share; words: its words."""
+    """A condition. name: a key of CONDITIONS; amount: degrees, frames or a share; words: its
+    words.
+    """
 
     name: str
     amount: float = 0.0
@@ -51,20 +53,21 @@ class Condition:
 
 
 def read_conditions(text: str) -> tuple[Condition, ...]:
-    """Conditions with commas between them; ValueError says what was expected.
+    """Read conditions separated by commas; raise ValueError with what was expected.
 
-    All of them hold at once, so that such as exclude each other are none.
+    All conditions of a page must hold at the same time, so conflicting ones are refused.
     """
     conditions = [_condition(part.strip()) for part in text.split(",")]
     names = {condition.name for condition in conditions}
     if {"along", "counter"} <= names:
-        raise ValueError(tr("'along' or 'counter': a child does one of them"))
+        raise ValueError(tr("either 'along' or 'counter': a child cannot do both"))
     if any(c.name == "twist" and c.amount > FARTHEST for c in conditions) and "counter" in names:
         text = tr(
-            "'twist' up to {most:g} beside 'counter': at 180° both ways are one", most=FARTHEST
+            "'twist' up to {most:g} together with 'counter': at 180° the direction is undefined",
+            most=FARTHEST,
         )
         raise ValueError(text)
-    for name, what in (("seen", tr("one of what is shown")), ("lit", tr("one symbol: one is lit"))):
+    for name, what in (("seen", tr("the same view")), ("lit", tr("only one symbol"))):
         if len(own := [c for c in conditions if c.name == name]) > 1:
             common = tuple(w for w in own[0].words if all(w in c.words for c in own))
             if not common:
@@ -75,7 +78,7 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
 
 
 def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
-    """Whether a page's own settings fulfil them all, as far as these tell: that is no task."""
+    """True if the page's own settings already meet all conditions, which leaves nothing to do."""
     altered = place.what_if
     swing = None if altered.nudge or altered.toward else altered.swing
     set_so: dict[str, Callable[[Condition], bool]] = {
@@ -94,7 +97,7 @@ def _condition(text: str) -> Condition:
     rest = rest.strip()
     form = CONDITIONS.get(name)
     if form is None:
-        raise ValueError(tr("a condition of {known}", known=", ".join(CONDITIONS)))
+        raise ValueError(tr("one of the conditions {known}", known=", ".join(CONDITIONS)))
     if form == "frames":
         expected = tr("a whole number of frames after {name!r}", name=name)
         number = _number(rest, expected)
@@ -103,7 +106,7 @@ def _condition(text: str) -> Condition:
         return Condition(name, number)
     if form.startswith(">="):
         share = form == CONDITIONS["applied"]
-        unit = tr("number of share") if share else tr("number of degrees")
+        unit = tr("share") if share else tr("degrees")
         expected = f"'{name} >= {unit}'"
         limit = _AT_LEAST.fullmatch(rest)
         if limit is None:
@@ -123,8 +126,10 @@ def _number(text: str, expected: str, most: float = math.inf) -> float:
         number = float(text)
     except ValueError:
         raise ValueError(expected) from None
-    if not (math.isfinite(number) and number > 0.0):  # what always holds is no task
-        raise ValueError(tr("{expected}, above 0", expected=expected))
-    if number > most:  # and what never does is none either
-        raise ValueError(tr("{expected}, above 0 and up to {most:g}", expected=expected, most=most))
+    if not (math.isfinite(number) and number > 0.0):  # a condition that always holds is no task
+        raise ValueError(tr("{expected}, greater than 0", expected=expected))
+    if number > most:  # and neither is one that never holds
+        raise ValueError(
+            tr("{expected}, greater than 0 and at most {most:g}", expected=expected, most=most)
+        )
     return number

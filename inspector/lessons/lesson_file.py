@@ -1,4 +1,4 @@
-"""A lesson as one Markdown file: its pages, and where in which clip each of them stands."""
+"""A lesson in a Markdown file: its pages, and the clip and place that each page shows."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ from twistcore.files.document_values import bytes_of, shown_value
 from twistcore.files.ordinary import is_file
 
 FENCE = "```lesson"
-KEYS = ("clip", *FIELDS, "done")  # of the settings of a page
+KEYS = ("clip", *FIELDS, "done")  # of a page's settings
 _HEAD = ("title", "clip")
-_MOST_BYTES = 10_000_000  # ours have some kilobytes
+_MOST_BYTES = 10_000_000  # ours have a few kilobytes
 _PAIR = re.compile(r"([a-z-]+)\s*:\s*(\S.*)")
 
 
 @dataclass(frozen=True)
 class LessonPage:
-    """body: Markdown with TeX between $…$; task: what is to be done; done: all that tell it is.
+    """A page of a lesson.
 
-    at: the line of its heading, from 1; lines: those of its settings, by their keys.
+    body: Markdown with TeX between $…$; task: what to do; done: the conditions of the task; at: the
+    line of its heading, from 1; lines: the lines of its settings, by key.
     """
 
     title: str
@@ -39,13 +40,13 @@ class LessonPage:
     lines: Mapping[str, int] = field(default_factory=dict, compare=False)
 
     def line(self, key: str) -> int:
-        """Where a setting stands; the heading where the page has it from the one before."""
+        """Return the line of a setting, or of the heading if the page inherits the setting."""
         return self.lines.get(key, self.at)
 
 
 @dataclass(frozen=True)
 class LessonFile:
-    """A lesson as it stands in a file."""
+    """A lesson as read from a file."""
 
     title: str
     path: Path
@@ -53,7 +54,7 @@ class LessonFile:
 
 
 def read_lesson(path: Path) -> LessonFile:
-    """Read a lesson; FormatError with file, line and what was expected."""
+    """Read a lesson; raise FormatError with the file, the line and what was expected."""
     try:
         text = bytes_of(path, _MOST_BYTES).decode("utf-8-sig")
     except (TwistError, UnicodeDecodeError) as error:
@@ -77,23 +78,23 @@ def read_lesson(path: Path) -> LessonFile:
 
 
 def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, str]], int]:
-    """Key → (line, value), and the first line after it."""
+    """Return key → (line, value), and the first line after the front matter."""
     if not lines or lines[0].strip() != "---":
         expected = tr("'---' and then 'title: …' and 'clip: …'")
         raise _error(path, 1, expected, lines[0] if lines else "")
     stop = next((k for k in range(1, len(lines)) if lines[k].strip() == "---"), None)
     if stop is None:
-        expected = tr("'---' after title and clip, found the end of the file")
+        expected = tr("'---' after title and clip, but the file ends here")
         raise _error(path, len(lines), expected)
     head = _pairs(path, lines, 1, stop, _HEAD)
     for key in _HEAD:
         if key not in head:
-            raise _error(path, stop + 1, tr("'{key}: …' above this line", key=key))
+            raise _error(path, stop + 1, tr("a line '{key}: …' above this one", key=key))
     return head, stop + 1
 
 
 def _headings(lines: list[str], first: int) -> list[int]:
-    """The lines that begin a page; within a fence '#' begins none."""
+    """Return the lines of the headings; '#' inside a fence is no heading."""
     out, fenced = [], False
     for k in range(first, len(lines)):
         if lines[k].startswith("```"):
@@ -104,20 +105,22 @@ def _headings(lines: list[str], first: int) -> list[int]:
 
 
 def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPlace) -> LessonPage:
-    """The page from one heading to the next."""
+    """Read the page from one heading to the next."""
     opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
     if len(opened) > 1:
-        raise _error(path, opened[1] + 1, tr("one block of settings a page, found a second"))
+        raise _error(
+            path, opened[1] + 1, tr("only one block of settings in a page; this is another one")
+        )
     text = lines[start + 1 : stop]
     settings: dict[str, tuple[int, str]] = {}
     if opened:
         at = opened[0]
         closed = next((k for k in range(at + 1, stop) if lines[k].strip() == "```"), None)
         if closed is None:
-            raise _error(path, at + 1, tr("'```' after the settings that begin here"))
+            raise _error(path, at + 1, tr("'```' at the end of the settings that begin here"))
         settings = _pairs(path, lines, at + 1, closed, KEYS)
         text = lines[start + 1 : at] + lines[closed + 1 : stop]
-    # Where a page stands goes on to the next, what is looked at there does not.
+    # A page inherits its place from the page before, but not what it shows there.
     place = LessonPlace(before.clip, before.frame, before.chain, before.camera)
     done: tuple[Condition, ...] = ()
     for key, (line, value) in settings.items():
@@ -132,14 +135,14 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
             raise _error(path, line, str(error), value) from None
     if hold_at_once(done, place):
         line, value = settings["done"]
-        raise _error(path, line, tr("a task that is not done as the page begins"), value)
+        raise _error(path, line, tr("a task that is not already done when the page opens"), value)
     body, task = body_and_task(text)
     stands = {key: line for key, (line, _) in settings.items()}
     return LessonPage(lines[start][2:].strip(), body, task, place, done, start + 1, stands)
 
 
 def body_and_task(lines: list[str]) -> tuple[str, str]:
-    """The text, and the quoted paragraph that ends it, in one line."""
+    """Return the text, and the quoted paragraph at its end as one line."""
     text = "\n".join(lines).strip().split("\n")
     at = len(text)
     while at > 0 and text[at - 1].startswith(">"):
@@ -151,7 +154,7 @@ def body_and_task(lines: list[str]) -> tuple[str, str]:
 def _pairs(
     path: Path, lines: list[str], start: int, stop: int, known: tuple[str, ...]
 ) -> dict[str, tuple[int, str]]:
-    """Lines 'key: value' as key → (line from 1, value)."""
+    """Return lines 'key: value' as key → (line from 1, value)."""
     out: dict[str, tuple[int, str]] = {}
     for k in range(start, stop):
         line = lines[k].strip()
@@ -159,29 +162,29 @@ def _pairs(
             continue
         pair = _PAIR.fullmatch(line)
         if pair is None or pair[1] not in known:
-            expected = tr("'key: value' with a key of {known}", known=", ".join(known))
+            expected = tr("'key: value' with one of the keys {known}", known=", ".join(known))
             raise _error(path, k + 1, expected, line)
         if pair[1] in out:
-            raise _error(path, k + 1, tr("{key!r} once", key=pair[1]), line)
+            raise _error(path, k + 1, tr("{key!r} only once", key=pair[1]), line)
         out[pair[1]] = (k + 1, pair[2].strip())
     return out
 
 
 def _clip(path: Path, line: int, name: str) -> Path:
-    """A clip beside the lesson, else one that comes with the program; a lesson reads no other."""
+    """Return the path of a clip next to the lesson or of a bundled clip; no others are allowed."""
     if Path(name).name != name or "\\" in name:
-        raise _error(path, line, tr("a BVH file's name without a folder"), name)
+        raise _error(path, line, tr("the name of a BVH file without a folder"), name)
     for folder in (path.parent, ASSETS):
         if is_file(clip := folder / name) and clip.suffix.lower() == ".bvh":
             return clip
-    raise _error(path, line, tr("a BVH file beside the lesson or one that is bundled"), name)
+    raise _error(path, line, tr("a BVH file in the lesson's folder or a bundled sample"), name)
 
 
 def _error(path: Path, line: int, expected: str, found: str = "") -> FormatError:
-    told = {"file": path, "line": line, "expected": expected}
+    fields = {"file": path, "line": line, "expected": expected}
     if not found.strip():
-        return FormatError(tr("{file}, line {line}: expected {expected}", **told))
+        return FormatError(tr("{file}, line {line}: expected {expected}", **fields))
     own = shown_value(found.strip())
     return FormatError(
-        tr("{file}, line {line}: expected {expected}, found {found}", **told, found=own)
+        tr("{file}, line {line}: expected {expected}, found {found}", **fields, found=own)
     )

@@ -1,4 +1,4 @@
-"""Where in a clip a page of a lesson stands: the settings of its block, read and written."""
+"""The place that a lesson page shows in a clip: its block of settings, read and written."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from inspector.teaching.symbols import SYMBOLS
 from twistcore.analysis.decomposition import WhatIf
 
 TABS = ("teaching", "intervals")
-_DIGITS = 9  # of a frame's number: no clip has as many
-_NEAREST = 100.0  # times as large as the program shows the limb itself
+_DIGITS = 9  # of a frame number: no clip needs more
+_NEAREST = 100.0  # times the size at which the program shows the limb
 LOOKS = ("before", "after", "both")
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Where the limb is seen from: azimuth 0 is the figure's front, radians.
+    """The direction from which the limb is seen, radians: azimuth 0 is the front of the figure.
 
-    zoom: 1 shows the limb as large as the program does itself, 2 twice as large.
+    zoom: 1 shows the limb as large as the program does by default, 2 twice as large.
     """
 
     azimuth: float
@@ -35,11 +35,11 @@ class Camera:
 
 @dataclass(frozen=True)
 class LessonPlace:
-    """What a page shows.
+    """The place and view that a page shows.
 
-    frame: from 0; chain: '' for none; camera: None where the program chooses it for the limb;
-    show: symbols whose rows are listed, () for all; lit: a symbol or ''; stage: as TaughtFrame's;
-    tab: one of TABS; look: one of LOOKS; skin: the striped skin instead of bones.
+    frame: from 0; chain: '' for none; camera: None if the program chooses it; show: symbols whose
+    rows are listed, () for all; lit: a symbol or ''; stage: like TaughtFrame.stage; tab: one of
+    TABS; look: one of LOOKS; skin: the striped skin instead of bones.
     """
 
     clip: Path
@@ -64,9 +64,11 @@ def _frame(text: str) -> dict[str, Any]:
 def _camera(text: str) -> dict[str, Any]:
     if text == "limb":
         return {"camera": None}
-    numbers = _numbers(text, 3, tr("'limb', or azimuth and elevation in degrees and a zoom"))
+    numbers = _numbers(text, 3, tr("'limb', or azimuth and elevation in degrees and a zoom factor"))
     if not 1.0 / _NEAREST <= numbers[2] <= _NEAREST:
-        expected = tr("a zoom from {least:g} to {most:g}", least=1.0 / _NEAREST, most=_NEAREST)
+        expected = tr(
+            "a zoom factor from {least:g} to {most:g}", least=1.0 / _NEAREST, most=_NEAREST
+        )
         raise ValueError(expected)
     azimuth, elevation = np.radians(numbers[:2])
     return {"camera": Camera(float(azimuth), float(elevation), numbers[2])}
@@ -74,7 +76,7 @@ def _camera(text: str) -> dict[str, Any]:
 
 def _symbol(text: str) -> str:
     if text not in SYMBOLS:
-        raise ValueError(tr("a symbol of {known}", known=", ".join(SYMBOLS)))
+        raise ValueError(tr("one of the symbols {known}", known=", ".join(SYMBOLS)))
     return text
 
 
@@ -83,7 +85,7 @@ def _look(text: str) -> dict[str, Any]:
     figures = [word for word in words if word in LOOKS]
     if len(figures) > 1 or any(word not in (*LOOKS, "skin") for word in words):
         known = ", ".join(LOOKS)
-        raise ValueError(tr("one of {known}, and 'skin' where the skin is shown", known=known))
+        raise ValueError(tr("one of {known}, and optionally 'skin' to show the skin", known=known))
     return {"look": figures[0] if figures else "both", "skin": "skin" in words}
 
 
@@ -104,7 +106,7 @@ def _what_if(text: str) -> dict[str, Any]:
             altered[name] = _ALTERED[name](value)
         else:
             known = ", ".join((*_ALTERED, "stage"))
-            raise ValueError(tr("{known}, each with its value", known=known))
+            raise ValueError(tr("one of {known}, each with its value", known=known))
     return {"what_if": WhatIf(**altered), "stage": stage}
 
 
@@ -126,7 +128,7 @@ def _within(text: str, low: float, high: float, expected: str) -> float:
 
 
 def _degrees(low: int, high: int) -> Callable[[str], float]:
-    """Reads an angle as far as its slider goes."""
+    """Return a reader for an angle within the range of its slider."""
     expected = tr("an angle in degrees from {low} to {high}", low=low, high=high)
     return lambda text: float(np.radians(_within(text, low, high, expected)))
 
@@ -143,7 +145,7 @@ def _share(text: str) -> float:
 
 def _direction(text: str) -> tuple[float, ...]:
     x, y, z = _numbers(text, 3, tr("a direction x y z after 'toward'"))
-    length = math.hypot(x, y, z)  # which a large number does not overflow
+    length = math.hypot(x, y, z)  # does not overflow for large numbers
     if not 1e-9 <= length < math.inf:
         raise ValueError(tr("a direction other than 0 0 0 after 'toward'"))
     return (x / length, y / length, z / length)
@@ -159,7 +161,7 @@ _ALTERED: Mapping[str, Callable[[str], Any]] = {
     "applied": _share,
 }
 
-FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {  # of a Place, by the key
+FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {  # of a LessonPlace, by key
     "frame": _frame,
     "chain": lambda name: {"chain": name},
     "camera": _camera,
@@ -175,7 +177,7 @@ FIELDS: Mapping[str, Callable[[str], dict[str, Any]]] = {  # of a Place, by the 
 
 
 def settings(place: LessonPlace) -> str:
-    """The block of settings that is read as this place, but for its clip's folder."""
+    """Return the block of settings for a place; the clip is written without its folder."""
     lines = [f"clip: {place.clip.name}", f"frame: {place.frame}"]
     if place.chain:
         lines.append(f"chain: {place.chain}")
@@ -216,5 +218,5 @@ def _alterations(place: LessonPlace) -> list[str]:
 
 
 def _short(number: float, digits: int) -> str:
-    """Without the noughts at its end, and no −0."""
+    """Return a number without trailing zeros and without −0."""
     return f"{round(float(number), digits) + 0.0:.{digits}f}".rstrip("0").rstrip(".")

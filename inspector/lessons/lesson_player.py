@@ -1,4 +1,4 @@
-"""Plays a lesson: its pages drive the real program, each with something to do and a check."""
+"""Plays a lesson: its pages drive the real program, each with a task and a check."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from inspector.lessons.lesson_checks import Visit, all_hold, do
 from inspector.lessons.lesson_file import LessonFile, LessonPage
 from inspector.lessons.lesson_text import formulas
 from inspector.lessons.page_in_clip import chain_of
-from inspector.lessons.scene_of_page import Looked, set_scene
+from inspector.lessons.scene_of_page import ViewBefore, set_scene
 from inspector.session.opening import Analysed, analyse_clip
 from inspector.widgets.background import OneTask
 from twistcore.formats.bvh import read_bvh
 
-Clips = dict[Path, Analysed]  # by where the lesson says they are
+Clips = dict[Path, Analysed]  # by their path in the lesson
 
 
 def read_clips(lesson: LessonFile, folder: Path) -> Clips:
-    """Copies of a lesson's clips; raises TwistError where a page has no place in one."""
+    """Return copies of a lesson's clips; raise TwistError if a page does not fit its clip."""
     clips: Clips = {}
     for page in lesson.pages:
         place = page.place
         if place.clip not in clips:
-            own = folder / str(len(clips))  # two may have one name
+            own = folder / str(len(clips))  # two clips may have the same name
             own.mkdir(exist_ok=True)
             clips[place.clip] = analyse_clip(read_bvh(Path(shutil.copy(place.clip, own))))
         chain_of(lesson, page, clips[place.clip])
@@ -38,9 +38,9 @@ def read_clips(lesson: LessonFile, folder: Path) -> Clips:
 
 
 class LessonPlayer(QObject):
-    """Leads through a lesson on copies of its clips; the person's own waits."""
+    """Guides a person through a lesson on copies of its clips; the own clip is put aside."""
 
-    began = Signal()  # the first page is there
+    began = Signal()  # the first page is about to be shown
     ended = Signal()
 
     def __init__(self, program: GuidedProgram, parent: QObject) -> None:
@@ -48,14 +48,14 @@ class LessonPlayer(QObject):
         self._program = program
         self._clips: Clips = {}
         self._visit = Visit(program, 0)
-        self._looked: Looked | None = None  # at what the person looked before
-        self._preparing = False  # what prepares a page does not count as done by the person
+        self._view_before: ViewBefore | None = None  # the view before the lesson
+        self._preparing = False  # preparing a page must not count as done by the person
         self.pages: Sequence[LessonPage] = ()
         self.at = -1
         self._task = OneTask(self)
         self.back, self.show_me = QPushButton(tr("Back")), QPushButton(tr("Show me"))
         self.forward = QPushButton(tr("Next"))
-        tip = tr("End the lesson; your own clip comes back as it was")
+        tip = tr("End the lesson. Your own clip comes back unchanged.")
         self.leave = leave_button(tip)
         for button, slot in (
             (self.back, lambda: self._turn(-1)),
@@ -72,39 +72,39 @@ class LessonPlayer(QObject):
 
     @property
     def running(self) -> bool:
-        """Whether a lesson is on, or about to be."""
+        """True while a lesson is running or about to start."""
         return self.at >= 0 or self._task.running
 
     def begin(self, lesson: LessonFile, failed: Callable[[Exception], object]) -> None:
-        """Read copies of the clips in the background, then the first page."""
+        """Read copies of the clips in the background, then show the first page."""
         folder = self._program.aside.folder()
         self.pages = lesson.pages
         self._program.guide.prepare([t for page in lesson.pages for t in formulas(page.body)])
         self._task.run(lambda _: read_clips(lesson, folder), self._ready, failed)
 
     def end(self) -> None:
-        """Back to the person's clip."""
+        """End the lesson and return to the person's clip."""
         self._task.cancel()
         if self.at >= 0:
             self.at = -1
             self._program.taught.reset()
             self._program.taught.unlight()
             self._program.taught.set_rows(())
-        if self._looked is not None:
-            self._looked.again()
-            self._looked = None
+        if self._view_before is not None:
+            self._view_before.restore()
+            self._view_before = None
         self._clips = {}
         self.ended.emit()
 
     def _ready(self, clips: Clips) -> None:
         self._clips = clips
-        self._looked = Looked(self._program)
+        self._view_before = ViewBefore(self._program)
         self.began.emit()
         self._program.guide.set_buttons([self.back, self.show_me, self.forward], [], self.leave)
         self._go(0)
 
     def _turn(self, pages: int) -> None:
-        if self.at >= 0:  # while a lesson is being read the buttons of the last one may show
+        if self.at >= 0:  # the buttons of the last lesson may still show
             self._go(self.at + pages)
 
     def _go(self, at: int) -> None:
@@ -125,7 +125,7 @@ class LessonPlayer(QObject):
         self._check()
 
     def _show(self) -> None:
-        if self.at < 0:  # the clip is the person's own still
+        if self.at < 0:  # the person's own clip is still open
             return
         do(self._visit, self.pages[self.at].done)
         taught = self._program.taught

@@ -1,4 +1,4 @@
-"""A page's text: Markdown in which TeX between $…$ is set as the equations are."""
+"""The text of a page: Markdown with TeX between $…$, typeset like the equations."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from inspector.widgets.theme import Colours, Theme
 from inspector.widgets.typeset import EM, Typesetter
 
 _TEX = re.compile(r"(?<![\\$])\$([^$\n]+)\$(?!\$)")
-_SIZE = 0.95  # of a formula, in heights of the font
+_SIZE = 0.95  # size of a formula, in font heights
 _FEATURES = QTextDocument.MarkdownFeature
 _MARKDOWN = _FEATURES.MarkdownDialectGitHub | _FEATURES.MarkdownNoHTML
 
 
 def formulas(markdown: str) -> tuple[str, ...]:
-    """The TeX of a text, each once."""
+    """Return the formulas of a text as TeX, each once."""
     return tuple(dict.fromkeys(_TEX.findall(markdown)))
 
 
 class LessonText(QTextBrowser):
-    """Shows a text; formulas stand as their source until they are set."""
+    """A text view; formulas appear as TeX source until they are typeset."""
 
     def __init__(self, typesetter: Typesetter, colours: Colours) -> None:
         super().__init__(openLinks=False)
@@ -40,30 +40,30 @@ class LessonText(QTextBrowser):
         self._markdown, self._ink = "", "#000000"
         self._pictures: dict[str, QImage] = {}
         self.setFrameShape(QTextBrowser.Shape.NoFrame)
-        typesetter.ready.connect(self._again)
+        typesetter.ready.connect(self._render)
         colours.follow(self._colour)
 
     def _colour(self, theme: Theme) -> None:
         self._ink = theme.text
         self.setStyleSheet(f"background: {theme.window}; color: {theme.text}")
-        self._again()
+        self._render()
 
     def show_markdown(self, text: str) -> None:
-        """Another text, from its top."""
+        """Show a text from its top."""
         self._markdown = text
         if wanted := formulas(text):
             self._typesetter.start(wanted)
-        self._again()
+        self._render()
         self.verticalScrollBar().setValue(0)
 
-    def _again(self) -> None:
+    def _render(self) -> None:
         known: dict[str, str] = {}
 
         def image(found: re.Match[str]) -> str:
             if self._typesetter.formula(found[1]) is None:
                 return f"*{found[1]}*"
             address = known.setdefault(found[1], f"tex:{len(known)}")
-            return f"![{tr('formula')}]({address})"  # Qt leaves out one without words
+            return f"![{tr('formula')}]({address})"  # Qt drops an image without alternative text
 
         markdown = _TEX.sub(image, self._markdown)
         self._pictures = {address: self._picture(tex) for tex, address in known.items()}
@@ -71,16 +71,16 @@ class LessonText(QTextBrowser):
         self._lower_images()
 
     def loadResource(self, kind: int, name: QUrl | str) -> object:
-        """The pictures of formulas; a document drops what it was given with its text.
+        """Return the picture of a formula; Qt asks for it again after every change of the text.
 
-        Nothing else is opened, whatever address a lesson gives: one without a picture from here
-        Qt would look for among the files, and wait where that is a pipe.
+        Any other address of a lesson gets an empty picture. Without one Qt would look for a file,
+        and would block if that is a pipe.
         """
         address = name.toString() if isinstance(name, QUrl) else name
         return self._pictures.get(address, _nothing())
 
     def _picture(self, tex: str) -> QImage:
-        """The formula with its baseline as far above the lower edge as the font's descent."""
+        """Draw a formula with its baseline one font descent above the lower edge."""
         formula = self._typesetter.formula(tex)
         assert formula is not None
         metrics, ratio = self.fontMetrics(), self.devicePixelRatioF()
@@ -101,7 +101,7 @@ class LessonText(QTextBrowser):
         return picture
 
     def _lower_images(self) -> None:
-        """Their baseline on the text's: Qt stands an image on it."""
+        """Align the baselines of formulas with the text; Qt puts an image on top of it."""
         lowered = QTextCharFormat()
         lowered.setVerticalAlignment(QTextCharFormat.VerticalAlignment.AlignBaseline)
         block = self.document().begin()
@@ -115,14 +115,14 @@ class LessonText(QTextBrowser):
 
 
 def _nothing() -> QImage:
-    """A picture in which nothing is to be seen."""
+    """Return a transparent picture."""
     picture = QImage(1, 1, QImage.Format.Format_ARGB32)
     picture.fill(Qt.GlobalColor.transparent)
     return picture
 
 
 def _images(block: QTextBlock) -> list[tuple[int, int]]:
-    """Position and length of a block's images."""
+    """Return the position and length of each image in a block."""
     out, at = [], block.begin()
     while not at.atEnd():
         fragment = at.fragment()

@@ -1,4 +1,4 @@
-"""What a lesson's web page holds of clips: only the frames around those of its pages."""
+"""Data of the clips for a lesson's web page: only the frames around those of its pages."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ from twistcore.skeleton.chain import Chain, find_chains, uncorrectable_joints
 from twistcore.skeleton.figure import figure_size, guess_up, heading
 from twistcore.skeleton.limb import Limb
 
-_MORE = 10  # frames beyond those that a task asks a person to move over
+_MORE = 10  # frames beyond the number that a task asks for
 _KINDS = {"f4": "<f4", "u2": "<u2", "i2": "<i2", "u1": "u1", "u4": "<u4"}
 
 
 @dataclass(frozen=True)
 class Window:
-    """The frames first…last, both included, that a page lets one move over."""
+    """The range of frames of a page, first to last inclusive."""
 
     first: int
     last: int
 
 
 def packed(values: Any, kind: str) -> dict[str, str]:
-    """An array as little-endian numbers in base64; kind: of _KINDS."""
+    """Return an array as little-endian numbers in base64; kind: a key of _KINDS."""
     data = np.ascontiguousarray(values, dtype=_KINDS[kind]).tobytes()
     return {"kind": kind, "data": base64.b64encode(data).decode("ascii")}
 
 
 class PageData:
-    """Gathers what the pages of a lesson show, everything that they share once."""
+    """Collects the data that the pages of a lesson show, shared data only once."""
 
     def __init__(
         self, lesson: LessonFile, open_clip: Callable[[Path], Analysed], seconds: float
@@ -59,7 +59,7 @@ class PageData:
         self._numbers: dict[tuple[int, str], int] = {}
 
     def gathered(self) -> dict[str, Any]:
-        """Figures, spans, chains and pages, ready for JSON."""
+        """Return figures, spans, chains and pages, ready for JSON."""
         for clip in self._clips:
             self._figure_of[clip] = len(self._figures)
             self._figures.append(self._figure(clip))
@@ -85,7 +85,7 @@ class PageData:
         return Window(max(page.place.frame - reach, 0), last)
 
     def _joined(self) -> list[tuple[Path, Window]]:
-        """Windows of a clip that overlap are one span, with the frame before, for increments."""
+        """Join overlapping windows of a clip; each span includes the previous frame as well."""
         out: list[tuple[Path, Window]] = []
         wanted = zip((page.place.clip for page in self._lesson.pages), self._windows, strict=True)
         for clip, window in sorted(wanted, key=lambda w: (str(w[0]), w[1].first)):
@@ -105,7 +105,7 @@ class PageData:
     # -- what is in them ----------------------------------------------------------------------
 
     def _figure(self, clip: Path) -> dict[str, Any]:
-        """The bodies of a clip and the room that they stand in."""
+        """Return the bodies of a clip and the ground."""
         data = self._clips[clip]
         skeleton = data.motion.skeleton
         up = guess_up(data.positions, find_chains(data.motion), skeleton)
@@ -135,7 +135,7 @@ class PageData:
         }
 
     def _skin(self, clip: Path, height: float) -> dict[str, Any] | None:
-        """The striped skin of a clip's limbs, where a page shows it."""
+        """Return the striped skin of a clip's limbs if a page shows it."""
         if not any(page.place.skin and page.place.clip == clip for page in self._lesson.pages):
             return None
         skin = build_skin(self._bones[clip], self._clips[clip].chains, height)
@@ -149,7 +149,7 @@ class PageData:
         }
 
     def _span(self, clip: Path, window: Window) -> dict[str, Any]:
-        """The local rotations of the frames, and where channels move joints."""
+        """Return the local rotations of the frames, and the positions of moving joints."""
         motion = self._clips[clip].motion.sliced(window.first, window.last + 1)
         return {
             "figure": self._figure_of[clip],
@@ -162,7 +162,7 @@ class PageData:
         }
 
     def _chain(self, data: Analysed, chain: Chain, span: int) -> int:
-        """The number of a chain in a span, with its signals there."""
+        """Return the number of a chain in a span; add its signals the first time."""
         key = span, chain.name
         if key not in self._chains:
             self._numbers[key] = len(self._chains)
@@ -219,7 +219,7 @@ class PageData:
         }
 
     def _after(self, data: Analysed, span: int) -> dict[str, Any] | None:
-        """Joints that a correction by every interval not rejected turns otherwise; None: none."""
+        """Return the joints that a correction by all intervals not rejected changes, or None."""
         window = self._spans[span][1]
         start, stop = window.first, window.last + 1
         motion = data.motion.sliced(start, stop)
@@ -237,7 +237,7 @@ class PageData:
 
 
 def _ends(chain: Chain | None) -> dict[str, int] | None:
-    """P and C of a chain, and E of a limb, −1 where it is none."""
+    """Return P and C of a chain, and E of a limb (−1 for a chain)."""
     if chain is None:
         return None
     end = chain.end if isinstance(chain, Limb) else -1
@@ -245,7 +245,7 @@ def _ends(chain: Chain | None) -> dict[str, int] | None:
 
 
 def _strong(bones: Sequence[BoneSegment], chain: Chain | None, data: Analysed) -> list[int]:
-    """The numbers of the bones of a chain or limb."""
+    """Return the indices of the bones of a chain or limb."""
     if chain is None:
         return []
     pairs: Iterable[tuple[int, int]] = {

@@ -1,4 +1,4 @@
-"""Asks which lesson is to become a web page, and where; writes it while the window goes on."""
+"""Exports a lesson as a web page: asks for the lesson and a path, writes in the background."""
 
 from __future__ import annotations
 
@@ -18,15 +18,18 @@ from twistcore.errors import TwistError
 
 
 class PageExport(QObject):
-    """tell: a sentence for the person, and whether it is bad."""
+    """Exports a lesson as a web page.
 
-    def __init__(self, window: QWidget, tell: Callable[[str, bool], object]) -> None:
+    show: shows a sentence to the person; True if something went wrong.
+    """
+
+    def __init__(self, window: QWidget, show: Callable[[str, bool], object]) -> None:
         super().__init__(window)
-        self._window, self._tell = window, tell
+        self._window, self._show = window, show
         self._task = OneTask(self)
 
     def ask(self, lesson: LessonFile | None) -> None:
-        """Which lesson, unless one is given, and where to."""
+        """Ask for a lesson, unless one is given, and for a path."""
         if lesson is not None:
             self._ask_where(lesson)
             return
@@ -40,12 +43,12 @@ class PageExport(QObject):
         try:
             lesson = read_lesson(path)
         except TwistError as error:
-            self._tell(str(error), True)
+            self._show(str(error), True)
             return
         self._ask_where(lesson)
 
     def _ask_where(self, lesson: LessonFile) -> None:
-        own = not lesson.path.is_relative_to(ASSETS)  # nobody looks for a page in there
+        own = not lesson.path.is_relative_to(ASSETS)  # no page in the program's folder
         folder = lesson.path.parent if own else Path.home()
         ask_where(
             self._window, tr("Export lesson as web page to"), tr("Web pages (*.html)"),
@@ -54,16 +57,18 @@ class PageExport(QObject):
         )  # fmt: skip
 
     def write(self, lesson: LessonFile, path: Path) -> None:
-        """Write the page in the background, and tell when it is there."""
+        """Write the page in the background and report the result."""
 
         def written(_: object) -> None:
             size = path.stat().st_size / 1e6
-            told = tr(
-                "Written: {file}, {size:.1f} MB, which any browser opens.", file=path, size=size
+            text = tr(
+                "The page {file} was written ({size:.1f} MB). Open it in any browser.",
+                file=path,
+                size=size,
             )
-            self._tell(told, False)
+            self._show(text, False)
 
         def failed(error: Exception) -> None:
-            self._tell(tr("The page was not written. {why}", why=error), True)
+            self._show(tr("The page was not written. {why}", why=error), True)
 
         self._task.run(lambda _: export_page(lesson, path), written, failed)

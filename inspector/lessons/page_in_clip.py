@@ -1,4 +1,4 @@
-"""Whether a page of a lesson has a place in its clip: its chain, its frame, what its task asks."""
+"""Checks that a lesson page fits its clip: its chain, its frame and its task."""
 
 from __future__ import annotations
 
@@ -11,61 +11,64 @@ from twistcore.errors import FormatError
 from twistcore.files.document_values import shown_words
 from twistcore.skeleton.chain import Chain
 
-_OF_CHAINS = ("swing", "counter")  # what a chain alone is measured for
+_OF_CHAINS = ("swing", "counter")  # measured for chains only
 
 
 def chain_of(lesson: LessonFile, page: LessonPage, data: Analysed) -> Chain | None:
-    """The chain or limb of a page, None where it has none; data: its clip.
+    """Return the chain or limb of a page, or None if it names none; data: its clip.
 
-    Raises FormatError where the clip has no such chain, or no such frame, or not what the page's
-    task asks for: so many frames, an interval of such a kind, a chain's angles.
+    Raises FormatError if the clip lacks the chain, the frame, or something that the task needs:
+    enough frames, an interval of the kind, the angles of a chain.
     """
     place, last = page.place, data.motion.frames - 1
 
     def refused(key: str, expected: str, found: object) -> FormatError:
-        told = {"file": lesson.path, "line": page.line(key), "expected": expected}
+        fields = {"file": lesson.path, "line": page.line(key), "expected": expected}
         text = tr(
             "{file}, line {line}: expected {expected}, found '{found}'",
-            **told,
+            **fields,
             found=shown_words(found),
         )
         return FormatError(text)
 
     if place.frame > last:
-        expected = tr("a frame of {clip} up to {last}", clip=place.clip.name, last=last)
+        expected = tr("a frame of {clip} from 0 to {last}", clip=place.clip.name, last=last)
         raise refused("frame", expected, place.frame)
     far = max(place.frame, last - place.frame)
     far, kinds = max(place.frame, last - place.frame), _kinds(data)
     for condition in page.done:
         if condition.name == "moved" and condition.amount > far:
             expected = tr(
-                "'moved' and up to {most} frames, as {clip} has no more",
+                "'moved' with at most {most} frames, because {clip} is no longer",
                 most=far,
                 clip=place.clip.name,
             )
             raise refused("done", expected, f"moved {condition.amount:g}")
         if condition.name == "accepted" and not kinds.intersection(condition.words or kinds):
             expected = tr(
-                "'accepted' and what {clip} has or is given by hand: {kinds}",
+                "'accepted' with a kind of interval that is possible in {clip}: {kinds}",
                 clip=place.clip.name,
                 kinds=", ".join(sorted(kinds)) or tr("nothing"),
             )
             raise refused("done", expected, " ".join(("accepted", *condition.words)))
         if condition.name in _OF_CHAINS and data.limb(place.chain) is not None:
-            expected = tr("no {name!r} on the page of a limb, which has none", name=condition.name)
+            expected = tr(
+                "no {name!r} on the page of a limb; it is measured for chains only",
+                name=condition.name,
+            )
             raise refused("done", expected, condition.name)
     if not place.chain:
         return None
     for chain in data.chains_and_limbs:
         if chain.name == place.chain:
             return chain
-    known = ", ".join(c.name for c in data.chains_and_limbs) or tr("none: it has no chains")
-    expected = tr("a chain of {clip} ({known})", clip=place.clip.name, known=known)
+    known = ", ".join(c.name for c in data.chains_and_limbs) or tr("the clip has no chains")
+    expected = tr("one of the chains of {clip} ({known})", clip=place.clip.name, known=known)
     raise refused("chain", expected, place.chain)
 
 
 def _kinds(data: Analysed) -> set[str]:
-    """Of intervals that are in a clip, or that a person can make, as words of a condition."""
+    """Return the kinds of intervals that a clip has or a person can insert, as words."""
     kinds = {judged.interval.kind for judged in data.review.state.intervals}
     limbs = len(data.chains_and_limbs) - len(data.chains)
     kinds |= {Kind.COUNTER_TWIST} if data.chains else set()

@@ -1,4 +1,4 @@
-"""Texts of a lesson's web page: Markdown in which nothing is HTML, TeX as outlines."""
+"""Texts of a lesson's web page: Markdown without HTML, and TeX as outlines."""
 
 from __future__ import annotations
 
@@ -13,29 +13,31 @@ from markupsafe import Markup, escape
 
 from inspector.widgets.typeset import EM, outlines
 
-_LETTERS = {1: ("M", 1), 2: ("L", 1), 3: ("Q", 2), 4: ("C", 3), 79: ("Z", 1)}  # of a path's codes
+_LETTERS = {1: ("M", 1), 2: ("L", 1), 3: ("Q", 2), 4: ("C", 3), 79: ("Z", 1)}  # by path code
 _TEX = re.compile(r"\$([^$\n]+)\$(?!\$)")
 
 
 class Formulas:
-    """Formulas by their TeX, as SVG in the text's own colour."""
+    """Formulas by their TeX, as SVG in the colour of the text."""
 
     def __init__(self, texts: Iterable[str]) -> None:
         self._known: dict[str, Any] = outlines(dict.fromkeys(texts))
 
     def outline(self, tex: str) -> dict[str, Any]:
-        """Its path, y down, and box (left, top, width, height), 100 units an em."""
+        """Return the path of a formula, y down, and its box (left, top, width, height), 100 units
+        an em.
+        """
         vertices, codes = self._set(tex)
-        corners = vertices[codes != 79]  # the point of a closing is none
+        corners = vertices[codes != 79]  # a closing code has no point of its own
         (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
         box = [round(float(x), 1) for x in (left, -high, right - left, high - low)]
         return {"d": _path(vertices, codes), "box": box}
 
     def svg(self, tex: str, words: str = "") -> Markup:
-        """As an image in a line of text, on its baseline; words: for those who do not see it."""
+        """Return a formula as an inline image on the baseline; words: its alternative text."""
         shape = self.outline(tex)
         left, top, wide, high = shape["box"]
-        em = 1.12  # a formula looks as large as the text beside it
+        em = 1.12  # makes a formula look as large as the text around it
         size = f"width:{em * wide / EM:.3f}em;height:{em * high / EM:.3f}em"
         below = f"vertical-align:{-em * (top + high) / EM:.3f}em"
         return Markup(
@@ -44,7 +46,7 @@ class Formulas:
         ).format(words or tex, size, below, left, top, wide, high, shape["d"])
 
     def _set(self, tex: str) -> Any:
-        """Vertices and codes; ValueError where the text is no TeX that can be set."""
+        """Return vertices and codes; raise ValueError if the text cannot be typeset."""
         if tex not in self._known:
             self._known |= outlines([tex])
         if tex not in self._known:
@@ -53,7 +55,7 @@ class Formulas:
 
 
 def markdown_html(text: str, formulas: Formulas) -> Markup:
-    """Markdown as HTML; TeX between $…$ is set. What is HTML in it stands there as text."""
+    """Return Markdown as HTML with TeX between $…$ typeset; HTML in it is escaped."""
     markdown = MarkdownIt("commonmark", {"html": False}).enable("table").disable("image")
     markdown.validateLink = _goes_to_the_web  # type: ignore[method-assign, assignment]
     markdown.inline.ruler.before("escape", "tex", _take_tex)
@@ -62,7 +64,7 @@ def markdown_html(text: str, formulas: Formulas) -> Markup:
 
 
 def _goes_to_the_web(address: str) -> bool:
-    """No script, and no file beside the lesson, which does not go with the page."""
+    """True for a web or mail address; scripts and local files are refused."""
     return address.startswith(("https://", "http://", "mailto:"))
 
 
@@ -81,14 +83,14 @@ def _tex_rule(formulas: Formulas) -> Any:
         tex = tokens[at].content
         try:
             return str(formulas.svg(tex))
-        except ValueError:  # no TeX that we can set
+        except ValueError:  # cannot be typeset
             return f"<code>${escape(tex)}$</code>"
 
     return rule
 
 
 def _path(vertices: Any, codes: Any) -> str:
-    """matplotlib's path as that of an SVG; y turned down."""
+    """Return a matplotlib path as an SVG path, with y down."""
     out, at = [], 0
     while at < len(vertices):
         letter, count = _LETTERS[int(codes[at])]

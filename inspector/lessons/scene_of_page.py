@@ -1,4 +1,4 @@
-"""Bringing the program to a page's place, and telling where it stands as such a place."""
+"""Brings the program to the place of a page, and returns its current place."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from inspector.viewport.camera import OrbitCamera
 from twistcore.analysis.decomposition import WhatIf
 from twistcore.skeleton.rotation import Array
 
-_NOTHING_KEPT = tr("A lesson keeps nothing: when it ends, your own clip is there as it was.")
+_NOTHING_KEPT = tr("A lesson saves nothing. When it ends, your own clip comes back unchanged.")
 
 
-class Looked:
-    """How a person looked at the figure, and that again."""
+class ViewBefore:
+    """The view of the figure before a lesson, to be restored afterwards."""
 
     def __init__(self, program: GuidedProgram) -> None:
         self._program = program
         self._show, self._skin = program.document.show, program.actions["skin"].isChecked()
 
-    def again(self) -> None:
-        """As it was."""
+    def restore(self) -> None:
+        """Restore the view."""
         self._program.document.set_show(self._show)
         self._program.actions["skin"].setChecked(self._skin)
 
 
 def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> None:
-    """Show a place; data: its clip."""
+    """Show a place in the clip `data`."""
     document, taught = program.document, program.taught
     if document.data is not data:
         program.aside.show(data, _NOTHING_KEPT)
@@ -59,7 +59,7 @@ def set_scene(program: GuidedProgram, data: Analysed, place: LessonPlace) -> Non
 
 
 def present_place(program: GuidedProgram) -> LessonPlace | None:
-    """Where the program stands; None without a clip."""
+    """Return the current place of the program, or None without a clip."""
     document, taught, viewport = program.document, program.taught, program.viewport
     data = document.data
     if data is None:
@@ -80,7 +80,7 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
 
 
 def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
-    """The interval of the chain at the frame, for a page of the review."""
+    """Return the id of the interval at a review page's frame, or None."""
     if place.tab == TABS[0]:
         return None
     for judged in program.document.intervals:
@@ -98,13 +98,13 @@ def _facing(program: GuidedProgram) -> Array | None:
 
 
 def _from_side(best: OrbitCamera, camera: Camera, facing: Array) -> OrbitCamera:
-    """From another side than the limb's best one, as large in the picture."""
+    """Return a camera with the page's direction and zoom."""
     turned = replace(best, ahead=facing, azimuth=camera.azimuth, elevation=camera.elevation)
     return turned.zoomed(camera.zoom)
 
 
 def _present_camera(program: GuidedProgram) -> Camera | None:
-    """The camera, against the one that the limb would be seen from; None if it is that one."""
+    """Return the current camera relative to the limb's default; None if it is the default."""
     viewport, facing = program.viewport, _facing(program)
     now = viewport.camera
     if now is None or facing is None:

@@ -1,4 +1,4 @@
-"""A teacher's side of an exercise for a class: writing one, and scoring what was handed in."""
+"""The teacher's part of a class exercise: writing it, and scoring the answers."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _SEEDS = 2**31
 
 
 class TeachersFiles(QObject):
-    """Asks for files, and reads and writes them in the background.
+    """Asks for the files of a class exercise; reads and writes them in the background.
 
-    clips: samples, where the person has no clip open; kind: of exercise, when it is written;
-    tell: a sentence for the person, and whether it is bad.
+    clips: samples for when no clip is open; kind: returns the kind of exercise to write; show:
+    shows a sentence to the person, True if something went wrong.
     """
 
     def __init__(
@@ -33,44 +33,44 @@ class TeachersFiles(QObject):
         aside: Aside,
         clips: tuple[Path, ...],
         kind: Callable[[], str],
-        tell: Callable[[object, bool], object],
+        show: Callable[[object, bool], object],
         window: QWidget,
     ) -> None:
         super().__init__(window)
         self._aside, self._clips, self._kind = aside, clips, kind
-        self._tell, self._window = tell, window
+        self._show, self._window = show, window
         self._task = OneTask(self)
 
     def ask_write(self) -> None:
-        """Ask where to write an exercise, and write it."""
+        """Ask for a path and write an exercise there."""
         wanted = Path("exercise.json")
         title = tr("Write an exercise")
         ask_where(self._window, title, "*.json", self.write, wanted=wanted, suffix="json")
 
     def write(self, path: Path) -> None:
-        """An exercise of the person's clip, else of a sample; no seed that others could try."""
+        """Write an exercise made from the open clip or a sample, with a random seed."""
         own, seed, kind = self._aside.own, secrets.randbelow(_SEEDS), self._kind()
         source = own.clip.path if own is not None else self._clips[seed % len(self._clips)]
 
         def written(files: tuple[Path, Path]) -> None:
             clip, key = files
-            told = tr(
-                "For your class: {exercise} and {clip}. For you alone: {key}.",
+            text = tr(
+                "Give {exercise} and {clip} to your class. Keep the key {key} for yourself.",
                 exercise=path.name,
                 clip=clip.name,
                 key=key.name,
             )
-            self._tell(told, False)
+            self._show(text, False)
 
         self._task.run(lambda _: write_for_class(source, path, seed, kind), written, self._failed)
 
     def ask_score(self) -> None:
-        """Ask for the key and what was handed in, and score it."""
-        title = tr("The key, and all that was handed in")
+        """Ask for the key and the answers, and score them."""
+        title = tr("Select the key and all answers")
         ask_files(self._window, title, "*.json", self.score, several=True)
 
     def score(self, files: Sequence[Path]) -> None:
-        """Score what was handed in, and ask where to write the table."""
+        """Score the answers and ask where to write the table."""
 
         def ask(table: str) -> None:
             ask_where(
@@ -82,15 +82,20 @@ class TeachersFiles(QObject):
         self._task.run(lambda _: scored(files), ask, self._failed)
 
     def write_table(self, path: Path, table: str) -> None:
-        """Write what the class came to."""
+        """Write the table of scores."""
         try:
             write_atomically(path, encoded(table))
         except (OSError, TwistError) as error:
             self._failed(error)
             return
         students = table.count("\n") - 1
-        told = plural("{file}: {n} students.", "{file}: {n} students.", students, file=path.name)
-        self._tell(told, False)
+        text = plural(
+            "The score of {n} student was written to {file}.",
+            "The scores of {n} students were written to {file}.",
+            students,
+            file=path.name,
+        )
+        self._show(text, False)
 
     def _failed(self, error: Exception) -> None:
-        self._tell(error, True)
+        self._show(error, True)

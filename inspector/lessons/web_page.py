@@ -1,7 +1,7 @@
 """A lesson as one web page that needs no network: texts, equations, sliders and the figure in 3D.
 
-Its template, styles and scripts are in assets/lesson_page; three.js, the 3D library, is taken from
-the package trimesh, which brings it for a viewer of its own.
+Its template, styles and scripts are in assets/lesson_page. The 3D library three.js comes from the
+package trimesh, which contains it for its own viewer.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import encoded
 from twistcore.formats.bvh import read_bvh
 
-LARGEST = 5_000_000  # bytes of a page
-_SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds on either side of a page's frame: the first that fits
+LARGEST = 5_000_000  # most bytes of a page
+_SPANS = (1.0, 0.5, 0.25, 0.1)  # seconds around a page's frame; the first that fits is used
 _FOLDER = ASSETS / "lesson_page"
 _SCRIPTS = (
     *("language.js", "swing_twist.js", "labels.js", "words.js", "clip_data.js"),
@@ -45,20 +45,20 @@ _LIBRARY_ENDS = 'Object.defineProperty(t,"__esModule",{value:!0})}));'
 
 
 def export_page(lesson: LessonFile, path: Path) -> None:
-    """Write a lesson as a page; TwistError says what is wrong. Safe to call in any thread."""
+    """Write a lesson as a web page; raise TwistError if that fails. Thread-safe."""
     write_atomically(path, encoded(page_text(lesson)))
 
 
 def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
-    """The page as HTML, at most `largest` bytes: with fewer frames around those of its pages."""
+    """Return the page as HTML of at most `largest` bytes, with as many frames as fit."""
     opened = cache(_opened)
     for seconds in _SPANS:
         text = _assembled(lesson, opened, seconds)
         if len(encoded(text)) <= largest:
             return text
     why = tr(
-        "its page would have {size:.1f} MB, more than {most:.1f}. Fewer pages, or pages of the "
-        "same frames, take less.",
+        "its page would have {size:.1f} MB, more than the limit of {most:.1f} MB. Use fewer pages, "
+        "or let several pages show the same frames.",
         size=len(encoded(text)) / 1e6,
         most=largest / 1e6,
     )
@@ -66,7 +66,7 @@ def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
 
 
 def three_js() -> str:
-    """three.js as it lies in the package trimesh, with its licence; TwistError if it does not."""
+    """Return three.js from the package trimesh, with its licence; raise TwistError if missing."""
     package = find_spec("trimesh")
     if package is None or package.origin is None:
         raise _without_library(tr("it is not installed"))
@@ -75,15 +75,15 @@ def three_js() -> str:
             text = viewer.read("viewer.html.template").decode("utf-8")
         start, stop = text.index("/**\n * @license"), text.index(_LIBRARY_ENDS)
     except (OSError, KeyError, ValueError, BadZipFile):
-        why = tr("in the installed version it is not where it was")
+        why = tr("the installed version does not contain it")
         raise _without_library(why) from None
     return text[start : stop + len(_LIBRARY_ENDS)]
 
 
 def _without_library(why: str) -> TwistError:
     text = tr(
-        "A lesson's page draws with three.js, which the Python package trimesh brings, but {why}. "
-        "Install the version of trimesh that this program asks for.",
+        "The web page of a lesson needs three.js from the Python package trimesh, but {why}. "
+        "Install the version of trimesh that this program requires.",
         why=why,
     )
     return TwistError(text)
@@ -133,13 +133,13 @@ def _read(name: str) -> str:
 
 
 def _json(data: Any) -> str:
-    """JSON that ends no script element, whatever a name in it says."""
+    """Return JSON in which no text can end the script element."""
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def _looks(formulas: Formulas) -> dict[str, Any]:
-    """Colours of both themes, and the labels of the gizmo."""
+    """Return the colours of both themes and the labels of the gizmo."""
     return {
         "themes": {"light": _theme(LIGHT), "dark": _theme(DARK)},
         "ghost": GHOST_ALPHA,
@@ -153,10 +153,10 @@ def _looks(formulas: Formulas) -> dict[str, Any]:
 
 
 def _words() -> dict[str, str]:
-    """The texts of the scripts that are otherwise in the chosen language."""
-    texts = {said for name in _SCRIPTS for said in texts_of_script(_read(name))}
-    said = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
-    return {text: own for text, own in said.items() if own != text}
+    """Return the texts of the scripts that differ in the chosen language."""
+    texts = {found for name in _SCRIPTS for found in texts_of_script(_read(name))}
+    translated = {text: tr_as(meaning, text) for meaning, text in sorted(texts)}
+    return {text: own for text, own in translated.items() if own != text}
 
 
 def _theme(theme: Theme) -> dict[str, Any]:
@@ -174,7 +174,7 @@ def _roles(theme: Theme) -> dict[str, str]:
 
 
 def _colours() -> str:
-    """The themes' colours as properties of the style sheet."""
+    """Return the colours of both themes as CSS properties."""
 
     def properties(theme: Theme) -> str:
         own = _roles(theme) | {f"family-{f}": c for f, c in _theme(theme)["families"].items()}

@@ -315,7 +315,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         label, joints = of_core(chain.label), short_word(Kind.HELPER_ROLL)
     return _Shown(
         chain=chain.name,
-        label=tr("{chain} (fixed)", chain=label) if stuck else label,
+        label=tr("{chain} (locked)", chain=label) if stuck else label,
         joints=joints,
         decided=0,
         found=0,

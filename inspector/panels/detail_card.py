@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from inspector.language import of_core, plural, tr, tr_as
 from inspector.panels.end_choice import EndChoice
 from inspector.panels.interval_filter import short_word
-from inspector.panels.limb_words import middle_of, next_part
+from inspector.panels.limb_words import middle_of, next_part, part_of_body
 from inspector.panels.protected_words import table_of, worse_line
 from inspector.panels.reject_reasons import REASONS, shown_reason, stored_reason
 from inspector.panels.rig_names import joints_of
@@ -33,7 +33,7 @@ from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption, Headline, as_tip, bold, capitalised
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
-from twistcore.analysis.clip_analysis import RESTLESS_DOUBT
+from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, RESTLESS_DOUBT
 from twistcore.analysis.correction.protected_measures import (
     Hinges,
     ProtectedMeasure,
@@ -56,6 +56,7 @@ _LEAST = 0.05  # degrees: smaller offsets are not mentioned
 _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth it in Quality → Track")
+_DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # which say why an interval is open
 _NOT_CORRECTED = tr("This is not corrected. Accept marks it as seen.")
 _OTHER_SIDE = tr("perhaps the frames around the interval are the wrong ones")
 
@@ -194,7 +195,7 @@ class DetailCard(QWidget):
         chain = self._document.find_chain(interval.chain)
         what = "" if kind == Kind.COUNTER_TWIST else f" · {short_word(interval.kind)}"
         label = of_core(chain.label)
-        varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", follows")
+        varies = "" if np.ptp(interval.offset) < 1e-9 else tr(", varying δ")
         if interval.soft_ended:
             varies += tr(", up to {offset}°", offset=signed(np.degrees(interval.shown)))
         count = plural("{n} frame", "{n} frames", interval.frames)
@@ -206,8 +207,7 @@ class DetailCard(QWidget):
         measures = self._measures(judged)
         figures = filter(None, (_figures(judged, chain), table_of(measures)))
         self.why.setToolTip(as_tip("\n".join(figures)))
-        why = explanation(self._document.told(judged), chain, first, measures)
-        self.why.set_plain(f"{worse_line(measures)} {why}".strip())
+        self.why.set_plain(explanation(self._document.told(judged), chain, first, measures))
         if isinstance(chain, Limb):
             self.end.show_end(chain.end_word, interval.carried)
         with QSignalBlocker(self.start), QSignalBlocker(self.stop), QSignalBlocker(self.delta):
@@ -230,7 +230,7 @@ class DetailCard(QWidget):
             self.to_quality.setToolTip(
                 tr("Open that page with the noisy joints selected. It tracks them in every frame.")
             )
-        elif kind == Kind.FROZEN:
+        elif fault:
             self.to_quality.setText(tr("Show the joint in Quality"))
             self.to_quality.setToolTip(tr("Open the table of joints with this joint selected"))
 
@@ -315,23 +315,27 @@ class DetailCard(QWidget):
 def explanation(
     judged: Judged, chain: Chain, first_frame: int, measures: Sequence[ProtectedMeasure] = ()
 ) -> str:
-    """Return why an interval is listed: a plain sentence first, then the numbers.
+    """Return why an interval is listed: first what is wrong, then what gets worse, then numbers.
 
-    measures: what the correction changes; the card lists doubts about these separately.
+    measures: what the correction changes.
     """
     interval = judged.interval
     evidence = interval.evidence or {}
     if not interval.kind.known:
         return tr("A later version of the program found this. This version can only show it.")
     if judged.by_hand:
-        return f"{_lead(judged, chain, evidence)} {tr('Made by hand.')}".strip()
+        parts = _lead(judged, chain, evidence), worse_line(measures), tr("Made by hand.")
+        return " ".join(filter(None, parts))
     if interval.kind == Kind.LONE_JUMP:
         return _lone_jump(interval, evidence, first_frame)
     if interval.kind == Kind.NOISE_BURST:
         return _noise_burst(interval, evidence)
     if interval.kind == Kind.FROZEN:
         return _frozen(chain, evidence)
-    sentences = [_lead(judged, chain, evidence)]
+    if why := interval.kind.info.why:
+        size = f"{plain(np.degrees(interval.residual))}°"
+        return f"{of_core(why.format(joint=interval.joint, size=size))}. {_NOT_CORRECTED}"
+    sentences = [_lead(judged, chain, evidence), worse_line(measures)]
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
     if isinstance(chain, Limb):
@@ -343,7 +347,8 @@ def explanation(
     doubts = _doubts(evidence, measures)
     if doubts:
         sentences.append(tr("Doubts: {why}.", why=doubts))
-    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or bool({"worse", "small"} & set(evidence))
+    known = not _DOUBTED.isdisjoint(evidence.get("doubts", ()))
+    known = known or bool({"worse", "small"} & set(evidence))
     if isinstance(chain, Limb | Helper):
         known = known or bool(doubts)
     if interval.open and not known:
@@ -370,7 +375,7 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
         return tr(
             "{limb} is flipped for {frames}: the {middle} points {angle}° away from where it "
             "should.",
-            limb=of_core(chain.label),
+            limb=part_of_body(chain),
             frames=frames,
             middle=middle_of(chain),
             angle=angle,
@@ -383,8 +388,19 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
             angle=angle,
             frames=frames,
         )
-    part, share = of_core(chain.label), evidence.get("child_follows", 1.0)
-    values = {"part": part, "angle": angle, "frames": frames, "next": next_part(chain)}
+    share = evidence.get("child_follows", 1.0)
+    values = {
+        "part": part_of_body(chain),
+        "angle": angle,
+        "frames": frames,
+        "next": next_part(chain),
+    }
+    if interval.kind == Kind.CARRIED_ROLL:
+        return tr(
+            "{part} is rolled {angle}° too far for {frames}, and the {next} rolls along with it. "
+            "The limb keeps its shape.",
+            **values,
+        )
     if judged.by_hand or _one_turns(judged, chain, evidence):
         return tr("{part} is turned {angle}° too far for {frames}.", **values)
     if share < 1.0:

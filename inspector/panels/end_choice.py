@@ -22,7 +22,7 @@ _WORDS = {  # by `carried`: the button's text and its tip
 
 
 class EndChoice(QWidget):
-    """'Foot: kept | turned along'."""
+    """Two buttons after a heading: 'Foot: kept | turned along'."""
 
     turned = Signal()  # the person chose the other one
 

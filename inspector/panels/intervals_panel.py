@@ -99,6 +99,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
             colours={
                 PLACE["decision"]: getattr(self.theme, str(judged.decision)),
                 PLACE["joints"]: self.theme.soft,
+                PLACE["kind"]: getattr(self.theme, interval.kind.info.colour, self.theme.text),
             },
             tips=(_tip(document.told(judged), shared, f"{label} ({joints})", own),),
             spoken={PLACE["decision"]: decision.partition(" ")[2]},
@@ -327,7 +328,7 @@ class IntervalsPanel(QWidget):
         self.table.doItemsLayout()  # now: a later layout would repaint the panel twice
         self._refreshing = False
         self._fit_columns(bool(shared))
-        self.count.setText(self._counted())
+        self.count.setText(self._count_text())
         if not self._document.data:
             text = tr("Open a clip: its suspicious intervals are listed here.")
         elif not intervals and (blind := reason_unexamined(self._document.data)):
@@ -343,7 +344,7 @@ class IntervalsPanel(QWidget):
         self._stack.setCurrentIndex(1 if self._proxy.rowCount() else 0)
         self._select_row()
 
-    def _counted(self) -> str:
+    def _count_text(self) -> str:
         intervals, listed = self._document.intervals, self._proxy.rowCount()
         if not intervals:
             return ""
@@ -367,13 +368,13 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     @property
-    def _narrow(self) -> bool:
+    def _is_filtered(self) -> bool:
         """True if the filter or a hidden chain may leave intervals out."""
         return self.filters.current != _EVERYTHING or bool(self._document.hidden)
 
     def _interval_changed(self) -> None:
         """Select the row; with a filter, refresh the list, as the selected row is always listed."""
-        if not self._narrow:
+        if not self._is_filtered:
             self._select_row()
         elif self._clicked:
             self._later.start()  # the table must finish the click before rows go

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from inspector.language import tr_as
+from inspector.language import of_core, tr, tr_as
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 
@@ -23,6 +23,22 @@ _HEADS = {
     "end": tr_as("heading", "End:"),
 }
 
+_PARTS = {  # by side and segment: the beginning of a sentence
+    "Left Shoulder": tr("The left shoulder"),
+    "Left Arm": tr("The left upper arm"),
+    "Left ForeArm": tr("The left forearm"),
+    "Left UpLeg": tr("The left thigh"),
+    "Left Leg": tr("The left shin"),
+    "Left arm": tr("The left arm"),
+    "Left leg": tr("The left leg"),
+    "Right Shoulder": tr("The right shoulder"),
+    "Right Arm": tr("The right upper arm"),
+    "Right ForeArm": tr("The right forearm"),
+    "Right UpLeg": tr("The right thigh"),
+    "Right Leg": tr("The right shin"),
+    "Right arm": tr("The right arm"),
+    "Right leg": tr("The right leg"),
+}
 _NEXT = {  # by segment: the part of the body that turns back
     "Shoulder": tr_as("the part that turns back", "upper arm"),
     "Arm": tr_as("the part that turns back", "forearm"),
@@ -52,3 +68,8 @@ def end_as_heading(word: str) -> str:
 def next_part(chain: Chain) -> str:
     """Return the word for the part of the body after the chain's bone: 'hand' for a forearm."""
     return _NEXT.get(chain.segment, _JOINT) if chain.ends else _PIECE
+
+
+def part_of_body(chain: Chain) -> str:
+    """Return the words for a chain's bone or limb at the beginning of a sentence."""
+    return _PARTS.get(chain.label) or of_core(chain.label)

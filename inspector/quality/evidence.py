@@ -1,4 +1,4 @@
-"""What is known of the quality of the open clip, computed off the GUI thread when it is seen."""
+"""Measures of the open clip's quality, computed in the background while the tab is visible."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ from twistcore.skeleton.rotation import Array
 
 @dataclass(frozen=True)
 class Measure:
-    """A column of the table and what its curve shows.
+    """A measure of quality: its column in the table, and its curve.
 
-    decimals: of the table; level: drawn across the curve, or None.
+    decimals: in the table; level: a line across the curve, or None; seldom: True if it has values
+    in few frames only.
     """
 
     name: str
@@ -41,7 +42,10 @@ MEASURES = (
     Measure(
         tr("Jitter"),
         tr("°/frame³"),
-        tr("Median size of the third difference of the joint's own rotation"),
+        tr(
+            "How much the joint trembles: the median size of the third difference of its own "
+            "rotation"
+        ),
         tr("jitter"),
         tr("°/frame³"),
         2,
@@ -50,10 +54,10 @@ MEASURES = (
         tr("Jumps"),
         "",
         tr(
-            "Frames at which the written angles jump by 90° more than the joint turns, or its "
-            "quaternion flips to the other hemisphere: the numbers jump, the pose does not"
+            "Frames in which the file's numbers jump although the pose does not: the angles change "
+            "by 90° more than the joint turns, or the quaternion changes its sign"
         ),
-        tr("written angles beyond the turn"),
+        tr("change of the angles beyond the turn"),
         "°",
         0,
         90.0,
@@ -61,7 +65,7 @@ MEASURES = (
     Measure(
         tr("Peak"),
         "°/s",
-        tr("Largest angular speed of the joint against its parent"),
+        tr("Largest angular speed of the joint relative to its parent"),
         tr("angular speed"),
         "°/s",
         0,
@@ -70,7 +74,7 @@ MEASURES = (
         tr("Slide"),
         "%",
         tr("Share of frames in which a foot on the ground slides by 0.5 m/s or more"),
-        tr("level speed while on the ground"),
+        tr("horizontal speed while on the ground"),
         "m/s",
         1,
         SLIDE_SPEED,
@@ -81,9 +85,9 @@ MEASURES = (
 
 @dataclass(frozen=True, eq=False)
 class FigureEvidence:
-    """The joints' evidence, and the whole figure's where the 24 joints are there.
+    """The measures of the joints, and those of the figure if it has the 24 joints.
 
-    placed: the joint whose place is the figure's; None where no joint has one.
+    placed: the joint that carries the figure's place; None if no joint does.
     """
 
     clip: object
@@ -92,19 +96,19 @@ class FigureEvidence:
     placed: int | None
 
     def column(self, measure: int) -> Array:
-        """A number a joint; NaN where there is none, (joints,)."""
+        """Return the values of a measure by joint, (joints,); NaN for none."""
         q = self.joints
         return (q.usual_jitter, q.jumps.astype(np.float64), q.top_speed, q.slides)[measure]
 
     def curve(self, measure: int, joint: int) -> Array:
-        """(frames,), NaN where there is none."""
+        """Return a joint's values over time, (frames,); NaN for none."""
         q = self.joints
         values: Array = (q.jitter, q.excess, q.speed, q.slide)[measure][:, joint]
         return values
 
 
 class QualityEvidence(QObject):
-    """Evidence of the document's clip. Nothing is computed while nobody looks."""
+    """Computes the measures of the document's clip while the tab is visible."""
 
     changed = Signal()
 
@@ -114,23 +118,23 @@ class QualityEvidence(QObject):
         self._task = OneTask(self)
         self._watching = False
         self.known: FigureEvidence | None = None
-        document.opened.connect(self._another)
+        document.opened.connect(self._reset)
 
     @property
     def running(self) -> bool:
-        """Whether it is still to come."""
+        """True while the measures are being computed."""
         return self._task.running
 
     def watch(self, on: bool) -> None:
-        """Compute from now on, as somebody looks; what runs when nobody does any more is kept."""
+        """Start or stop computing for new clips; a running computation is finished."""
         self._watching = on
         self._start()
 
     def stop(self) -> None:
-        """Forget what is under way."""
+        """Cancel the running computation."""
         self._task.cancel()
 
-    def _another(self) -> None:
+    def _reset(self) -> None:
         self.stop()
         self.known = None
         self.changed.emit()
@@ -147,13 +151,14 @@ class QualityEvidence(QObject):
 
     def _fail(self, error: Exception) -> None:
         why = of_core(error)
-        self._document.message.emit(tr("Quality cannot be told: {why}", why=why), True)
+        message = tr("The quality of the clip could not be computed: {why}", why=why)
+        self._document.message.emit(message, True)
 
 
 def _work(data: Analysed) -> FigureEvidence:
     up = int(np.argmax(guess_up(data.positions, find_chains(data.motion), data.motion.skeleton)))
     joints = joint_quality(data.clip, data.positions, up)
-    # A T-pose in the first frames is no capture: the leap out of it is no jitter.
+    # A T-pose in the first frames was not captured: the jump from it does not count as jitter.
     capture = data.motion.sliced(leading_frames(data.motion), data.motion.frames)
     both = quality_before_and_after(capture, capture)
     return FigureEvidence(data.clip, joints, both[0] if both else None, placed_joint(data.motion))

@@ -1,4 +1,4 @@
-"""The quality of the capture, and tracking, as a feature of the window."""
+"""Quality of the capture, and tracking, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from twistcore.detection import Interval, Kind
 
 
 class Quality(FeatureParts):
-    """The quality tab; what it tracks is in the 3D view too."""
+    """The quality tab; the 3D view shows the tracked joints, too."""
 
     def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
@@ -27,7 +27,7 @@ class Quality(FeatureParts):
         window.viewport.accompany(self.quality.tracked)
 
     def connect(self, window: HostWindow) -> None:
-        """Compute nothing for a tab that nobody sees."""
+        """Compute only while the tab is visible, and follow the interval card."""
         self._document, self._dock = window.document, window.docks["quality"]
         self._dock.visibilityChanged.connect(self.quality.set_seen)
         window.detail.quality_asked.connect(self._show_interval)
@@ -37,7 +37,7 @@ class Quality(FeatureParts):
         bring_to_front(self._dock)
 
     def _show_interval(self, interval: Interval) -> None:
-        """Open the quality tab for a fault of the capture: its joints, and its first frame."""
+        """Show the joints and the first frame of a fault of the capture in the quality tab."""
         if not interval.start <= self._document.frame < interval.stop:
             self._document.go_to(interval.start)
         joints = (interval.evidence or {}).get("joints", (interval.joint,))
@@ -52,17 +52,16 @@ class Quality(FeatureParts):
 # fmt: off
 _ROWS: tuple[ActionRow[Quality] | None, ...] = (
     ActionSpec("show_quality", tr("Quality tab"), ("Ctrl+D",),
-               tr("Jitter, jumps, speed, foot slide"),
+               tr("Show jitter, jumps, speed and foot slide of every joint"),
                do=lambda p: p.show()),
     None,
     ActionSpec("track_joints", tr("Track with QuaMo"), (),
-               tr("Track the joints selected in the quality tab, "
-                  "after the correction of their twist errors"),
+               tr("Smooth the joints selected in the quality tab, after the twist correction"),
                do=lambda p: p.quality.track()),
-    ActionSpec("cancel_tracking", tr("Cancel tracking"), (), tr("Give up what is under way"),
+    ActionSpec("cancel_tracking", tr("Cancel tracking"), (), tr("Cancel the running tracking"),
                do=lambda p: p.quality.tracked.cancel()),
     ActionSpec("stop_tracking", tr("Stop tracking"), (),
-               tr("Track no joint; undo takes it back"),
+               tr("Remove the tracking from all joints; undo brings it back"),
                do=lambda p: p.quality.tracked.stop()),
 )
 # fmt: on

@@ -1,4 +1,4 @@
-"""The joints with their measures: a row a joint, worst first; the figure's place has its own."""
+"""The table of joints and their measures, worst first, with a row for the figure's place."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from inspector.widgets.theme import Colours
 
 @dataclass(frozen=True)
 class _Joint:
-    """What the table says of a joint; values: None where a measure has no number.
+    """A joint as the table shows it; values: None for a measure without a number.
 
-    number: the skeleton's index, or one more than its last for the place.
+    number: the joint's index; for the figure's place the number of joints.
     """
 
     number: int
@@ -29,7 +29,7 @@ class _Joint:
 
 
 class JointsModel(RowModel[_Joint]):
-    """Sorted by one of its columns; joints that are tracked stand in the tracked colour."""
+    """Rows of joints, sorted by a column; tracked joints have their own colour."""
 
     heads = (f"{tr('Joint')}\n", *(f"{m.name}\n{m.unit}" for m in MEASURES))
     head_tips = ("", *(m.tip for m in MEASURES))
@@ -43,11 +43,11 @@ class JointsModel(RowModel[_Joint]):
         self._column, self._down = 1, True
 
     def key(self, thing: _Joint) -> int:
-        """The joint's number."""
+        """Return the joint's number."""
         return thing.number
 
     def describe(self, thing: _Joint) -> TableRow:
-        """Name and numbers."""
+        """Return the row with the joint's name and numbers."""
         numbers = tuple(
             "–" if value is None else f"{value:.{measure.decimals}f}"
             for measure, value in zip(MEASURES, thing.values, strict=True)
@@ -56,7 +56,9 @@ class JointsModel(RowModel[_Joint]):
         if thing.tracked:
             name = tr("{joint}, tracked with QuaMo", joint=name)
         if thing.number == len(self.names):
-            where = tr("where the figure is, chosen with the joints; no measure is of it")
+            where = tr(
+                "the figure's position, which can be tracked like a joint; it has no measures"
+            )
             name = f"{name}: {where}"
         return TableRow(
             texts=(f"{thing.name} ┄" if thing.tracked else thing.name, *numbers),
@@ -65,7 +67,7 @@ class JointsModel(RowModel[_Joint]):
         )
 
     def reset(self) -> None:
-        """Another clip, or its numbers have come."""
+        """Show the joints of a new clip, or their new numbers."""
         known = self._evidence.known
         if known is None:
             self.show(())
@@ -85,18 +87,18 @@ class JointsModel(RowModel[_Joint]):
         self.show(joints)
 
     def mark_tracked(self, joints: frozenset[str], *, place: bool) -> None:
-        """Which joints are tracked, and whether the place is."""
+        """Mark the tracked joints, and the place if it is tracked."""
         if (joints, place) != (self._tracked, self._place_tracked):
             self._tracked, self._place_tracked = joints, place
             self.reset()
 
     def sort(self, column: int, order: Qt.SortOrder = Qt.SortOrder.AscendingOrder) -> None:
-        """By a column."""
+        """Sort by a column."""
         self._column, self._down = column, order == Qt.SortOrder.DescendingOrder
         self.reset()
 
     def _order(self, joint: _Joint) -> tuple[bool, float]:
-        """Joints without a number stay below, whichever way it is sorted."""
+        """Return the sort key; joints without a number come last in both orders."""
         value = joint.values[self._column - 1]
         if value is None:
             return True, 0.0
@@ -104,14 +106,14 @@ class JointsModel(RowModel[_Joint]):
 
     @property
     def place(self) -> str:
-        """What the row of the figure's place is called; '' where there is none."""
+        """Name of the row of the figure's place; '' if there is none."""
         known = self._evidence.known
         placed = known.placed if known is not None else None
         return tr("{joint}, place", joint=self.names[placed]) if placed is not None else ""
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """Names of all that can be tracked, by number: the joints, then the place."""
+        """Names of everything that can be tracked, by number: the joints, then the place."""
         return (*self.names, *((self.place,) if self.place else ()))
 
     @property

@@ -1,4 +1,4 @@
-"""The quality tab: the joints' evidence, worst first, and tracking of those that are chosen."""
+"""The quality tab: the joints' measures, worst first, and tracking of the selected joints."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
 from inspector.widgets.traces import Trace, TracePlot
 
-_SAMPLE, _PAD = "00000", 12  # figures of a column, and pixels beside them
+_SAMPLE, _PAD = "00000", 12  # digits of a column, and pixels next to them
 _EMPTY = tr("Open a clip to see jitter, jumps, speed and foot slide of its joints.")
 
 
-_REST_MS = 400  # a playhead that runs is not told of
+_REST_MS = 400  # screen readers get the numbers once the playhead rests
 
 
 class QualityPanel(QWidget):
-    """Draws what `evidence` and `tracked` know; the choice of joints is the table's."""
+    """Shows the measures and the tracking; the table's selection chooses the joints."""
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction]
@@ -40,7 +40,7 @@ class QualityPanel(QWidget):
         self.evidence = QualityEvidence(document, self)
         self.tracked = Tracked(document, self)
         self.measure = 0
-        self._wished: tuple[str, ...] = ()  # joints to choose once their rows are there
+        self._pending: tuple[str, ...] = ()  # joints to select once their rows exist
         self._stale = Stale(self)
         self._stale.due.connect(self.refresh)
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
@@ -52,7 +52,7 @@ class QualityPanel(QWidget):
             signal.connect(self._stale.mark)
         document.frame_changed.connect(self._move)
         document.chain_changed.connect(self._follow_chain)
-        document.opened.connect(self._forget_wish)
+        document.opened.connect(self._forget_pending)
         colours.changed.connect(self._stale.mark)
         self._stale.mark()
 
@@ -96,35 +96,35 @@ class QualityPanel(QWidget):
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
 
     def set_seen(self, on: bool) -> None:
-        """The tab comes to the front or goes: nothing is computed unseen."""
+        """Compute only while the tab is visible."""
         self.evidence.watch(on)
         if on:
             self._stale.mark()
 
     def close_clip(self) -> None:
-        """The window goes."""
+        """Stop all computations when the window closes."""
         self.evidence.watch(False)
         self.evidence.stop()
         self.tracked.close()
 
-    # -- what is chosen -----------------------------------------------------------------------
+    # -- the selection ------------------------------------------------------------------------
 
     @property
     def joint(self) -> int | None:
-        """The joint whose curve is drawn; None on the row of the place, which has none."""
+        """The joint whose curve is drawn; None on the row of the place."""
         index = self.table.currentIndex()
         number = self.model.things[index.row()].number if index.isValid() else None
         return None if number == len(self.model.names) else number
 
     @property
     def chosen(self) -> tuple[str, ...]:
-        """Names of the selected joints, in the skeleton's order; the place comes last."""
+        """Names of the selected joints in the skeleton's order, then the place."""
         rows = self.table.selectionModel().selectedRows()
         chosen = sorted(self.model.things[r.row()].number for r in rows)
         return tuple(self.model.rows[j] for j in chosen)
 
     def choose(self, *names: str) -> None:
-        """Select joints, and the place, by what their rows are called; the first has its curve."""
+        """Select rows by name, and draw the curve of the first."""
         numbers = [self.model.rows.index(name) for name in names]
         rows = [row for n in numbers if (row := self.model.row_of(n)) is not None]
         if not rows:
@@ -137,22 +137,22 @@ class QualityPanel(QWidget):
         self.table.selectionModel().select(picked, flags.ClearAndSelect | flags.Rows)
 
     def show_joints(self, names: Sequence[str], *, track: bool) -> None:
-        """Choose joints on the page of tracking or on that of the joints, now or once looked at."""
+        """Select joints on the tracking page or the joints page, now or once they are listed."""
         self.tabs.setCurrentIndex(self.tabs.indexOf(self.page) if track else 0)
-        self._wished = tuple(names)
-        self._choose_wished()
+        self._pending = tuple(names)
+        self._select_pending()
 
-    def _choose_wished(self) -> bool:
-        """Choose what was asked for; False where nothing was, or its rows are not there yet."""
-        wished = tuple(name for name in self._wished if name in self.model.rows)
-        if not wished or self.evidence.known is None or not self.model.rowCount():
+    def _select_pending(self) -> bool:
+        """Select the pending joints; False if there are none, or if their rows do not exist yet."""
+        pending = tuple(name for name in self._pending if name in self.model.rows)
+        if not pending or self.evidence.known is None or not self.model.rowCount():
             return False
-        self._wished = ()
-        self.choose(*wished)
+        self._pending = ()
+        self.choose(*pending)
         return True
 
-    def _forget_wish(self) -> None:
-        self._wished = ()
+    def _forget_pending(self) -> None:
+        self._pending = ()
 
     def track(self) -> None:
         """Track the selected joints with the gains of the page."""
@@ -163,20 +163,20 @@ class QualityPanel(QWidget):
     # -- following ----------------------------------------------------------------------------
 
     def _renewed(self) -> None:
-        """Another clip, or its numbers have come: the worst joint first."""
+        """Show a new clip or its new numbers, with the worst joint selected."""
         self.model.reset()
-        if not self._choose_wished() and self.model.rowCount():
+        if not self._select_pending() and self.model.rowCount():
             self.table.setCurrentIndex(self.model.index(0, 0))
         self._stale.mark()
 
     def _follow_chain(self) -> None:
-        """A chain chosen elsewhere: its parent is the joint that it is about."""
+        """Select the parent joint of the selected chain."""
         if self.model.rowCount() and self._document.chain:
             parent = self._document.find_chain(self._document.chain).parent
             self.choose(self.model.names[parent])
 
     def _fit_columns(self) -> None:
-        """No wider than their heads: the names of joints have the rest."""
+        """Make the columns as narrow as their headings, to leave room for the joints' names."""
         advance, table = self.table.fontMetrics().horizontalAdvance, self.table
         by = table.horizontalHeader().sortIndicatorSection()
         for column in range(1, len(self.model.heads)):
@@ -192,7 +192,7 @@ class QualityPanel(QWidget):
             self._stale.mark()
 
     def refresh(self) -> None:
-        """Draw what is known now."""
+        """Draw everything again."""
         self._stale.take()
         known, data = self.evidence.known, self._document.data
         chosen = self.chosen
@@ -206,8 +206,8 @@ class QualityPanel(QWidget):
         )
         self._pages.setCurrentIndex(1 if known else 0)
         if known is None:
-            looking = tr("Looking at every joint …")
-            self.hint.setText(looking if self.evidence.running else _EMPTY)
+            working = tr("Measuring every joint …")
+            self.hint.setText(working if self.evidence.running else _EMPTY)
             return
         self._show_figure()
         self._show_curve()
@@ -245,14 +245,14 @@ class QualityPanel(QWidget):
             self.plot.show_lines(())
             on_place = self.table.currentIndex().isValid()
             self.curve_words.set_text(
-                f"{bold(self.model.place)} &nbsp;{tr('no measure is of it')}"
+                f"{bold(self.model.place)} &nbsp;{tr('has no measures')}"
                 if on_place
                 else tr("Select a joint.")
             )
             return
         y = known.curve(self.measure, joint)
         frames = len(y)
-        # A foot is on the ground for a frame or two at times: no line would show them.
+        # Dots, as a line would not show a foot that is on the ground for one frame.
         line = Trace(np.arange(frames, dtype=float), y, "before", dots=measure.seldom)
         self.plot.show_lines([line])
         self.plot.show_level(measure.level)
@@ -261,7 +261,7 @@ class QualityPanel(QWidget):
         self._move(self._document.frame)
 
     def _move(self, frame: int) -> None:
-        """The playhead, and the numbers there."""
+        """Move the playhead, and show the numbers there."""
         self.plot.show_frame(frame)
         self.page.go_to(frame)
         known, joint, measure = self.evidence.known, self.joint, MEASURES[self.measure]
@@ -273,6 +273,6 @@ class QualityPanel(QWidget):
         self._rest.start()
 
     def _describe(self) -> None:
-        """For those who do not see the plots; once the playhead rests."""
+        """Give screen readers the numbers of the plots."""
         self.plot.setAccessibleDescription(plain_text(self.curve_words.text()))
         self.page.describe()

@@ -1,4 +1,4 @@
-"""Tracking with QuaMo: the warning, direction, gains, and what it does at one joint over time."""
+"""The tracking page: warning, direction, gains, and the tracker's work at one joint over time."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ _GAINS = (("κP", "kp", 1000.0, "/s²"), ("κD", "kd", 30.0, "/s"), ("κA", "ka"
 _GAIN_ROLES = ("before", "after", "accepted")
 _PARTS = ("P", "D", tr("bias"), tr("acc."))
 _PART_ROLES = ("before", "after", "undecided", "accepted")
-_HIGHEST = 10000.0  # above what any frame rate asks for
+_HIGHEST = 10000.0  # more than any frame rate needs
 
 
 class TrackPage(QWidget):
-    """Shows what it is told of; the buttons are the window's actions."""
+    """The page that sets up tracking and shows its result; its buttons are window actions."""
 
     all_asked = Signal()
 
@@ -52,8 +52,8 @@ class TrackPage(QWidget):
         self._document, self._tracked, self._colours = document, tracked, colours
         self._joint = ""
         self._shown: tuple[object, ...] = ()
-        self._said: Tracking | None = None  # what the review tracked when last looked
-        self._given: Tracking | None = None  # asked for here: what the page shows since is newer
+        self._reviewed_last: Tracking | None = None  # the review's tracking at the last check
+        self._requested: Tracking | None = None  # requested here; the page may be newer
         self._build(actions)
         colours.follow(self._colour)
         self.take_clip()
@@ -64,17 +64,17 @@ class TrackPage(QWidget):
     def _build(self, actions: Mapping[str, QAction]) -> None:
         self.warning = Caption()
         self.boxes: dict[str, QDoubleSpinBox] = {}
-        self._usual: dict[str, float] = {}  # gains that go with the clip and the direction
-        self._reviewed: dict[str, float] = {}  # gains that a review brought
+        self._usual: dict[str, float] = {}  # default gains for the clip and the direction
+        self._reviewed: dict[str, float] = {}  # gains that came from a review
         self.hand, self.learned = (
             QRadioButton(tr_as("gains", "Hand")),
             QRadioButton(tr_as("gains", "Learned")),
         )
         self.learned.setToolTip(
-            tr("Gains of the networks, at 25 Hz: CMU's or SMPL's 24 joints only")
+            tr("Gains from the neural networks at 25 Hz, for CMU's or SMPL's 24 joints only")
         )
         self.both_ways, self.causal = QRadioButton(tr("Both ways")), QRadioButton(tr("Causal"))
-        self.both_ways.setToolTip(tr("Over the whole clip, forwards and backwards: no lag"))
+        self.both_ways.setToolTip(tr("Track forwards and backwards over the whole clip: no lag"))
         for pair in ((self.hand, self.learned), (self.both_ways, self.causal)):
             group = QButtonGroup(self)
             for button in pair:
@@ -84,7 +84,7 @@ class TrackPage(QWidget):
             box = QDoubleSpinBox(maximum=_HIGHEST, prefix=f"{symbol} ")
             box.setDecimals(1 if name == "kd" else 0)
             box.setSingleStep(5.0 if name == "kd" else 50.0)
-            gain = tr("Gain of hands")
+            gain = tr("Gain, set by hand")
             box.setToolTip(f"{gain}{unit and f', 1{unit}'}")
             box.setAccessibleName(f"{gain} {symbol}")
             self.boxes[name] = box
@@ -109,7 +109,7 @@ class TrackPage(QWidget):
         self.joints.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.buttons.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         self.all = tool_button(
-            tr_as("joints", "All"), tr("Select every joint, and the place"), flat=False
+            tr_as("joints", "All"), tr("Select every joint and the figure's place"), flat=False
         )
         self.all.clicked.connect(self.all_asked)
         self.done = Caption(soft=True)
@@ -117,8 +117,8 @@ class TrackPage(QWidget):
         self.gain_words, self.part_words = Caption(), Caption()
         self.gains, self.parts = TracePlot(self._colours, " %"), TracePlot(self._colours)
         for plot, name in (
-            (self.gains, tr("Gains over time, per cent of 1000, 30 and 1000")),
-            (self.parts, tr("Parts of the acceleration over time, rad/s²")),
+            (self.gains, tr("Gains κP, κD and κA over time, in per cent of 1000, 30 and 1000")),
+            (self.parts, tr("Parts of the tracker's acceleration over time, in rad/s²")),
         ):
             plot.setAccessibleName(name)
             plot.setToolTip(f"{name}. {tr('Click to go to the frame')}")
@@ -145,47 +145,47 @@ class TrackPage(QWidget):
         )
 
     def tracking(self, chosen: Sequence[str], place: str) -> Tracking:
-        """These joints, and the figure's place by the name of its row, as chosen here."""
+        """Return a tracking of these rows with the page's direction and gains."""
         joints = tuple(name for name in chosen if name != place)
-        wanted = Tracking(joints, causal=self.causal.isChecked(), place=len(joints) < len(chosen))
+        plain = Tracking(joints, causal=self.causal.isChecked(), place=len(joints) < len(chosen))
         if self.learned.isChecked():
-            return replace(wanted, learned=True, weights=weights_mark())
+            return replace(plain, learned=True, weights=weights_mark())
         kp, kd, ka = (self.boxes[name].value() for _, name, _, _ in _GAINS)
-        return replace(wanted, kp=kp, kd=kd, ka=ka)
+        return replace(plain, kp=kp, kd=kd, ka=ka)
 
     def ask(self, chosen: Sequence[str], place: str) -> None:
-        """Have that tracked."""
-        self._given = self.tracking(chosen, place)
-        self._tracked.ask(self._given)
+        """Track these rows with the page's direction and gains."""
+        self._requested = self.tracking(chosen, place)
+        self._tracked.ask(self._requested)
 
     def take_clip(self) -> None:
-        """Another clip: are there networks for its skeleton? Direction and gains of its review."""
+        """Show the direction and gains of the new clip's review."""
         data = self._document.data
         self.learned.setEnabled(data is not None and knows_learned(data.motion))
-        self._said = self._document.review.state.tracking if data else None
-        self._given = None
-        for name, value in self._reviewed.items():  # of the clip before, and of no person here
+        self._reviewed_last = self._document.review.state.tracking if data else None
+        self._requested = None
+        for name, value in self._reviewed.items():  # the last clip's, not set by the person
             if self.boxes[name].value() == value:
                 self.boxes[name].setValue(self._usual[name])
         self._reviewed = {}
         self.both_ways.setChecked(True)
         self.hand.setChecked(True)
         self._show_usual_of_clip()
-        if self._said is not None:
-            self._show(self._said)
+        if self._reviewed_last is not None:
+            self._show(self._reviewed_last)
 
     def _follow_review(self) -> None:
-        """Undo, redo and a journal lead to another tracking: the page shows that one."""
+        """Show the review's tracking after an undo, a redo or a restored journal."""
         tracking = self._document.review.state.tracking if self._document.data else None
-        if tracking == self._said:
+        if tracking == self._reviewed_last:
             return
-        self._said = tracking
-        given, self._given = self._given, None
-        if tracking is not None and tracking is not given:
+        self._reviewed_last = tracking
+        requested, self._requested = self._requested, None
+        if tracking is not None and tracking is not requested:
             self._show(tracking)
 
     def _show(self, tracking: Tracking) -> None:
-        """Direction and gains of a review."""
+        """Show a tracking's direction and gains."""
         (self.causal if tracking.causal else self.both_ways).setChecked(True)
         learned = tracking.learned and self.learned.isEnabled()
         (self.learned if learned else self.hand).setChecked(True)
@@ -201,14 +201,13 @@ class TrackPage(QWidget):
         self._show_usual(Gains.by_hand(dt, causal=self.causal.isChecked()))
         self.causal.setToolTip(
             tr(
-                "Frame by frame, looking at nothing that comes later: "
-                "with the usual gains {response}",
+                "Track frame by frame, without looking ahead. With the default gains {response}",
                 response=of_core(_causal_words(dt)),
             )
         )
 
     def _show_usual(self, gains: Gains) -> None:
-        """The gains that go with the clip; each that a person has chosen otherwise stays."""
+        """Show the default gains for the clip, but keep gains that the person has changed."""
         for name, box in self.boxes.items():
             before = box.value()
             chosen = before != self._usual.get(name, before)
@@ -222,9 +221,10 @@ class TrackPage(QWidget):
             box.setEnabled(self.hand.isChecked())
 
     def refresh(self, chosen: Sequence[str], joint: str, rows: Sequence[str], place: str) -> None:
-        """chosen: to be tracked next, some of `rows`, of which `place` is the figure's place.
+        """Show the selection and the result.
 
-        joint: whose traces are drawn, if it is tracked.
+        chosen: selected rows; joint: its traces are drawn if it is tracked; rows: all rows; place:
+        the row of the figure's place.
         """
         self.buttons.setCurrentIndex(1 if self._tracked.asked is not None else 0)
         if self._tracked.asked is None:
@@ -233,9 +233,9 @@ class TrackPage(QWidget):
         names = result.traces.names if result else ()
         self._joint = joint if joint in names else (names[0] if names else "")
         listed = tr("Selected: {joints}", joints=_listed(chosen, place))
-        said = listed if chosen else tr("Select joints in the table")
-        self.joints.setText(said)
-        self.joints.setToolTip(as_tip(said))
+        text = listed if chosen else tr("Select joints in the table of the page Joints")
+        self.joints.setText(text)
+        self.joints.setToolTip(as_tip(text))
         self.all.setEnabled(len(chosen) < len(rows))
         self.done.setVisible(result is not None)
         if result is not None:
@@ -274,21 +274,21 @@ class TrackPage(QWidget):
             plot.fit(self._document.frames)
 
     def _traces(self) -> Traces | None:
-        """Where the joint is among them and there was a step: a clip may be its start alone."""
+        """Return the traces; None without the joint, or for a clip without a tracking step."""
         traces = self._tracked.result.traces if self._tracked.result else None
         if traces is None or self._joint not in traces.names or not len(traces.frames):
             return None
         return traces
 
     def go_to(self, frame: int) -> None:
-        """The playhead, and the numbers there."""
+        """Move the playhead, and show the numbers there."""
         for plot in (self.gains, self.parts):
             plot.show_frame(frame)
         if (traces := self._traces()) is None:
             self.gain_words.set_text(tr("Gains of the tracker"))
-            self.part_words.set_text(tr("Parts of its acceleration"))
+            self.part_words.set_text(tr("Parts of the tracker's acceleration"))
             return
-        # A step of 25 Hz stands for all frames up to it.
+        # A step of 25 Hz applies to all frames up to it.
         row = min(int(np.searchsorted(traces.frames, frame)), len(traces.frames) - 1)
         k = traces.names.index(self._joint)
         gains = zip(_GAINS, _GAIN_ROLES, traces.gains[row, k], strict=True)
@@ -302,7 +302,7 @@ class TrackPage(QWidget):
         )
 
     def describe(self) -> None:
-        """The numbers of both plots, for those who do not see them."""
+        """Give screen readers the numbers of both plots."""
         for plot, words in ((self.gains, self.gain_words), (self.parts, self.part_words)):
             plot.setAccessibleDescription(plain_text(words.text()))
 
@@ -312,14 +312,14 @@ class TrackPage(QWidget):
 
 @lru_cache
 def _causal_words(dt: float) -> str:
-    """What a causal pass does to a joint; it takes a pass to tell, so once for each rate."""
+    """Return in words how a causal pass changes a joint; computed once per frame rate."""
     usual = Gains.by_hand(dt)
     return response_words(tr("a joint"), steady_lags(usual, dt)[0], overshoots(usual, dt)[0])
 
 
 def _listed(names: Sequence[str], place: str) -> str:
-    """One or two names, or how many joints and whether the place is among them."""
+    """Return one or two names, or the number of joints, and the place if it is included."""
     joints = [name for name in names if name != place]
     few = len(joints) <= 2
-    told = joints if few else [plural("{n} joint", "{n} joints", len(joints))]
-    return tr(" and ").join([", ".join(told)] * bool(told) + [place] * (place in names))
+    parts = joints if few else [plural("{n} joint", "{n} joints", len(joints))]
+    return tr(" and ").join([", ".join(parts)] * bool(parts) + [place] * (place in names))

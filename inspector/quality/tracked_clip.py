@@ -1,4 +1,4 @@
-"""The open clip tracked with QuaMo, off the GUI thread, and only when a person asked for it."""
+"""Tracks the open clip with QuaMo in the background, when a person asks for it."""
 
 from __future__ import annotations
 
@@ -21,17 +21,18 @@ from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell
 
-_SETTLE_MS = 250  # decisions come one after the other: track again when the hand rests
+_SETTLE_MS = 250  # wait until a series of decisions ends before tracking again
 
 
 @dataclass(frozen=True, eq=False)
 class Result:
-    """rotations, positions: global, (frames, joints, 4 and 3); quality: before and after tracking.
+    """The result of tracking.
 
-    wanted: what it was made of.
+    wanted: the request; rotations, positions: global, (frames, joints, 4) and (frames, joints, 3);
+    quality: of the figure before and after tracking.
     """
 
-    wanted: _Wanted
+    wanted: _Request
     rotations: Array
     positions: Array
     traces: Traces
@@ -39,16 +40,16 @@ class Result:
 
 
 @dataclass(frozen=True)
-class _Wanted:
+class _Request:
     data_id: int
     tracking: Tracking
     intervals: tuple[Interval, ...]
 
 
 class Tracked(QObject):
-    """What is tracked follows the review: `result` is of the review's tracking, or None.
+    """Follows the review: `result` is for the review's tracking, or None.
 
-    The clip is corrected by all intervals that nobody has rejected, as the 3D view shows it.
+    The clip is corrected by all intervals that are not rejected, as in the 3D view.
     """
 
     changed = Signal()
@@ -58,74 +59,74 @@ class Tracked(QObject):
         super().__init__(parent)
         self._document = document
         self.result: Result | None = None
-        self.asked: Tracking | None = None  # being tried before it becomes the review's
+        self.asked: Tracking | None = None  # requested, and not yet part of the review
         self._task = OneTask(self)
-        self._under_way: _Wanted | None = None
+        self._under_way: _Request | None = None
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
         self._settle.timeout.connect(self._start)
-        document.opened.connect(self._another)
+        document.opened.connect(self._reset)
         document.intervals_changed.connect(self._check)
 
     @property
     def running(self) -> bool:
-        """Whether a result is under way."""
+        """True while tracking is running."""
         return self._task.running
 
     def ask(self, tracking: Tracking) -> None:
-        """Track these joints; once it is done, the review tracks them."""
+        """Track these joints; the review takes the tracking over once it is done."""
         self.asked = tracking
         self._start()
 
     def cancel(self) -> None:
-        """Give up what is under way; what the review tracks stays as it is."""
+        """Cancel the running tracking; the review's tracking does not change."""
         self.asked = None
         self._halt()
         self._start()
         self.changed.emit()
 
     def stop(self) -> None:
-        """Track nothing any more: a step of the review."""
+        """Remove the tracking, as a step of the review."""
         if self._document.data is not None and self._document.review.state.tracking is not None:
             self._document.do(Track(None))
 
     def pose(self, frame: int) -> tuple[Array, Array] | None:
-        """Global rotations and positions of a frame, or None where nothing is tracked."""
+        """Return global rotations and positions of a frame; None if nothing is tracked."""
         if self.result is None:
             return None
         return self.result.rotations[frame], self.result.positions[frame]
 
     def close(self) -> None:
-        """Nobody looks any more."""
+        """Stop tracking when the clip or the window closes."""
         self._settle.stop()
         self.asked = None
         self._halt()
 
-    def _another(self) -> None:
+    def _reset(self) -> None:
         self.close()
         self.result = None
         self._start()
         self.changed.emit()
 
     def _check(self) -> None:
-        """Is the result, or what is under way, still of the present review?"""
-        wanted = self._wanted()
+        """Track again if the result, or the running tracking, is not for the present review."""
+        wanted = self._request()
         if wanted is None:
             had = self.result is not None or self.running
             self._settle.stop()
             self._halt()
             self.result = None
-            if had:  # nothing tracked, nothing to draw: every step of τ comes by here
+            if had:  # without a tracking this runs at every step of τ: draw nothing then
                 self.changed.emit()
         elif (self._under_way or (self.result and self.result.wanted)) != wanted:
             self._settle.start()
 
-    def _wanted(self) -> _Wanted | None:
+    def _request(self) -> _Request | None:
         data = self._document.data
         if data is None:
             return None
         state = self._document.review.state
         tracking = self.asked or state.tracking
-        return _Wanted(id(data), tracking, state.chosen(undecided=True)) if tracking else None
+        return _Request(id(data), tracking, state.chosen(undecided=True)) if tracking else None
 
     def _halt(self) -> None:
         self._task.cancel()
@@ -133,7 +134,7 @@ class Tracked(QObject):
 
     def _start(self) -> None:
         self._settle.stop()
-        wanted, data = self._wanted(), self._document.data
+        wanted, data = self._request(), self._document.data
         if wanted is None or data is None or wanted == self._under_way:
             return
         if self.result is not None and self.result.wanted == wanted:
@@ -156,11 +157,12 @@ class Tracked(QObject):
     def _fail(self, error: Exception) -> None:
         self._under_way = self.asked = None
         why = of_core(error)
-        self._document.message.emit(tr("Not tracked: {why}.", why=why), True)
+        message = tr("The joints could not be tracked: {why}.", why=why)
+        self._document.message.emit(message, True)
         self.changed.emit()
 
 
-def _work(data: Analysed, wanted: _Wanted, tell: Tell) -> Result:
+def _work(data: Analysed, wanted: _Request, tell: Tell) -> Result:
     refined = refine(data.motion, data.chains_and_limbs, wanted.intervals)
     found, traces = traced_motion(refined, wanted.tracking, tell)
     tell(1.0)

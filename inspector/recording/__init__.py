@@ -1,1 +1,1 @@
-"""Films and pictures of the 3D view with the curves."""
+"""Films and pictures of the 3D view, the curves and the equations."""

@@ -1,4 +1,4 @@
-"""What a person asks to have recorded: a film of frames or of a sweep, or a picture."""
+"""The choice of what to record: a film of frames or of a sweep, or a picture."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from inspector.recording.film import SUFFIXES
 from inspector.recording.sweep import Sweep
 
 FPS = {".mp4": 30.0, ".gif": 15.0}
-USUAL_POINTS = 8.0  # type of the numbers at the plots, on a screen as on paper
+USUAL_POINTS = 8.0  # type size of the plots' numbers, on the screen and on paper
 SCREEN_DPI = 96.0
 
 
 @dataclass(frozen=True)
 class Contents:
-    """What is seen in it."""
+    """Which parts of the window are recorded."""
 
     view: bool = True  # the figure in 3D
     curves: bool = True
@@ -25,16 +25,16 @@ class Contents:
 
     @property
     def anything(self) -> bool:
-        """Whether there is something to record."""
+        """True if there is anything to record."""
         return self.view or self.curves or self.equations
 
 
 @dataclass(frozen=True)
 class Paper:
-    """What a picture is made for.
+    """The medium of a picture.
 
-    dpi: pixels an inch; points: the type of the smallest letters, lines go with it; white: on white
-    paper in the light theme, else as the window looks.
+    dpi: pixels per inch; points: size of the smallest letters, which also scales the lines; white:
+    True for the light theme on white paper, False for the window's colours.
     """
 
     dpi: float = SCREEN_DPI
@@ -44,12 +44,11 @@ class Paper:
 
 @dataclass(frozen=True)
 class RecordChoice:
-    """What a person asked for.
+    """What to record, how, and where to.
 
-    path: its suffix says what it becomes, one of a film's or .png, .svg, .pdf; first, stop: frames
-    of the clip for a film; speed: times real time; size: pixels, of a picture the height may be 0:
-    as high as its contents; sweep: the film is of a slider at the frame that is shown, not of
-    frames.
+    path: its suffix is a film's, or .png, .svg or .pdf; first, stop: frames of the clip for a
+    film; speed: relative to real time; size: in pixels, where a picture's height 0 means as high
+    as needed; sweep: the slider that a film of one frame moves, or None.
     """
 
     path: Path
@@ -64,25 +63,25 @@ class RecordChoice:
 
     @property
     def film(self) -> bool:
-        """Whether it is one, not a picture."""
+        """True for a film, False for a picture."""
         return self.path.suffix.lower() in SUFFIXES
 
     @property
     def fps(self) -> float:
-        """Pictures a second of a film."""
+        """Pictures per second of a film."""
         return FPS[self.path.suffix.lower()]
 
 
 @dataclass(frozen=True)
 class Shot:
-    """One picture of a film: a frame of the clip, and where the swept slider stands."""
+    """One picture of a film: a frame of the clip, and the value of the swept slider."""
 
     frame: int
     value: float | None = None
 
 
 def shots(choice: RecordChoice, clip_fps: float, frame: int) -> list[Shot]:
-    """What a film shows, one after the other; frame: where the playhead is."""
+    """Return the pictures of a film in their order; frame: the playhead."""
     if choice.sweep is not None:
         return [Shot(frame, value) for value in choice.sweep.values(choice.fps)]
     step = choice.speed * clip_fps / choice.fps

@@ -1,17 +1,17 @@
-"""Cutting shapes off at a rectangle: readers of SVG like Qt's know no clips."""
+"""Cut shapes off at a rectangle, because SVG readers such as Qt's ignore clips."""
 
 from __future__ import annotations
 
 from PySide6.QtCore import QLineF, QPointF, QRectF
 from PySide6.QtGui import QPainterPath
 
-_CORNERS = 5  # points of a rectangle's outline, the first one twice
+_CORNERS = 5  # points of a rectangle's outline, including the first one again
 _LINE = QPainterPath.ElementType.LineToElement
 _CURVE = QPainterPath.ElementType.CurveToElement
 
 
 def upright(path: QPainterPath) -> QRectF | None:
-    """The rectangle that a path is, if it is one with level edges."""
+    """Return the path's rectangle, or None if the path is not an upright rectangle."""
     box = path.boundingRect()
     places = [path.elementAt(k) for k in range(path.elementCount())]
     edges = {box.left(), box.right()}, {box.top(), box.bottom()}
@@ -20,12 +20,12 @@ def upright(path: QPainterPath) -> QRectF | None:
 
 
 def is_straight(path: QPainterPath) -> bool:
-    """Whether it has no curves."""
+    """True if a path has no curves."""
     return all(path.elementAt(k).type != _CURVE for k in range(path.elementCount()))
 
 
 def cut_lines(path: QPainterPath, box: QRectF) -> QPainterPath:
-    """What of a path of straight lines is inside a box, to be drawn with a pen."""
+    """Return the part of a path of straight lines that is inside a box."""
     out, here, end = QPainterPath(), QPointF(), None
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -42,7 +42,7 @@ def cut_lines(path: QPainterPath, box: QRectF) -> QPainterPath:
 
 
 def _inside(line: QLineF, box: QRectF) -> QLineF | None:
-    """The part of a line that is in a box."""
+    """Return the part of a line that is inside a box, or None."""
     first, last = 0.0, 1.0
     for start, step, low, high in (
         (line.x1(), line.dx(), box.left(), box.right()),
@@ -56,6 +56,6 @@ def _inside(line: QLineF, box: QRectF) -> QLineF | None:
         first, last = max(first, ends[0]), min(last, ends[1])
     if first > last:
         return None
-    # The ends themselves where they are inside: lines that meet stay one line.
+    # Use the ends themselves if they are inside, so that connected lines stay connected.
     begin = line.pointAt(first) if first > 0.0 else line.p1()
     return QLineF(begin, line.pointAt(last) if last < 1.0 else line.p2())

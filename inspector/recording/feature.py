@@ -10,14 +10,14 @@ from inspector.teaching.feature import feature as teaching
 
 
 class Recording(FeatureParts):
-    """The recorder, how far it is in the status bar, and what its action does."""
+    """The recorder, its progress in the status bar, and its action."""
 
     def __init__(self, window: HostWindow) -> None:
         self.recorder = Recorder(window)
 
     def connect(self, window: HostWindow) -> None:
-        """Show in the status bar how far a film is."""
-        # The first of the permanent ones: before it is only the line of the frame.
+        """Show the progress of a film in the status bar, and build the action."""
+        # The first permanent widget; only the line of the frame is before it.
         window.statusBar().insertPermanentWidget(1, RecordingBar(self.recorder))
         taught = window.part(teaching)
         self.record_actions = RecordActions(
@@ -26,14 +26,14 @@ class Recording(FeatureParts):
         )  # fmt: skip
 
     def close(self) -> None:
-        """Give a film up that is being made."""
+        """Cancel a film that is being made."""
         self.recorder.cancel()
 
 
 # fmt: off
 _ROWS: tuple[ActionRow[Recording] | None, ...] = (
     ActionSpec("record_dialog", tr("Record…"), ("Ctrl+R",),
-               tr("Film or picture of 3D view and curves"),
+               tr("Make a film or a picture of the 3D view and the curves"),
                needs="clip", do=lambda p: p.record_actions.record_dialog()),
 )
 # fmt: on

@@ -1,4 +1,4 @@
-"""A picture as a file: PNG at any resolution, SVG and PDF of lines and letters."""
+"""Picture files: PNG at any resolution, and SVG and PDF with lines and letters."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from inspector.recording.sheet import Sheet
 from inspector.recording.svg_file import png_of, svg_of
 
 _MM = 25.4  # an inch
-_LONGEST = 32_767  # pixels of a side: further than that Qt paints nothing
+_LONGEST = 32_767  # pixels of a side: Qt paints nothing beyond that
 PICTURES = (".png", ".svg", ".pdf")
 
 
 def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float) -> bytes:
-    """The file's bytes; so many pixels large, or what that is on paper. OSError: too large."""
+    """Return the bytes of a picture file of this size; raises OSError if it is too large."""
     if suffix == ".png":
         return _png(sheet, pixels, dpi)
     wide, high = (_MM * side / dpi for side in (pixels.width(), pixels.height()))
@@ -30,27 +30,25 @@ def _png(sheet: Sheet, pixels: QSize, dpi: float) -> bytes:
     image = QImage(pixels, QImage.Format.Format_RGB32)
     if image.isNull() or max(pixels.width(), pixels.height()) > _LONGEST:
         sides = f"{pixels.width():,} × {pixels.height():,}"
-        why = tr(
-            "{sides} pixels are too many for a PNG; SVG and PDF have no such limit", sides=sides
-        )
+        why = tr("a PNG of {sides} pixels is too large; choose SVG or PDF instead", sides=sides)
         raise OSError(EFBIG, why)
     painter = QPainter(image)
     painter.scale(pixels.width() / sheet.box.width(), pixels.height() / sheet.box.height())
     sheet.paint(painter)
     painter.end()
     for set_it in (image.setDotsPerMeterX, image.setDotsPerMeterY):
-        set_it(round(1000.0 * dpi / _MM))  # now: before, type would have been set in other pixels
+        set_it(round(1000.0 * dpi / _MM))  # after painting, as it would change the size of type
     return png_of(image)
 
 
 def _pdf(sheet: Sheet, title: str, paper: QSizeF) -> bytes:
-    """Letters in fonts that are inside, lines as lines."""
+    """Return a PDF with embedded fonts, and with lines as lines."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     writer = QPdfWriter(buffer)
     writer.setTitle(title)
     writer.setCreator("Twist Inspector")
-    writer.setResolution(sheet.density)  # in which the type was measured; its numbers are exact
+    writer.setResolution(sheet.density)  # the resolution in which the type was measured
     size = QPageSize(paper, QPageSize.Unit.Millimeter, title, QPageSize.SizeMatchPolicy.ExactMatch)
     whole = QPageLayout(size, QPageLayout.Orientation.Portrait, QMarginsF())
     writer.setPageLayout(whole)

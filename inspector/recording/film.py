@@ -1,4 +1,4 @@
-"""Writing a film: frames go to ffmpeg in a thread; the file appears under its name once whole."""
+"""Writes a film with ffmpeg in a thread; the file gets its name when it is complete."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from twistcore.files.atomic import destination, is_stream, move_into_place, part
 
 _WAITING = 4  # frames that may wait for ffmpeg
 
-# What ffmpeg is told, by suffix.
+# Options of ffmpeg, by suffix.
 _CODECS: dict[str, list[str]] = {
     ".mp4": [
         *("-c:v", "libx264", "-pix_fmt", "yuv420p", "-crf", "18", "-preset", "fast"),
         *("-movflags", "+faststart"),
     ],
-    # A palette for each frame: one for all of them would keep the whole film in memory.
+    # A palette per frame: one for all frames would keep the whole film in memory.
     ".gif": ["-vf", "split[a][b];[a]palettegen=stats_mode=single[p];[b][p]paletteuse=new=1"],
 }
 SUFFIXES = tuple(_CODECS)
 
 
 class FilmWriter:
-    """One film; `offer` frames until it is `full`, then `finish` or `cancel`."""
+    """Writes one film: `offer` frames while it is not `full`, then `finish` or `cancel`."""
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        """`path`: ends in one of SUFFIXES; size: of a frame, even numbers of pixels.
+        """`path`: ends with one of SUFFIXES; size: of a frame, in even numbers of pixels.
 
-        Raises OSError where no file can be: a film cannot be poured into a FIFO or a device.
+        Raises OSError if the path is a FIFO or a device, which cannot hold a film.
         """
         if is_stream(path):
-            raise OSError(errno.EINVAL, tr("is no file, and a film needs one"), str(path))
+            raise OSError(errno.EINVAL, tr("a film needs a regular file"), str(path))
         self.path = path
         self._end = destination(path)
-        # Held while ffmpeg writes into it: what nobody holds is a leftover.
+        # Kept open while ffmpeg writes to it: a part that nobody has open is a leftover.
         self._handle, self._part = take_part(part_name(self._end, path.suffix))
         self._frames: queue.Queue[bytes | None] = queue.Queue(_WAITING)
         self.trouble = ""
@@ -51,30 +51,30 @@ class FilmWriter:
 
     @property
     def full(self) -> bool:
-        """Whether ffmpeg is behind: offer again later."""
+        """True while ffmpeg has enough frames waiting."""
         return self._frames.full()
 
     @property
     def ended(self) -> bool:
-        """Whether the thread is through."""
+        """True if the thread has ended."""
         return not self._thread.is_alive()
 
     def offer(self, rgb: bytes) -> None:
-        """A frame, rows of RGB from the top."""
+        """Add a frame: rows of RGB from the top."""
         self._frames.put(rgb)
 
     def finish(self) -> None:
-        """No more frames; the file gets its name once `ended`."""
+        """End the film; call `keep` once it has `ended`."""
         self._frames.put(None)
 
     def keep(self) -> None:
-        """Once ended: rename; raises OSError with what went wrong."""
+        """Give the film its name, after it has ended; raises OSError if something went wrong."""
         self._thread.join()
         if self.trouble:
             self._drop()
             raise OSError(self.trouble)
         try:
-            if os.name != "posix":  # Windows moves no file that is open
+            if os.name != "posix":  # Windows cannot move an open file
                 self._let_go()
             move_into_place(self._part, self._end)
         except OSError:
@@ -83,7 +83,7 @@ class FilmWriter:
         self._let_go()
 
     def cancel(self) -> None:
-        """Stop, and leave nothing behind."""
+        """Stop, and delete the unfinished file."""
         while not self._frames.empty():
             with contextlib.suppress(queue.Empty):
                 self._frames.get_nowait()
@@ -111,23 +111,23 @@ class FilmWriter:
             self._take()
 
     def _encode(self, command: list[str]) -> str:
-        """Feed ffmpeg until the end; what it complains of, or ''."""
+        """Send all frames to ffmpeg; return its error message, or ''."""
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as ffmpeg:
             assert ffmpeg.stdin is not None
             assert ffmpeg.stderr is not None
-            with contextlib.suppress(BrokenPipeError):  # ffmpeg gave up: it says why
+            with contextlib.suppress(BrokenPipeError):  # ffmpeg stopped: read its message below
                 while (frame := self._take()) is not None:
                     ffmpeg.stdin.write(frame)
                 ffmpeg.stdin.flush()
             with contextlib.suppress(BrokenPipeError):
                 ffmpeg.stdin.close()
-            said = ffmpeg.stderr.read().decode(errors="replace").strip()
+            errors = ffmpeg.stderr.read().decode(errors="replace").strip()
         if ffmpeg.returncode == 0:
             return ""
         return (
-            said.splitlines()[-1]
-            if said
-            else tr("ffmpeg ended with {code}", code=ffmpeg.returncode)
+            errors.splitlines()[-1]
+            if errors
+            else tr("ffmpeg ended with exit code {code}", code=ffmpeg.returncode)
         )
 
     def _take(self) -> bytes | None:
@@ -137,7 +137,7 @@ class FilmWriter:
 
 
 def _command(path: Path, size: tuple[int, int], fps: float) -> list[str]:
-    """What makes a film of raw frames on standard input."""
+    """Return the command that makes a film from raw frames on standard input."""
     from imageio_ffmpeg import get_ffmpeg_exe
 
     raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", f"{fps}"]

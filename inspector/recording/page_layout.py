@@ -1,4 +1,4 @@
-"""Where figure, curves and equations stand in a picture or a film."""
+"""The layout of figure, curves and equations in a picture or a film."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from PySide6.QtCore import QPointF, QRectF, QSizeF
 
 from inspector.recording.choice import Contents
 
-WIDE = 620.0  # units from which the equations stand beside the figure, not below everything
+WIDE = 620.0  # units; in a wider page the equations are next to the figure
 _CURVES_SHARE = 0.42  # of the height, for the curves below a figure
 _VIEW_SHAPE = {True: 0.46, False: 0.72}  # height by width, in a wide picture and in a narrow one
 _GAP = 2.0
@@ -15,10 +15,10 @@ _GAP = 2.0
 def boxes(
     page: QSizeF, contents: Contents, wanted: QSizeF, curves: float = 0.0
 ) -> dict[str, QRectF]:
-    """Boxes by 'view', 'curves' and 'equations'.
+    """Return the boxes of 'view', 'curves' and 'equations'.
 
-    wanted: the room that the equations would have: they get no more than that, and in its
-    proportions; curves: the height of the curves below a figure, 0 for the usual share.
+    wanted: the natural size of the equations, which get at most that, in its proportions; curves:
+    the height of the curves below a figure, 0 for the usual share.
     """
     wide, high = page.width(), page.height()
     beside = contents.view and contents.equations and wide >= WIDE
@@ -46,7 +46,7 @@ def boxes(
 
 
 def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
-    """What figure and equations need to be read, above each other or beside each other."""
+    """Return the height that figure and equations need, side by side or one below the other."""
     wide = width >= WIDE
     view = _VIEW_SHAPE[wide] * width if contents.view else 0.0
     if not contents.equations:
@@ -57,5 +57,5 @@ def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
 
 
 def _fitted(wanted: QSizeF, wide: float, high: float) -> QSizeF:
-    """Inside that, in the same proportions, no larger than wanted."""
+    """Return the largest size in the same proportions that fits, at most `wanted`."""
     return wanted * min(1.0, wide / wanted.width(), high / wanted.height())

@@ -1,4 +1,4 @@
-"""Rows of the Record form that a picture has: how large, how fine, its type, its paper."""
+"""The picture's rows in the Record dialog: size, resolution, type size and paper."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from inspector.recording.choice import SCREEN_DPI, Paper
 from inspector.widgets.building import hbox
 
 _INCH = 25.4  # mm
-_LONGEST = 12_000  # pixels of a side; Qt makes no larger pictures than 32,767
+_LONGEST = 12_000  # pixels of a side; Qt's own limit is 32,767
 _RESOLUTIONS = (96, 150, 300, 600)
 _UNITS = {"mm": "mm", "pixels": tr("pixels")}
 
 
 @dataclass(frozen=True)
 class _Preset:
-    """width, height: in `unit`, height 0: as high as needed; dpi, points: proposed with it."""
+    """A proposed size: width and height in `unit`, height 0 as needed, with dpi and type size."""
 
     width: int
     height: int
@@ -46,7 +46,7 @@ _OWN = tr("Another size")
 
 
 class PictureRows(QObject):
-    """Puts its rows into a form; `size` and `paper` are what they say."""
+    """Adds its rows to a form; `size` and `paper` return the choice."""
 
     changed = Signal()
 
@@ -71,7 +71,7 @@ class PictureRows(QObject):
         self.dpi.setAccessibleName(tr("Dots per inch"))
         self.points = QDoubleSpinBox(suffix=" pt", decimals=1, singleStep=0.5)
         self.points.setRange(4.0, 48.0)
-        self.points.setToolTip(tr("The smallest letters on paper; lines go with them"))
+        self.points.setToolTip(tr("Size of the smallest letters on paper; lines scale with it"))
         self.points.setAccessibleName(tr("Letters"))
         self._at = QLabel(tr_as("resolution", "at"))
         self._fine = hbox(self.points, self._at, self.dpi, None, spacing=6)
@@ -89,7 +89,7 @@ class PictureRows(QObject):
         self.unit.currentIndexChanged.connect(self._other_unit)
 
     def show(self, shown: bool) -> None:
-        """The rows that apply, or none."""
+        """Show the rows that apply, or hide all."""
         self._shown = shown
         preset = self.preset.currentData()
         own = self.preset.currentText() == _OWN
@@ -101,7 +101,7 @@ class PictureRows(QObject):
 
     @property
     def size(self) -> tuple[int, int]:
-        """In pixels; the height may be 0: as needed."""
+        """Width and height in pixels; height 0 means as needed."""
         sides = self.width.value(), self.height.value()
         if self._unit == "pixels":
             return sides
@@ -110,23 +110,23 @@ class PictureRows(QObject):
 
     @property
     def paper(self) -> Paper:
-        """What it is made for."""
+        """Resolution, type size and paper."""
         return Paper(float(self.dpi.currentData()), self.points.value(), self.white.isChecked())
 
     def words(self) -> str:
-        """How large it becomes, and where that is as large as it can."""
+        """Return the size of the picture in words, with a note if it is the largest possible."""
         most = self.width.maximum()
         if most not in (self.width.value(), self.height.value()):
-            return self._sides_told()
+            return self._size_in_words()
         limit = tr(
-            "At {dpi} a side has at most {most} {unit}",
+            "At {dpi} a side can have {most} {unit} at most",
             dpi=self.dpi.currentText(),
             most=most,
             unit=self.unit.currentText(),
         )
-        return f"{self._sides_told()}. {limit}"
+        return f"{self._size_in_words()}. {limit}"
 
-    def _sides_told(self) -> str:
+    def _size_in_words(self) -> str:
         wide, high = self.size
         pixels = (
             tr("{wide} × {high} pixels", wide=wide, high=high)
@@ -141,7 +141,7 @@ class PictureRows(QObject):
         return tr("{mm} mm wide ({wide} pixels)", mm=mm[0], wide=wide)
 
     def _propose(self) -> None:
-        """What the preset stands for."""
+        """Fill in the values of the preset."""
         preset = self.preset.currentData()
         self.unit.setCurrentIndex(self.unit.findData(preset.unit))
         self.dpi.setCurrentIndex(self.dpi.findData(preset.dpi))
@@ -154,7 +154,7 @@ class PictureRows(QObject):
         self.changed.emit()
 
     def _other_unit(self) -> None:
-        """The same size on paper, told otherwise."""
+        """Convert the size to the new unit."""
         times = self.dpi.currentData() / _INCH
         if self._unit == "mm":
             times = 1.0 / times
@@ -165,7 +165,7 @@ class PictureRows(QObject):
         self.changed.emit()
 
     def _limit(self) -> None:
-        """No side longer than a picture may have pixels."""
+        """Limit both sides to the largest number of pixels."""
         pixels = self._unit == "pixels"
         most = _LONGEST if pixels else int(_LONGEST * _INCH / self.dpi.currentData())
         self.width.setRange(1, most)

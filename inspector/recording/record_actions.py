@@ -1,4 +1,4 @@
-"""What the actions of recording do."""
+"""The action that records films and pictures."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from twistcore.files.ordinary import is_there
 
 @dataclass(eq=False)
 class RecordActions:
-    """Films and pictures of what the window shows."""
+    """Records films and pictures of what the window shows."""
 
     document: Document
     recorder: Recorder
@@ -41,11 +41,13 @@ class RecordActions:
         self.recorder.failed.connect(self._not_recorded)
 
     def record_dialog(self) -> None:
-        """Ask what to record, and record it."""
+        """Open the Record dialog, and record what the person chooses."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
         elif self.recorder.running:
-            self.bar.show_message(tr("A film is being made; wait for it or cancel it."), False)
+            self.bar.show_message(
+                tr("A film is being made. Wait until it is ready, or cancel it."), False
+            )
         else:
             seen = self.timeline.visible.ends
             teaching = self.taught.active
@@ -54,16 +56,21 @@ class RecordActions:
             dialog.open()
 
     def record(self, choice: RecordChoice) -> None:
-        """Make a film in the background of what goes on, or a picture at once."""
+        """Make a film in the background, or a picture at once."""
         if is_there(choice.path) and not choice.replace:
-            told = tr("{path}: there is such a file already.", path=choice.path)
-            self.bar.show_message(told, True)
+            message = tr(
+                "{path} exists already. Choose another name, or tick 'Replace the existing file'.",
+                path=choice.path,
+            )
+            self.bar.show_message(message, True)
             return
         if self.viewport.view is None and choice.contents.view:
-            self.bar.show_message(tr("Without OpenGL there is no 3D view to record."), True)
+            self.bar.show_message(
+                tr("The 3D view cannot be recorded, because OpenGL is not available."), True
+            )
             return
         taught = choice.contents.equations or choice.sweep is not None or self.taught.active
-        typeset = self.typesetter.has(typeset_texts())  # a lesson has its own set alone
+        typeset = self.typesetter.has(typeset_texts())  # a lesson typesets only its own
         if taught and not typeset and not self.typesetter.trouble:
             self._typeset_first(choice)
             return
@@ -77,20 +84,20 @@ class RecordActions:
             self._recorded(choice.path)
         except OSError as error:
             why = of_core(error.strerror)
-            told = tr("{path}: not written ({why}).", path=choice.path, why=why)
-            self.bar.show_message(told, True)
+            message = tr("{path} could not be written: {why}.", path=choice.path, why=why)
+            self.bar.show_message(message, True)
         finally:
             stage.strike()
 
     def _typeset_first(self, choice: RecordChoice) -> None:
-        """The symbols take a moment where the teaching tab has not been seen yet."""
-        self.bar.show_message(tr("The equations are being typeset."), False)
+        """Typeset the equations, then record; needed if the teaching tab was never visible."""
+        self.bar.show_message(tr("The equations are being typeset …"), False)
         ready = self.typesetter.ready
         ready.connect(lambda: self.record(choice), Qt.ConnectionType.SingleShotConnection)
         self.typesetter.start(typeset_texts())
 
     def _recorded(self, path: Path) -> None:
-        self.bar.show_message(tr("{name} written.", name=path.name), False)
+        self.bar.show_message(tr("{name} was written.", name=path.name), False)
 
     def _not_recorded(self, why: str) -> None:
         if why:

@@ -1,4 +1,4 @@
-"""What to record: a film or a picture, of what, how fast, how large."""
+"""The Record dialog: film or picture, its contents, speed and size."""
 
 from __future__ import annotations
 
@@ -34,20 +34,20 @@ _SPEEDS = {
     tr("A tenth"): 0.1,
 }
 _AROUND_S = 0.5
-_SWEEP = tr("A slider that moves, at this frame")
-_NEEDS_CHAIN = tr("Select a chain: of a whole limb there are no equations")
+_SWEEP = tr("This frame, with a moving slider")
+_NEEDS_CHAIN = tr("Select a chain: a whole limb has no equations")
 
 
 class RecordDialog(WriteDialog):
-    """A form; its `choice` is what is to be recorded. Rows that do not apply are not there."""
+    """A form for the recording; `choice` returns what the person chose."""
 
     def __init__(
         self, document: Document, seen: tuple[float, float], parent: QWidget, *, teaching: bool
     ) -> None:
-        """`seen`: the frames that the plots show now; teaching: its tab is in front."""
+        """`seen`: the range of frames in the plots; teaching: True if that tab is in front."""
         assert document.data is not None
-        wanted = document.proposed(f"_{document.chain or 'clip'}.mp4")
-        super().__init__(tr("Record"), wanted, parent)
+        proposed = document.proposed(f"_{document.chain or 'clip'}.mp4")
+        super().__init__(tr("Record"), proposed, parent)
         self._document = document
         chain = selected_chain(document)
         taught = chain is not None and not isinstance(chain, Limb)
@@ -86,7 +86,7 @@ class RecordDialog(WriteDialog):
         self._describe()
 
     def choice(self) -> RecordChoice:
-        """What the form says."""
+        """Return what the person chose."""
         span = self.range.currentData()
         path = Path(self.path.text()).expanduser()
         suffix = str(self.format.currentData())
@@ -113,7 +113,7 @@ class RecordDialog(WriteDialog):
     def _ranges(
         self, seen: tuple[float, float], *, taught: bool
     ) -> list[tuple[str, tuple[int, int] | None]]:
-        """What a film may be of; None: of a slider that is swept."""
+        """Return the ranges of frames for a film; None stands for a moving slider."""
         document = self._document
         assert document.data is not None
         frames = document.frames
@@ -137,7 +137,7 @@ class RecordDialog(WriteDialog):
         self._describe()
 
     def _describe(self) -> None:
-        """Show the rows that apply and say what it will be."""
+        """Show the rows that apply, and describe the result."""
         choice = self.choice()
         film, sweep = choice.film, choice.sweep is not None
         for row, shown in (
@@ -155,7 +155,7 @@ class RecordDialog(WriteDialog):
     def _words(self, choice: RecordChoice) -> str:
         document = self._document
         if not choice.contents.anything:
-            return tr("Nothing is to be shown.")
+            return tr("Tick at least one of 3D view, curves and equations.")
         if document.data is None:
             return ""
         if not choice.film:
@@ -163,19 +163,19 @@ class RecordDialog(WriteDialog):
             return tr("Frame {frame}: {size}.", frame=frame, size=size)
         count = len(shots(choice, document.data.motion.fps, document.frame))
         return tr(
-            "{n} pictures, {seconds:.1f} s; the camera stays as it is now.",
+            "{n} pictures, {seconds:.1f} s. The camera does not move.",
             n=count,
             seconds=count / choice.fps,
         )
 
     def pattern(self) -> str:
-        """Files of the chosen format."""
+        """Return the pattern of files in the chosen format."""
         suffix = str(self.format.currentData())
         return f"{_FORMATS[suffix].split(' (')[0]} (*{suffix})"
 
 
 def _box(choices: Iterable[tuple[str, object]]) -> QComboBox:
-    """One of the choices, each a text and what it stands for."""
+    """Return a list of choices, each with its text and its value."""
     box = QComboBox()
     for text, value in choices:
         box.addItem(text, value)

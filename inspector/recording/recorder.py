@@ -1,4 +1,4 @@
-"""Recording the 3D view with the curves: films and pictures, with progress, never in the way."""
+"""Records films in the background with a progress bar, and pictures at once."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from inspector.recording.stage import Stage
 from inspector.widgets.building import hbox
 from twistcore.files.atomic import write_atomically
 
-_POLL_MS = 5  # between looks at whether ffmpeg has caught up
+_POLL_MS = 5  # time between two checks whether ffmpeg has caught up
 
 
 def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
-    """Write a picture of a frame, atomically; raises OSError."""
+    """Write a picture of a frame; raises OSError, and then leaves no file."""
     stage.show_shot(Shot(frame))
     path, pixels = choice.path, stage.size_in_pixels
     data = figure_file(stage.sheet(), path.suffix.lower(), path.stem, pixels, choice.paper.dpi)
@@ -27,9 +27,9 @@ def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
 
 
 class Recorder(QObject):
-    """Makes one film at a time, a frame a turn of the event loop."""
+    """Makes one film at a time, one frame per turn of the event loop."""
 
-    progress = Signal(int, int)  # frames done, of so many
+    progress = Signal(int, int)  # frames done, and all frames
     finished = Signal(object)  # the file
     failed = Signal(str)
 
@@ -44,11 +44,11 @@ class Recorder(QObject):
 
     @property
     def running(self) -> bool:
-        """Whether a film is being made."""
+        """True while a film is being made."""
         return self._writer is not None
 
     def start(self, stage: Stage, choice: RecordChoice) -> None:
-        """Film the stage, which is taken down at the end."""
+        """Film the stage, and close the stage at the end."""
         assert stage.document.data is not None
         self._stage = stage
         fps = stage.document.data.motion.fps
@@ -60,13 +60,13 @@ class Recorder(QObject):
         except OSError as error:
             self._end()
             why = of_core(error.strerror)
-            self.failed.emit(tr("{path}: not written ({why}).", path=choice.path, why=why))
+            self.failed.emit(tr("{path} could not be written: {why}.", path=choice.path, why=why))
             return
         self.progress.emit(0, len(self._shots))
         self._timer.start(0)
 
     def cancel(self) -> None:
-        """Stop; nothing is left on disk."""
+        """Stop, and delete the unfinished film."""
         if self._writer is not None:
             self._timer.stop()
             self._writer.cancel()
@@ -93,7 +93,7 @@ class Recorder(QObject):
             self._timer.setInterval(_POLL_MS)
 
     def _wait(self, writer: FilmWriter) -> None:
-        """Until ffmpeg is through."""
+        """Wait until ffmpeg has finished, then keep the film."""
         if writer.trouble and self._at < len(self._shots):
             self._at = len(self._shots)
             writer.finish()
@@ -105,7 +105,7 @@ class Recorder(QObject):
         except OSError as error:
             self._end()
             why = of_core(error)
-            self.failed.emit(tr("{path}: not written ({why}).", path=writer.path, why=why))
+            self.failed.emit(tr("{path} could not be written: {why}.", path=writer.path, why=why))
         else:
             self._end()
             self.finished.emit(writer.path)
@@ -117,7 +117,7 @@ class Recorder(QObject):
 
 
 class RecordingBar(QWidget):
-    """How far a film is, and a button that stops it; hidden while there is none."""
+    """The progress of a film, with a Cancel button; hidden without a film."""
 
     def __init__(self, recorder: Recorder) -> None:
         super().__init__()
@@ -141,7 +141,7 @@ class RecordingBar(QWidget):
 
 
 def _rgb(image: QImage) -> bytes:
-    """Rows of RGB without the padding that Qt gives them."""
+    """Return an image's rows of RGB without Qt's padding."""
     image = image.convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
     return rows[:, : 3 * image.width()].tobytes()

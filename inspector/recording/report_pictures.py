@@ -1,6 +1,6 @@
-"""The pictures of a report, off the screen: `python -m inspector.recording.report_pictures FOLDER`.
+"""Draw the pictures of a report: `python -m inspector.recording.report_pictures FOLDER`.
 
-No window, no event loop, no display: the bodies of the program's view in a picture of their own.
+The pictures show the bodies of the 3D view, without a window, an event loop or a display.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import forward_kinematics
 from twistcore.skeleton.people import find_people
 
-_SAMPLES = 8  # a pixel
-_QUALITY = 84  # of JPEG: some 10 kB a picture
-_MARGIN = 1.6  # round the limb: so much that one sees whose it is
-_EYE = 0.35  # of the figure's height, above the ground
+_SAMPLES = 8  # per pixel
+_QUALITY = 84  # of JPEG: about 10 kB per picture
+_MARGIN = 1.6  # space around the limb, so that one sees whose limb it is
+_EYE = 0.35  # height of the camera above the ground, as a share of the figure's height
 
 
 class OffscreenRenderer:
-    """A picture off the screen, in which one figure after the other stands."""
+    """Draws one figure after the other into an off-screen picture."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self._aspect = size[0] / size[1]
@@ -54,7 +54,7 @@ class OffscreenRenderer:
         self._window.AddRenderer(self._renderer)
 
     def pictures(self, figure: Figure) -> Iterator[tuple[int, int, vtkWindowToImageFilter]]:
-        """(number of the pair, 0 before or 1 after, picture) of a figure."""
+        """Yield (number of the pair, 0 before or 1 after, picture) for a figure."""
         motion = figure.motion
         rotations, positions = forward_kinematics(motion)
         chains = tuple(c for c in figure.chains if not isinstance(c, Limb))
@@ -73,7 +73,7 @@ class OffscreenRenderer:
         solid.colour(LIGHT)
         try:
             for k, pair in enumerate(figure.pairs):
-                chain = _named(figure, pair)
+                chain = _find_chain(figure, pair)
                 before, after = ((rotations[t], positions[t]) for t in (pair.first, pair.second))
                 own = tuple(c for c in chains if c.person == chain.person)
                 facing, body = heading(after[1], own, up), people.get(chain.person, ())
@@ -114,18 +114,18 @@ class OffscreenRenderer:
 
 
 def _above_ground(camera: OrbitCamera, ground: Ground, height: float) -> OrbitCamera:
-    """As high as to look down on the ground a little: from below its grid is before the figure."""
+    """Return the camera at least so high that the ground's grid is not in front of the figure."""
     rise = (ground.level + _EYE * height - float(camera.target @ camera.up)) / camera.distance
     lowest_angle = float(np.arcsin(np.clip(rise, -1.0, 1.0)))
     return replace(camera, elevation=max(camera.elevation, lowest_angle)).orbited(0.0, 0.0)
 
 
-def _named(figure: Figure, pair: BeforeAfter) -> Chain:
+def _find_chain(figure: Figure, pair: BeforeAfter) -> Chain:
     return next(chain for chain in figure.chains if chain.name == pair.chain)
 
 
 def main(folder: Path) -> None:
-    """Draw what the files in a folder ask for, and put the pictures beside them."""
+    """Draw the pictures that the files in a folder describe, into the same folder."""
     size, figures = read_job(folder)
     renderer = OffscreenRenderer(size)
     for number, figure in enumerate(figures):

@@ -1,8 +1,8 @@
-"""A sheet to paint on that keeps lines, letters and pictures apart, to be put down in any format.
+"""A paint device that stores lines, letters and pictures, for writing them in any format.
 
-Qt's own writer of SVG knows no clips that hold where a widget is painted into it, and pens that
-keep their width at any zoom only by a property that librsvg and others pass over. Here everything
-is in the sheet's own units before a format sees it, widths and clips too.
+Qt's SVG writer ignores clips when a widget is painted into it, and writes cosmetic pens with a
+property that librsvg and others ignore. The sheet therefore converts everything to its own units
+first, including widths and clips.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from PySide6.QtGui import (
 
 from inspector.recording.cutting import cut_lines, is_straight, upright
 
-_HATCH = 8.0  # units between two stripes, as far as Qt's own are
+_HATCH = 8.0  # units between two stripes, as in Qt's patterns
 
 _Box = QRect | QRectF
 
 
 @dataclass(frozen=True, eq=False)
 class SheetShape:
-    """An outline in the sheet's units, filled with `ink`, drawn with `pen`; None: not."""
+    """An outline in the sheet's units, filled with `ink` and drawn with `pen`, if they are set."""
 
     path: QPainterPath
     ink: QColor | None
@@ -49,7 +49,7 @@ class SheetShape:
 
 @dataclass(frozen=True, eq=False)
 class Words:
-    """Letters from `at` on, where `places` leads from there to the sheet's units."""
+    """A text at the point `at`; `places` maps its coordinates to the sheet's units."""
 
     text: str
     font: QFont
@@ -59,7 +59,7 @@ class Words:
     clip: QPainterPath | None
 
     def outline(self) -> QPainterPath:
-        """The letters' edges in the sheet's units."""
+        """Return the letters' outlines in the sheet's units."""
         path = QPainterPath()
         path.addText(self.at, self.font, self.text)
         return self.places.map(path)
@@ -67,7 +67,7 @@ class Words:
 
 @dataclass(frozen=True, eq=False)
 class SheetPicture:
-    """Pixels in a box of the sheet."""
+    """An image in a box of the sheet."""
 
     image: QImage
     box: QRectF
@@ -78,7 +78,7 @@ Item = SheetShape | Words | SheetPicture
 
 
 class Sheet(QPaintDevice):
-    """So many units wide and high, `density` of them an inch; `items`: what was painted on it."""
+    """A sheet of width × height units, with `density` units per inch; `items` are its contents."""
 
     def __init__(self, width: float, height: float, density: int) -> None:
         super().__init__()
@@ -88,15 +88,15 @@ class Sheet(QPaintDevice):
 
     @property
     def items(self) -> Sequence[Item]:
-        """From the lowest to the uppermost."""
+        """Everything painted so far, from back to front."""
         return self._engine.items
 
     def paintEngine(self) -> QPaintEngine:
-        """Qt's hook."""
+        """Return the engine that stores what is painted."""
         return self._engine
 
     def metric(self, which: QPaintDevice.PaintDeviceMetric) -> int:
-        """Likewise."""
+        """Return the sheet's size and resolution, as Qt asks for them."""
         metric = QPaintDevice.PaintDeviceMetric
         inches = {
             metric.PdmWidthMM: self.box.width() / self.density,
@@ -118,9 +118,9 @@ class Sheet(QPaintDevice):
         }.get(which, 0)
 
     def paint(self, painter: QPainter) -> None:
-        """Everything again, on something that fills shapes and sets letters by itself.
+        """Paint the contents with a painter of another device.
 
-        One unit of the sheet on one pixel is as sharp as in a window; else all edges are smooth.
+        At one unit per pixel edges are as sharp as in a window; at other scales they are smooth.
         """
         hint = QPainter.RenderHint
         exact = math.isclose(painter.worldTransform().m11(), 1.0, rel_tol=1e-6)
@@ -146,7 +146,7 @@ class Sheet(QPaintDevice):
 
 
 class _Keeper(QPaintEngine):
-    """Keeps what a painter does, in the units of what it paints on."""
+    """Stores what a painter does, in the sheet's units."""
 
     def __init__(self) -> None:
         feature = QPaintEngine.PaintEngineFeature
@@ -165,22 +165,22 @@ class _Keeper(QPaintEngine):
         self._clip: QPainterPath | None = None
         self._opacity, self._smooth = 1.0, False
 
-    # -- what Qt asks -------------------------------------------------------------------------
+    # -- called by Qt -------------------------------------------------------------------------
 
     def begin(self, device: QPaintDevice) -> bool:
-        """A painter begins."""
+        """Accept every painter."""
         return True
 
     def end(self) -> bool:
-        """It is done."""
+        """Accept the end of a painter."""
         return True
 
     def type(self) -> QPaintEngine.Type:
-        """One of our own."""
+        """Return the type for custom engines."""
         return QPaintEngine.Type.User
 
     def updateState(self, state: QPaintEngineState) -> None:
-        """How the next things are painted; a clip comes with the places that it is told in."""
+        """Take pen, brush, clip and transformation for the next shapes."""
         dirty, changed = QPaintEngine.DirtyFlag, state.state()
         self._places = QTransform(state.transform())
         self._pen, self._brush = QPen(state.pen()), state.brush()
@@ -196,11 +196,11 @@ class _Keeper(QPaintEngine):
             self._clip = None
 
     def drawPath(self, path: QPainterPath) -> None:
-        """Filled and drawn."""
+        """Store a path, filled and outlined."""
         self._add(path, self._brush.style() != Qt.BrushStyle.NoBrush)
 
     def drawPolygon(self, points: Any, mode: Any = None) -> None:
-        """Likewise; a mere line of points is not filled."""
+        """Store a polygon, or a line that is not filled."""
         corners = QPolygonF([QPointF(p) for p in points])
         path = QPainterPath()
         path.addPolygon(corners)
@@ -212,14 +212,14 @@ class _Keeper(QPaintEngine):
         self._add(path, not line)
 
     def drawLines(self, lines: Sequence[QLine | QLineF]) -> None:  # type: ignore[override]
-        """Each by itself."""
+        """Store lines."""
         for line in lines:
             path = QPainterPath(QPointF(line.p1()))
             path.lineTo(QPointF(line.p2()))
             self._add(path, False)
 
     def drawRects(self, rects: Sequence[QRect | QRectF]) -> None:  # type: ignore[override]
-        """Each by itself."""
+        """Store rectangles."""
         for rect in rects:
             path = QPainterPath()
             path.addRect(QRectF(rect))
@@ -227,29 +227,29 @@ class _Keeper(QPaintEngine):
             self._add(path, True)
 
     def drawEllipse(self, rect: QRect | QRectF) -> None:
-        """As a path."""
+        """Store an ellipse as a path."""
         path = QPainterPath()
         path.addEllipse(QRectF(rect))
         self._add(path, True)
 
     def drawTextItem(self, at: Any, item: QTextItem) -> None:
-        """Letters."""
+        """Store a text."""
         if item.text().strip():
             ink = self._faded(self._pen.color())
-            font = _whole(item.font())
+            font = _complete_font(item.font())
             words = Words(item.text(), font, QPointF(at), self._places, ink, None)
             box = words.outline().boundingRect()
             clip = self._clip_of(box)
             self.items.append(Words(words.text, words.font, words.at, words.places, ink, clip))
 
     def drawPixmap(self, box: _Box, pixmap: QPixmap | QImage, part: _Box) -> None:
-        """As a picture."""
+        """Store a pixmap as an image."""
         self.drawImage(box, pixmap if isinstance(pixmap, QImage) else pixmap.toImage(), part)
 
     def drawImage(
         self, box: _Box, image: QImage, part: _Box, flags: Qt.ImageConversionFlag | None = None
     ) -> None:
-        """Pixels of an image in a box."""
+        """Store a part of an image in a box."""
         inside, there = image.copy(QRectF(part).toAlignedRect()), self._places.mapRect(QRectF(box))
         self.items.append(SheetPicture(inside, there, self._clip_of(there)))
 
@@ -273,7 +273,7 @@ class _Keeper(QPaintEngine):
             self._draw_lines(path, pen, clip)
 
     def _draw_lines(self, path: QPainterPath, pen: QPen, clip: QPainterPath | None) -> None:
-        """Cut off by hand where that can be done: not every reader knows clips."""
+        """Store lines, cut off at a rectangular clip, because some readers ignore clips."""
         box = upright(clip) if clip is not None else None
         if box is not None and is_straight(path):
             path, clip = cut_lines(path, box), None
@@ -281,9 +281,9 @@ class _Keeper(QPaintEngine):
             self.items.append(SheetShape(path, None, pen, clip, self._smooth))
 
     def _forget_below(self, rect: QRectF) -> None:
-        """What was last painted and is hidden by a rectangle; its edges would show beside it.
+        """Remove the last shapes if a rectangle hides them, or their edges would show around it.
 
-        So is the ground of a plot: Qt fills it in the program's colour, the plot in its own.
+        This is so for a plot's background, which Qt and then the plot fill in two colours.
         """
         solid = self._brush.style() == Qt.BrushStyle.SolidPattern
         if not solid or self._faded(self._brush.color()).alpha() < 255:
@@ -297,7 +297,7 @@ class _Keeper(QPaintEngine):
             self.items.pop()
 
     def _wide_pen(self) -> QPen | None:
-        """The pen with its width in the sheet's units."""
+        """Return the pen with its width in the sheet's units, or None."""
         if self._pen.style() == Qt.PenStyle.NoPen:
             return None
         pen = QPen(self._pen)
@@ -310,7 +310,7 @@ class _Keeper(QPaintEngine):
         return pen
 
     def _faded(self, colour: QColor) -> QColor:
-        """A colour at the painter's opacity."""
+        """Return a colour at the painter's opacity."""
         faded = QColor(colour)
         faded.setAlphaF(colour.alphaF() * self._opacity)
         return faded
@@ -325,25 +325,25 @@ class _Keeper(QPaintEngine):
             self._clip = self._clip.intersected(there)
 
     def _clip_of(self, box: QRectF) -> QPainterPath | None:
-        """What cuts a thing that is as large as `box`: None where all of it is inside."""
+        """Return the clip for a shape of this box, or None if the whole box is inside."""
         clip = self._clip
-        window = self.systemClip()  # of the widget that is being painted, in whole units
+        window = self.systemClip()  # of the painted widget, in whole units
         near = QRectF(window.boundingRect()).adjusted(-1.0, -1.0, 1.0, 1.0)
         if not window.isEmpty() and (window.rectCount() > 1 or not near.contains(box)):
             edges = QPainterPath()
             edges.addRegion(window)
             clip = edges if clip is None else clip.intersected(edges)
-        return None if clip is None or _holds(clip, box) else clip
+        return None if clip is None or _contains(clip, box) else clip
 
 
-def _holds(clip: QPainterPath, box: QRectF) -> bool:
-    """Whether all of a box is inside; Qt says no where an edge of one is an edge of the other."""
+def _contains(clip: QPainterPath, box: QRectF) -> bool:
+    """True if a box is inside a clip, including the edges, unlike Qt's own test."""
     edges = upright(clip)
     return edges.contains(box) if edges is not None else clip.contains(box)
 
 
-def _whole(font: QFont) -> QFont:
-    """The same, with nothing left to be filled in by what it is painted on."""
+def _complete_font(font: QFont) -> QFont:
+    """Return the font with all its attributes set, so that no device changes them."""
     whole = QFont(font)
     whole.setFamilies(font.families())
     whole.setStyleHint(font.styleHint())
@@ -354,7 +354,7 @@ def _whole(font: QFont) -> QFont:
 
 
 def _stripes(path: QPainterPath, ink: QColor) -> tuple[QPainterPath, QPen]:
-    """Rising lines over all of a shape, whatever Qt's pattern."""
+    """Return diagonal lines over a shape, for any of Qt's patterns."""
     box, lines = path.boundingRect(), QPainterPath()
     count = math.ceil((box.width() + box.height()) / _HATCH)
     first = math.floor((box.left() + box.top()) / _HATCH) * _HATCH

@@ -1,6 +1,6 @@
-"""What is filmed or printed: copies of the views on a stage of their own, off the screen.
+"""The stage for films and pictures: copies of the views, off the screen.
 
-So the window stays free while a film is made, and what is made has its own size.
+The window stays usable while a film is made, and the film can have any size.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ from inspector.viewport.viewport import Viewport
 from inspector.widgets.theme import LIGHT, Colours
 from inspector.widgets.typeset import Typesetter
 
-WHITE = replace(LIGHT, window="#ffffff", raised="#ffffff")  # paper has no grey of its own
-_TYPE = 9.0  # points of the legend and of the equations where the plots have USUAL_POINTS
-_STAR = tr("* as corrected here; the paper prints it otherwise.")
+WHITE = replace(LIGHT, window="#ffffff", raised="#ffffff")  # no grey on white paper
+_TYPE = 9.0  # points of legend and equations, if the plots' numbers have USUAL_POINTS
+_STAR = tr("* corrected here; the paper prints it differently.")
 _NOTHING = QSizeF(1.0, 1.0)
 
 
 @dataclass(frozen=True)
 class Shown:
-    """What the window shows, to be copied."""
+    """The parts of the window that a stage copies."""
 
     taught: TaughtFrame
     viewport: Viewport
@@ -42,20 +42,20 @@ class Shown:
 
 
 class Stage(QWidget):
-    """A copy of the views with a copy of the document: nothing of it shows in the window.
+    """Copies of the views with a copy of the document, which the window does not show.
 
-    It is laid out in units of which a picture's pixels hold more or less than one: so type and
-    lines have one size on paper, whatever the resolution.
+    The layout uses units that may differ from a picture's pixels, so that type and lines have the
+    same size on paper at every resolution.
     """
 
     def __init__(self, shown: Shown, choice: RecordChoice) -> None:
-        """As the window shows the clip now."""
+        """Copy the views as they are now."""
         super().__init__()
         self._choice, self._film = choice, choice.film
         paper = choice.paper if not self._film else Paper()
-        self._units = SCREEN_DPI / paper.dpi * USUAL_POINTS / paper.points  # a pixel
+        self._units = SCREEN_DPI / paper.dpi * USUAL_POINTS / paper.points  # per pixel
         self.theme = WHITE if paper.white else shown.viewport.theme
-        self._colours = Colours(self.theme, self)  # its own: the program's may change meanwhile
+        self._colours = Colours(self.theme, self)  # its own, as the program's may change
         self.setAttribute(Qt.WidgetAttribute.WA_DontShowOnScreen)
         self._dress()
         self.document = shown.taught.document.snapshot(self)
@@ -74,16 +74,16 @@ class Stage(QWidget):
     # -- making -------------------------------------------------------------------------------
 
     def _mirrored(self, taught: TaughtFrame) -> TaughtFrame:
-        """The taught frame of the stage; what is swept or set as equations is taught."""
+        """Return the stage's taught frame; a sweep and equations need teaching to be active."""
         mirrored = TaughtFrame(self.document, self)
-        wanted = self._choice.sweep is not None or self._choice.contents.equations
-        mirrored.active = taught.active or wanted
+        needed = self._choice.sweep is not None or self._choice.contents.equations
+        mirrored.active = taught.active or needed
         mirrored.what_if, mirrored.lit, mirrored.stage = taught.what_if, taught.lit, taught.stage
         mirrored.rows = taught.rows
         return mirrored
 
     def _dress(self) -> None:
-        """The theme's colours for what is no view: the program may be in another one."""
+        """Use the stage's theme for plain widgets, as the program may have another one."""
         theme, palette, role = self.theme, self.palette(), QPalette.ColorRole
         for of, colour in (
             (role.Window, theme.surface),
@@ -108,7 +108,7 @@ class Stage(QWidget):
         if contents.curves:
             self.timeline = Timeline(self.document, self._colours)
             self.timeline.setParent(self)
-            self._colours.use(self.theme)  # again: what is given a parent forgets its colours
+            self._colours.use(self.theme)  # again: a widget that gets a parent loses its colours
             self.timeline.plots_button.hide()
             if not self._film:
                 self.timeline.become_figure()
@@ -118,7 +118,7 @@ class Stage(QWidget):
             self._set_up(self.equations)
 
     def _set_up(self, equations: Equations) -> None:
-        """As large as its rows need, with nothing to press and nothing to be looked up."""
+        """Make the equations as large as their rows need, without buttons and links."""
         self._ink(equations)
         equations.refresh()
         equations.show_only(self.taught.rows or None)
@@ -129,12 +129,12 @@ class Stage(QWidget):
         layout = equations.layout()
         assert layout is not None
         heads = [head.sizeHint().width() for head in equations.heads if not head.isHidden()]
-        wide = max(equations.whole_width, *heads)  # they are cut short in the tab
+        wide = max(equations.whole_width, *heads)  # in the tab they may be cut off
         self._wanted = QSizeF(wide, layout.totalHeightForWidth(wide))
         equations.resize(self._wanted.toSize())
 
     def _ink(self, equations: Equations) -> None:
-        """The theme's ink for words: the program's style sheet may have them in another one's."""
+        """Use the stage's text colours, as the program's style sheet may have others."""
         for part in equations.findChildren(QWidget):
             ink = self.theme.soft if part.objectName() == "soft" else self.theme.text
             if isinstance(part, QLabel) and part.styleSheet():
@@ -153,7 +153,7 @@ class Stage(QWidget):
             if self.timeline is not None:
                 curves = self.timeline.height_for(wide)
             high = curves + natural_height(wide, choice.contents, self._wanted)
-        # Films want even numbers of pixels, and so do the halves of a split view.
+        # Films need even numbers of pixels, and so do the halves of a split view.
         self.resize(max(2, round(wide) // 2 * 2), max(2, round(high) // 2 * 2))
         page = QSizeF(self.size())
         self._boxes = boxes(page, choice.contents, self._wanted, curves)
@@ -165,14 +165,14 @@ class Stage(QWidget):
 
     @property
     def size_in_pixels(self) -> QSize:
-        """Of the picture."""
+        """Size of the picture in pixels."""
         if self._film:
             return self.size()
         wide, high = self._choice.size
         return QSize(wide, high or round(self.height() * wide / self.width()))
 
     def show_shot(self, shot: Shot) -> None:
-        """Draw a frame, the slider where it is to be."""
+        """Draw a frame, with the slider at its value."""
         self.document.go_to(shot.frame)
         if self._choice.sweep is not None and shot.value is not None:
             self._choice.sweep.show(self.taught, shot.value)
@@ -180,8 +180,8 @@ class Stage(QWidget):
             self.viewport.refresh()
         if self.equations is not None:
             self.equations.refresh()
-        # No event loop runs in between: what Qt would do in the next turn is done now. The readout
-        # has grown, and a plot that is new in its grid is shown only then.
+        # No event loop runs in between, so do now what Qt would do in the next turn: the readout
+        # may have grown, and a new plot in the grid appears only then.
         if self.timeline is not None:
             self.timeline.refresh()
             self.timeline.show_what_if(plotted(self.taught))
@@ -193,7 +193,7 @@ class Stage(QWidget):
         QCoreApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
 
     def picture(self) -> QImage:
-        """What is on the stage, a pixel a unit."""
+        """Return the stage as an image, with a pixel per unit."""
         image = QImage(self.size(), QImage.Format.Format_RGB32)
         painter = QPainter(image)
         self._paint(painter)
@@ -203,7 +203,7 @@ class Stage(QWidget):
         return image
 
     def sheet(self) -> Sheet:
-        """The same with lines as lines and letters as letters; pixels only where a figure is."""
+        """Return the stage as lines and letters; only the 3D figure is an image."""
         sheet = Sheet(self.width(), self.height(), self.logicalDpiX())
         painter = QPainter(sheet)
         self._paint(painter)
@@ -218,7 +218,7 @@ class Stage(QWidget):
         return sheet
 
     def _paint(self, painter: QPainter) -> None:
-        """All but the figure."""
+        """Paint everything but the 3D figure."""
         painter.fillRect(self.rect(), QColor(self.theme.surface))
         if self.timeline is not None:
             box = self._boxes["curves"]
@@ -233,7 +233,7 @@ class Stage(QWidget):
             painter.translate(-box.topLeft())
 
     def strike(self) -> None:
-        """Take it down."""
+        """Close the stage."""
         if self.viewport is not None:
             self.viewport.close()
         self.close()
@@ -241,7 +241,7 @@ class Stage(QWidget):
 
 
 def _render(widget: QWidget, painter: QPainter, at: QPointF) -> None:
-    """A widget and what is in it, on something else."""
+    """Paint a widget and its children with another device's painter."""
     painter.save()
     painter.translate(at)
     widget.render(painter, QPoint(), QRegion(), QWidget.RenderFlag.DrawChildren)

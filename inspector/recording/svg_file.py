@@ -1,6 +1,6 @@
-"""A sheet as SVG that every reader draws alike: paths in one system of places, nothing more.
+"""Write a sheet as SVG that all readers draw alike: only paths, in one coordinate system.
 
-Letters are outlines, so that no reader needs the fonts; what they say is kept as `aria-label`.
+Letters are outlines, so that no reader needs the fonts; `aria-label` keeps the text.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _MOVE = QPainterPath.ElementType.MoveToElement
 
 
 def svg_of(sheet: Sheet, title: str, width_mm: float, height_mm: float) -> bytes:
-    """The file, so large on paper."""
+    """Return the SVG file of a sheet, with its size on paper."""
     clips: dict[str, str] = {}
     body = [_element(item, clips) for item in sheet.items]
     cuts = [f'<clipPath id="{name}"><path d="{d}"/></clipPath>' for d, name in clips.items()]
@@ -58,9 +58,9 @@ def _element(item: Item, clips: dict[str, str]) -> str:
         ink = _paint("fill", item.ink) + rule if item.ink is not None else ' fill="none"'
         return f'<path d="{_path(item.path)}"{ink}{_stroke(item.pen)}{cut}/>'
     if isinstance(item, Words):
-        said = _text(item.text.strip())
+        label = _text(item.text.strip())
         d = _path(item.outline())
-        return f'<path aria-label="{said}" d="{d}"{_paint("fill", item.ink)}{cut}/>'
+        return f'<path aria-label="{label}" d="{d}"{_paint("fill", item.ink)}{cut}/>'
     box = item.box
     places = (("x", box.x()), ("y", box.y()), ("width", box.width()), ("height", box.height()))
     where = " ".join(f'{name}="{_number(value)}"' for name, value in places)
@@ -71,7 +71,7 @@ def _element(item: Item, clips: dict[str, str]) -> str:
 
 
 def _text(text: str) -> str:
-    """As XML has it, which allows few control characters and no escape for the others."""
+    """Return a text for XML, without the control characters that XML forbids."""
     return escape(_NOT_IN_XML.sub("", text), quote=True)
 
 
@@ -95,7 +95,7 @@ def _paint(what: str, colour: QColor) -> str:
 
 
 def _path(path: QPainterPath) -> str:
-    """In the letters of SVG: moves, lines and cubic curves."""
+    """Return a path in SVG's notation: moves, lines and cubic curves."""
     out: list[str] = []
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -110,15 +110,15 @@ def _path(path: QPainterPath) -> str:
 
 
 def _number(value: float) -> str:
-    """As short as a hundredth of a unit allows, which is 3 µm."""
+    """Return a number with two decimals at most; 0.01 units are 3 µm."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 
 
 def png_of(image: QImage) -> bytes:
-    """A picture as a PNG; OSError where it is more than Qt holds."""
+    """Return an image as a PNG; raises OSError if it is too large for Qt."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     if not image.save(buffer, "PNG"):  # type: ignore[call-overload]  # its stub wants bytes
-        raise OSError(EFBIG, tr("is more than a PNG can hold here"))
+        raise OSError(EFBIG, tr("the picture is too large for a PNG"))
     return bytes(buffer.data().data())

@@ -1,4 +1,4 @@
-"""A slider of the teaching tab that goes from one end to the other by itself, to be filmed."""
+"""A film in which a slider of the teaching tab moves from one value to another."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 @dataclass(frozen=True)
 class Swept:
-    """What can be swept: its words, the unit of its numbers, its ends, and the decimals they need.
+    """A slider that a film can move: its name, unit, range and number of decimals.
 
     unit: "°" for an angle; "%" for a share; "" for the stage: 0 is the bone at rest, 1 swung, 2
     twisted as well.
@@ -30,14 +30,14 @@ SWEPT = {
     "swing": Swept(tr("Swing α"), "°", 0.0, 180.0),
     "bend": Swept(tr("Bend"), "°", 0.0, 180.0),
     "nudge": Swept(tr("Nudge"), "°", -3.0, 3.0, 1),
-    "applied": Swept(tr("Apply: offset taken off"), "%", 0.0, 100.0),
+    "applied": Swept(tr("Apply: share of the offset removed"), "%", 0.0, 100.0),
     "stage": Swept(tr("Stages: a, swing, then twist"), "", 0.0, 2.0, 1),
 }
 
 
 @dataclass(frozen=True)
 class Sweep:
-    """`slider`, a key of SWEPT, from `first` to `last` in its unit, in so many seconds each way."""
+    """Moves `slider`, a key of SWEPT, from `first` to `last`, in `seconds` each way."""
 
     slider: str
     first: float
@@ -46,13 +46,13 @@ class Sweep:
     and_back: bool = True
 
     def values(self, fps: float) -> list[float]:
-        """Where the slider stands in every picture of a film; both ends are shown."""
+        """Return the slider's value in every picture of a film, both ends included."""
         count = max(2, round(self.seconds * fps))
         there: list[float] = np.linspace(self.first, self.last, count).tolist()
         return there + there[-2:0:-1] if self.and_back else there
 
     def show(self, taught: TaughtFrame, value: float) -> None:
-        """Let a taught frame stand there; what else a person altered stays."""
+        """Set the slider of a taught frame, and leave the other sliders as they are."""
         if self.slider == "stage":
             taught.set_stage(value)
         elif self.slider == "applied":

@@ -1,4 +1,4 @@
-"""Rows of the Record form that say which slider a film sweeps, from where to where, how fast."""
+"""The rows of the Record dialog for a moving slider: which slider, its range and its time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from inspector.widgets.signed_numbers import SignedBox
 
 
 class SweepRows(QObject):
-    """Puts its rows into a form; `sweep` is what they say."""
+    """Adds its rows to a form; `sweep` returns the choice."""
 
     changed = Signal()
 
@@ -43,13 +43,13 @@ class SweepRows(QObject):
         self.and_back.toggled.connect(self.changed)
 
     def show(self, shown: bool) -> None:
-        """The rows, or not."""
+        """Show or hide the rows."""
         self._form.setRowVisible(self.slider, shown)
         self._form.setRowVisible(self._ends, shown)
 
     @property
     def sweep(self) -> Sweep:
-        """What they say."""
+        """The slider, its range and its time."""
         return Sweep(
             self.slider.currentData(),
             self.first.value(),
@@ -59,7 +59,7 @@ class SweepRows(QObject):
         )
 
     def _propose(self) -> None:
-        """From one end to the other; from rest for what can go both ways."""
+        """Propose the slider's whole range, or the range from 0 if it can go both ways."""
         swept = SWEPT[self.slider.currentData()]
         for box in (self.first, self.last):
             box.setDecimals(swept.decimals)

@@ -1,4 +1,4 @@
-"""The 3D view at the resolution of print: drawn once off the screen, lines as thick as in it."""
+"""Pictures of the 3D view at print resolution, with lines as thick as on the screen."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from vtkmodules.vtkRenderingCore import (
 
 from inspector.viewport.viewport import Viewport
 
-_SAMPLES = 4  # a pixel: edges are smooth on the processor, too
-_LARGEST = 8192  # pixels: more than that drivers refuse
+_SAMPLES = 4  # per pixel: smooth edges with software rendering, too
+_LARGEST = 8192  # pixels: drivers refuse more
 
 
 def view_picture(viewport: Viewport, size: QSize) -> QImage:
-    """What a view shows, so many pixels large, without what lies over it."""
+    """Return a picture of a view in this size, without its overlays."""
     view = viewport.view
     assert view is not None
-    viewport.grab()  # its context is there from now on, and everything in it is drawn
+    viewport.grab()  # makes sure that the context exists and that everything is drawn
     window = view.ren_win
     assert window is not None
     times = size.width() / max(1, viewport.width())
@@ -47,7 +47,7 @@ def view_picture(viewport: Viewport, size: QSize) -> QImage:
 
 @contextmanager
 def _larger(window: vtkRenderWindow, times: float, size: QSize) -> Iterator[None]:
-    """Lines so many times as thick, in a window of this size, until the picture is read."""
+    """Enlarge the window and the width of its lines until the picture is read."""
     old, samples = window.GetSize(), window.GetMultiSamples()
     looks = [a.GetProperty() for a in _actors(window)]
     widths = {look: look.GetLineWidth() for look in looks}
@@ -65,7 +65,7 @@ def _larger(window: vtkRenderWindow, times: float, size: QSize) -> Iterator[None
 
 
 def _actors(window: vtkRenderWindow) -> Iterator[vtkActor]:
-    """All that is drawn in it, in every layer."""
+    """Yield the actors of all layers."""
     renderers = window.GetRenderers()
     for k in range(renderers.GetNumberOfItems()):
         renderer = renderers.GetItemAsObject(k)

@@ -1,1 +1,1 @@
-"""What is open: the document, how it is read, kept, exported and played, and the clips' queue."""
+"""The open document: reading, saving, exporting and playing it."""

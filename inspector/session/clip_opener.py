@@ -1,4 +1,4 @@
-"""Opening a clip or a session in the background; what was open stays until the new one is there."""
+"""Opens a clip or a session in the background; the old clip stays open until it is read."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from twistcore.tuning import Profile
 from twistcore.work.progress import Tell
 
 _Made = TypeVar("_Made")
-_WONDER_S = 1.0  # seconds until a person begins to wonder how far it is
+_WONDER_S = 1.0  # seconds until progress is shown
 
 
 class ClipOpener(QObject):
-    """Reads and analyses one clip at a time: whatever is opened next takes its place."""
+    """Reads and analyses one clip at a time; opening another one cancels the first."""
 
-    began = Signal(str)  # what is being done
-    share = Signal(float)  # how far that is, 0…1, where a person would begin to wonder
-    over = Signal()  # it is done, cannot be done or was cancelled
-    analysed = Signal(object)  # the clip, as Analysed
-    locate = Signal(object)  # the clip of this session file is asked for
+    began = Signal(str)  # a description of the work
+    share = Signal(float)  # progress, 0…1, if the work takes long
+    over = Signal()  # the work has ended, failed or was cancelled
+    analysed = Signal(object)  # an Analysed
+    locate = Signal(object)  # ask for the clip of this session file
 
     def __init__(self, tell: SignalInstance, ask: SignalInstance, parent: QObject) -> None:
         """`tell`, `ask`: the document's `message` and `question`."""
@@ -38,21 +38,21 @@ class ClipOpener(QObject):
 
     @property
     def busy(self) -> bool:
-        """Whether a clip is being read."""
+        """True while a clip is being read."""
         return self._task.running
 
     def open(self, path: Path, profile: Profile | None = None) -> None:
-        """Open a clip; profile: τ for one that has no session yet."""
+        """Open a clip; profile: τ for a clip without a session."""
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_file(path, profile, tell), self.analysed.emit)
 
     def open_session(self, path: Path, clip: Path | None = None) -> None:
-        """Open a session and its clip, which may have moved to `clip`."""
+        """Open a session and its clip; clip: the new path if the clip was moved."""
         what = tr("Opening {name}", name=path.name)
         self._start(what, lambda tell: analyse_session(path, clip, tell), self.analysed.emit)
 
     def ask(self, clip: ClipAnalysis, method: str, then: Callable[[], object]) -> None:
-        """Let a detector analyse the open clip; at once where it has done so before."""
+        """Let a detector analyse the open clip, unless that was done before, then call `then`."""
         if clip.kept(method) is not None:
             then()
         else:
@@ -62,11 +62,11 @@ class ClipOpener(QObject):
     def prepare(
         self, what: str, work: Callable[[Tell], _Made], then: Callable[[_Made], object]
     ) -> None:
-        """Work for the open clip in the background, which changes nothing until it is done."""
+        """Run work for the open clip in the background, then call `then` with its result."""
         self._start(what, work, then)
 
     def cancel(self) -> None:
-        """Give up what is being opened."""
+        """Cancel the opening of a clip."""
         if self.busy:
             self._task.cancel()
             self.over.emit()
@@ -77,10 +77,10 @@ class ClipOpener(QObject):
             then(result)
 
         self._since = time.monotonic()
-        self._task.run(work, done, self._fail, self._tell_share)
+        self._task.run(work, done, self._fail, self._show_progress)
         self.began.emit(what)
 
-    def _tell_share(self, share: float) -> None:
+    def _show_progress(self, share: float) -> None:
         if time.monotonic() - self._since > _WONDER_S:
             self.share.emit(share)
 

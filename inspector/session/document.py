@@ -1,4 +1,4 @@
-"""The one observable: clip, review, cursor, selection. Views listen and hold no truth."""
+"""The document that all views observe: clip, review, playhead and selection."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from PySide6.QtCore import QObject, Signal, SignalInstance
 
 from inspector.language import of_core, tr
 from inspector.session.clip_opener import ClipOpener
+from inspector.session.failing_detector import not_usable, reasons_of
 from inspector.session.keeper import Keeper, PutAside
 from inspector.session.open_clip import Borrowed, OpenClip
-from inspector.session.opening import Analysed, not_installed, opening_notes
+from inspector.session.opening import Analysed, opening_notes
 from inspector.session.recovery import Recovery
 from inspector.session.rigs import Rigs
 from twistcore.analysis.correction import Corrected
-from twistcore.detection import DETECTORS, Interval
+from twistcore.detection import Interval
 from twistcore.errors import TwistError
 from twistcore.files.ordinary import is_there
 from twistcore.formats.reading import own_name
@@ -35,26 +36,25 @@ from twistcore.review import (
 )
 from twistcore.review.journal import REDO, UNDO
 from twistcore.review.model import resized, same_offsets
-from twistcore.review.reasons import redetected_intervals
 from twistcore.skeleton.rig import Rig
 from twistcore.tuning import Profile
 
-BLIND = tr("In an exercise the detector says nothing, and its τ stays: you are the detector.")
+BLIND = tr("In an exercise the detector is off and τ is fixed: you are the detector.")
 
 
 class Document(OpenClip):
-    """State of the program. Every change goes through a method here and ends in a signal."""
+    """The state of the program. Every change goes through a method and emits a signal."""
 
-    opened = Signal()  # another clip, or none: everything is new
-    leaving = Signal()  # the open clip is about to be replaced: what is half typed is kept now
+    opened = Signal()  # another clip or none: everything is new
+    leaving = Signal()  # the clip is about to be replaced: commit text that is being typed
     intervals_changed = Signal()  # the review's state: intervals, decisions or τ
-    method_changed = Signal()  # another detector: other curves
-    chains_changed = Signal()  # the clip has other chains now
-    message = Signal(str, bool)  # a sentence for the person; True if something went wrong
-    answered = Signal(str)  # a sentence about where the playhead is: until it moves
+    method_changed = Signal()  # another detector, hence other curves
+    chains_changed = Signal()  # the clip has other chains
+    message = Signal(str, bool)  # a sentence to show; True if something went wrong
+    answered = Signal(str)  # a sentence about the playhead's frame, shown until it moves
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
-    unsigned = Signal()  # a decision was made, and who made it is not known
-    withdrawn = Signal()  # the last question is no longer one
+    unsigned = Signal()  # a decision was made without a reviewer's name
+    withdrawn = Signal()  # the last question is obsolete
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -68,25 +68,25 @@ class Document(OpenClip):
         self.recovery.question.connect(self.question)
         self.recovery.withdrawn.connect(self.withdrawn)
         self.reviewer = ""
-        # Of this clip: what was decided in this run by nobody named, by id and time.
+        # Decisions made in this run without a reviewer's name, as (id, time).
         self._unsigned: set[tuple[int, str]] = set()
-        self._drag = secrets.randbits(52)  # none that an earlier run has in its journal
+        self._drag = secrets.randbits(52)  # unlike any number in an earlier journal
 
-    # -- one clip after the other ------------------------------------------------------------------
+    # -- opening clips -----------------------------------------------------------------------------
 
     def show_clip(
         self, data: Analysed, aside: PutAside | None = None, *, borrowed: Borrowed | None = None
     ) -> None:
-        """Make an analysed clip the present one; aside: its review, if that was put aside.
+        """Show an analysed clip; aside: its review if that was put aside.
 
-        borrowed: what is to be known of a clip that is not the person's own.
+        borrowed: given for a clip that is not the person's own.
         """
         self.opener.cancel()
         self.leaving.emit()
         self.recovery.end(data)
         self._hold(data, aside.kept.review if aside else data.review)
         self.borrowed = borrowed
-        self.learned = None  # another clip may be another rig's
+        self.learned = None  # another clip may have another rig
         self.frame = 0
         self.interval_id = None
         self.hidden, self.person = frozenset(), ""
@@ -105,15 +105,15 @@ class Document(OpenClip):
 
     @property
     def folder(self) -> Path:
-        """Where files made of the clip belong."""
+        """The folder for files made from the clip."""
         if self.borrowed is not None:
             return self.borrowed.write_to
         return self.data.clip.path.parent if self.data is not None else Path()
 
     def proposed(self, ending: str, *, own: bool = False) -> Path:
-        """Name of a file made of the clip; of a borrowed clip one that no file there has.
+        """Return a path for a file made from the clip; for a borrowed clip, one that is free.
 
-        own: one that no clip of another format beside it is given.
+        own: add the format to the name if a clip of another format would get the same one.
         """
         clip = self.data.clip.path if self.data is not None else Path("clip")
         stem = own_name(clip) if own else clip.stem
@@ -124,13 +124,13 @@ class Document(OpenClip):
 
     def _hold(self, data: Analysed, review: Review) -> None:
         self.data, self._review = data, review
-        self.method = DETECTORS.usable(review.state.method)
+        self.method = data.analysis.usable(review.state.method)
         self.rigs.begin(data)
         self._corrected = Corrected(data.analysis)
         self._corrected.take(review.state.chosen(undecided=True))
 
     def snapshot(self, parent: QObject | None = None) -> Document:
-        """A document with the same clip, review and selection, and nothing behind it on disk."""
+        """Return a copy with the same clip, review and selection that writes nothing to disk."""
         other = Document(parent)
         if self.data is not None:
             other._hold(self.data, Review(self.review.state))
@@ -141,14 +141,14 @@ class Document(OpenClip):
         return other
 
     def close_clip(self) -> None:
-        """Let the clip's journal and lock go; the program is about to end."""
+        """Close the clip's journal and release its lock."""
         self.opener.cancel()
         self.keeper.end()
 
     # -- the review ---------------------------------------------------------------------------
 
     def do(self, command: Command) -> bool:
-        """Carry out a command of the review; False if that could not be."""
+        """Apply a command to the review; False if that failed."""
         if not self._may_change():
             return False
         try:
@@ -164,18 +164,18 @@ class Document(OpenClip):
         if self.data is None:
             return False
         if self.opener.busy:
-            told = tr("Another clip is being opened; nothing was changed.")
-            self.message.emit(told, False)
+            message = tr("Nothing was changed, because another clip is being opened.")
+            self.message.emit(message, False)
             return False
         if self.borrowed is not None and self.borrowed.over:
             self.message.emit(self.borrowed.why, False)
         elif self.keeper.may_change():
             return True
-        self.intervals_changed.emit()  # what a person typed or dragged is not so
+        self.intervals_changed.emit()  # views must drop what a person typed or dragged
         return False
 
     def undo(self) -> None:
-        """Take the last command back."""
+        """Undo the last command."""
         if self.data and self.review.undo_text and self._may_change():
             self.rigs.when_ready(self.review.state_before_last, self._undo)
 
@@ -183,10 +183,10 @@ class Document(OpenClip):
         self.review.undo()
         self.keeper.journal.record_step(UNDO)
         self._review_changed()
-        self.sign(self.reviewer)  # decisions that were undone when the name was given
+        self.sign(self.reviewer)  # decisions that were undone when the name was entered
 
     def redo(self) -> None:
-        """Do the last undone command again."""
+        """Redo the last undone command."""
         if self.data and self.review.redo_text and self._may_change():
             self.rigs.when_ready(self.review.state_after_next, self._redo)
 
@@ -194,22 +194,22 @@ class Document(OpenClip):
         self.review.redo()
         self.keeper.journal.record_step(REDO)
         self._review_changed()
-        self.sign(self.reviewer)  # decisions that were undone when the name was given
+        self.sign(self.reviewer)  # decisions that were undone when the name was entered
 
     def decide(
         self, decision: Decision, ids: Sequence[int] = (), order: Sequence[int] = ()
     ) -> None:
-        """Judge intervals, or the selected one, then go on to the next undecided.
+        """Decide on intervals, or on the selected one, then select the next undecided one.
 
-        Those that are judged so already stay as they are. order: ids as a person sees them listed;
-        all by chain and start if none are given.
+        Intervals that have this decision already are not changed. order: ids in the order of the
+        list; by chain and start if empty.
         """
         if self.data is None:
             return
         chosen = tuple(ids) or ((self.interval_id,) if self.interval_id is not None else ())
-        there = [j for j in map(self.found, chosen) if j is not None]  # none of the last clip's
+        there = [j for j in map(self.found, chosen) if j is not None]  # no ids of the last clip
         if not there:
-            self.message.emit(tr("Select an interval first (N goes to the next)."), False)
+            self.message.emit(tr("Select an interval first. N goes to the next one."), False)
             return
         judged = all(j.decision == decision and not j.in_bulk for j in there)
         if not judged and not self._decide(tuple(j.id for j in there), decision):
@@ -227,7 +227,7 @@ class Document(OpenClip):
         return done
 
     def sign(self, reviewer: str) -> None:
-        """Who reviews from now on, and who has decided in this clip since it was opened."""
+        """Set the reviewer's name, also for decisions since the clip was opened."""
         self.reviewer = reviewer
         mine = (j for j in self.intervals if (j.id, j.decided_at) in self._unsigned)
         ids = tuple(j.id for j in mine if not j.reviewer)
@@ -236,15 +236,15 @@ class Document(OpenClip):
 
     @staticmethod
     def now() -> str:
-        """The present time for a decision, ISO 8601."""
+        """Return the current time as ISO 8601."""
         return datetime.now(UTC).isoformat(timespec="seconds")
 
     def unasked(
         self, at_least: float | None = None, *, include_open: bool = False
     ) -> tuple[int, ...]:
-        """Ids of undecided intervals with a confidence of `at_least`, as a person is told of it.
+        """Return the ids of undecided intervals with a displayed confidence of `at_least`.
 
-        Without one, what the detector's own lets pass unasked.
+        Without a number, return those that the detector's own limit corrects automatically.
         """
         if at_least is None:
             return self.review.state.unasked(include_open=include_open)
@@ -253,10 +253,10 @@ class Document(OpenClip):
         )
 
     def accept_undecided(self, at_least: float | None = None) -> bool:
-        """Accept what may be without a look at it, in one step; False if that failed.
+        """Accept all sure intervals in one step; False if that failed.
 
-        at_least: the confidence that a person asked for, whose decision it is in bulk; without one
-        it is nobody's, and told as applied automatically.
+        at_least: the confidence that a person chose, who then decides in bulk. Without it these are
+        automatic corrections.
         """
         ids = self.unasked(at_least)
         if at_least is None:
@@ -264,23 +264,23 @@ class Document(OpenClip):
         return not ids or self._decide(ids, Decision.ACCEPTED, in_bulk=True)
 
     def begin_drag(self) -> int:
-        """A number for the commands of one drag, which are undone together."""
+        """Return a number for the commands of one drag, which are undone together."""
         self._drag += 1
         return self._drag
 
     def edit(self, interval_id: int, interval: Interval, drag: int = 0) -> None:
-        """Give an interval other frames (kept inside the clip) or another offset."""
+        """Change the frames (kept inside the clip) or the offset of an interval."""
         start, stop = max(interval.start, 0), min(interval.stop, self.frames)
         if (there := self.found(interval_id)) is None or start >= stop:
-            return  # it was one of the last clip's, or is undone by now
+            return  # it belongs to the last clip or was undone
         new = resized(interval, start, stop)
         if drag or not same_offsets(new, there.interval):
             self.do(Edit(interval_id, new, drag))
 
     def insert_interval(self, frame: int, interval: Interval | None = None) -> None:
-        """Add a hand-made interval and select it: the one given, or one proposed around a frame.
+        """Add an interval by hand and select it: the given one, or one proposed around a frame.
 
-        Where one of the same kind has the very same frames, that one is selected: two would add.
+        If an interval of the same kind has the same frames, select that one: two would add up.
         """
         if self.data is None or not self.chain:
             return
@@ -288,60 +288,66 @@ class Document(OpenClip):
             interval = self.data.proposed(self.chain, frame)
         if (there := self.review.state.same_frames(interval)) is not None:
             first, last = (t + self.first_frame for t in (interval.start, interval.stop))
-            told = tr(
-                "There is an interval here already: frames {first}–{last}.", first=first, last=last
+            message = tr(
+                "An interval with frames {first}–{last} exists already and is now selected.",
+                first=first,
+                last=last,
             )
             if last == first + 1:
-                told = tr("There is an interval here already: frame {first}.", first=first)
+                message = tr(
+                    "An interval at frame {first} exists already and is now selected.", first=first
+                )
             self.select_interval(there.id)
-            self.message.emit(told, False)
+            self.message.emit(message, False)
             return
         number = self.review.state.next_id
         if self.do(Insert(interval)):
             self.select_interval(number)
 
     def set_tau(self, tau: float, chain: str = "", drag: int = 0) -> None:
-        """Set τ, radians, of a chain (the selected one if none is named) and detect again."""
+        """Set τ, radians, of a chain (by default the selected one) and detect again."""
         if name := chain or self.chain:
             self.set_taus({name: tau}, drag)
 
     def set_taus(self, tau: Mapping[str, float], drag: int = 0) -> None:
-        """Set τ, radians, of several chains and detect again: one step of the history."""
+        """Set τ, radians, of several chains and detect again, as one step of the history."""
         if not (self.data and tau and self._may_detect()):
             return
-        if (method := self.review.state.method) != DETECTORS.usable(method):
-            self.message.emit(not_installed(method), False)
+        if why := not_usable(self.data.analysis, self.review.state.method):
+            self.message.emit(why, False)
         elif self._follows_review():
             try:
                 found = tuple(i for n, t in tau.items() for i in self.detector.intervals(n, t))
-            except TwistError as error:  # of a detector that is not the program's own
+            except TwistError as error:  # raised by a detector that is not ours
                 self.message.emit(of_core(error), True)
             else:
                 self.do(Redetect(dict(tau), found, drag=drag))
 
-    def change_chains(self, rig: Rig, what: str, told: str = "") -> None:
-        """Have other chains, once they are analysed: one step of the history, called `what`.
+    def change_chains(self, rig: Rig, what: str, message: str = "") -> None:
+        """Analyse other chains, then use them, as one step of the history called `what`.
 
-        told: what is said when it is done.
+        message: the sentence to show when it is done.
         """
 
         def change(command: ChangeChains) -> None:
-            if self.do(command) and told:
-                self.message.emit(told, False)
+            if self.do(command) and message:
+                self.message.emit(message, False)
 
         if self.data and rig != self.review.state.rig and self._may_change():
             self.rigs.change(self.review.state, rig, what, change)
 
     def use_profile(self, profile: Profile) -> None:
-        """Detect with a profile's τ, and with its detector if it names one: one step."""
+        """Detect with the τ of a profile, and its detector if it names one, as one step."""
         if self.data is None or not self._may_change() or not self._may_detect():
             return
         clip, method = self.data.analysis, profile.method
         own = profile.of(clip.chains_and_limbs)
         now = self.review.state.tau
 
-        def detect() -> None:  # at the detector's own τ in chains that the profile lacks
-            kept = {limb.name: now[limb.name] for limb in clip.limbs}  # no detector of chains' own
+        def detect() -> None:  # chains that the profile lacks get the detector's own τ
+            kept = {
+                limb.name: now[limb.name] for limb in clip.limbs
+            }  # limbs have their own detector
             found = clip.detect(method, tau_radians=kept | own)
             self.do(Redetect(dict(found.tau), found.intervals, method=method))
 
@@ -351,12 +357,12 @@ class Document(OpenClip):
             self.opener.ask(clip, method, detect)
 
     def use_method(self, method: str) -> None:
-        """Detect with another detector, at its own τ; what a person decided stays."""
+        """Detect with another detector at its own τ; a person's decisions stay."""
         if self.data is not None and method != self.review.state.method:
             self.use_profile(Profile({}, method))
 
     def _may_detect(self) -> bool:
-        """Not in an exercise: it would find what was hidden."""
+        """False in an exercise, where detection would find the hidden errors."""
         if self.data is not None and self.data.blind:
             self.message.emit(BLIND, False)
             return False
@@ -364,7 +370,7 @@ class Document(OpenClip):
 
     def _use_review(self, review: Review) -> None:
         if (analysis := self.rigs.known(review.state.rig)) is not None:
-            review.take_reasons(redetected_intervals(analysis, review.state))
+            review.take_reasons(reasons_of(analysis, review.state))
         self._review = review
         self._review_changed()
 
@@ -379,13 +385,13 @@ class Document(OpenClip):
         self.intervals_changed.emit()
 
     def _take_chains(self) -> Sequence[SignalInstance]:
-        """Have the chains that the review has; the signals that say so."""
+        """Take the chains of the review; return the signals to emit."""
         state, data = self.review.state, self.data
         if data is None or data.analysis.rig == state.rig:
             return ()
         self.data = replace(data, analysis=self.rigs.take(state.rig))
         self._corrected = Corrected(self.data.analysis)
-        self.method = DETECTORS.usable(state.method)
+        self.method = self.data.analysis.usable(state.method)
         names, before = ([c.name for c in d.chains_and_limbs] for d in (self.data, data))
         self.hidden = self.hidden & frozenset(names) | self._others()
         new = [name for name in names if name not in before]
@@ -394,15 +400,17 @@ class Document(OpenClip):
         return self.chains_changed, self.chain_changed
 
     def _follows_review(self) -> bool:
-        """Whether the detector in use is the one that the review names; if not, it will be.
+        """True if the detector in use is the review's; if not, load the review's detector.
 
-        An undo may have gone back to another one: its curve belongs to its τ.
+        An undo may have gone back to another detector.
         """
-        method = DETECTORS.usable(self.review.state.method)
-        if self.data is not None and self.method != method and not self.opener.busy:
-            self.opener.ask(self.data.analysis, method, self._use_detector)
+        if self.data is not None:
+            method = self.data.analysis.usable(self.review.state.method)
+            if self.method != method and not self.opener.busy:
+                self.opener.ask(self.data.analysis, method, self._use_detector)
         return self.method == self.review.state.method
 
     def _use_detector(self) -> None:
-        self.method = DETECTORS.usable(self.review.state.method)
+        if self.data is not None:
+            self.method = self.data.analysis.usable(self.review.state.method)
         self.method_changed.emit()

@@ -1,4 +1,4 @@
-"""What of the open clip was not examined, in sentences: nothing found there means nothing."""
+"""Sentences about the parts of the open clip that were not examined."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from inspector.session.opening import Analysed
 
 
 def reason_unexamined(data: Analysed | None) -> str:
-    """Why nothing could be examined in a clip, as a sentence; '' where something could."""
+    """Return a sentence why a clip could not be examined at all; '' if it could."""
     why = data.analysis.not_examined if data is not None else ""
     return tr("The clip could not be examined: {why}.", why=of_core(why)) if why else ""
 
 
 def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
-    """A sentence for each limb that no chain examines, or one about the whole clip."""
+    """Return a sentence for each limb that no chain examines, or one about the whole clip."""
     if data is None:
         return ()
     whole = reason_unexamined(data)
@@ -21,7 +21,7 @@ def unexamined_sentences(data: Analysed | None) -> tuple[str, ...]:
 
 
 def in_a_line(sentences: tuple[str, ...]) -> str:
-    """The first sentence, and how many more there are."""
+    """Return the first sentence and the number of further ones."""
     if len(sentences) < 2:
         return "".join(sentences)
     more = plural("{n} more", "{n} more", len(sentences) - 1)

@@ -1,4 +1,4 @@
-"""Exporting: the corrected clip, and beside it the session and a report."""
+"""Exports the corrected clip, with its session and a report next to it."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.work.progress import Tell, nobody
 
-_STILL = 1e-9  # of the height: what a joint moves less is rounding
+_STILL = 1e-9  # of the height; smaller movements of a joint are rounding
 
 
 @dataclass(frozen=True)
 class ExportChoice:
-    """What a person asked for."""
+    """The options of an export."""
 
     path: Path
     undecided: bool = False
@@ -43,11 +43,11 @@ class ExportChoice:
 
 @dataclass(frozen=True, eq=False)
 class Export:
-    """What is written, whatever the person does meanwhile.
+    """An export with the review as it was when the export began.
 
-    left_out: what cannot be corrected; changed: that the clip on disk is another by now, or '';
-    ours: SHA-256 of files as this program wrote them, those of this export as they come; own: what
-    only the review itself may write; by: who asks for it; analysis: of the clip, for the report.
+    left_out: a sentence about what cannot be corrected; changed: a sentence if the clip on disk has
+    changed, or ''; ours: SHA-256 of files that this program wrote, including those of this export;
+    own: files that only the review may write; by: the person's name; analysis: for the report.
     """
 
     choice: ExportChoice
@@ -63,9 +63,10 @@ class Export:
 
 
 def prepare_export(document: Document, choice: ExportChoice) -> Export:
-    """Accept what is to be accepted and keep the review as it is now.
+    """Accept the automatic corrections if chosen, and freeze the review for an export.
 
-    Raises TwistError where the source, or a file that is none of ours, would be overwritten.
+    Raises TwistError if the source, or a file that this program did not write, would be
+    overwritten.
     """
     data = document.data
     assert data is not None
@@ -73,8 +74,10 @@ def prepare_export(document: Document, choice: ExportChoice) -> Export:
     own = document.keeper.files
     check_targets(choice, data.clip, document.exported, own)
     if choice.undecided and not document.accept_undecided():
-        told = tr("{path}: not written, since nothing can be accepted here.", path=choice.path)
-        raise TwistError(told)
+        message = tr(
+            "{path} was not written, because nothing can be accepted here.", path=choice.path
+        )
+        raise TwistError(message)
     return Export(
         choice,
         data.clip,
@@ -90,7 +93,7 @@ def prepare_export(document: Document, choice: ExportChoice) -> Export:
 
 
 def files_of(choice: ExportChoice) -> tuple[Path, ...]:
-    """Every file that an export writes."""
+    """Return every file that an export writes."""
     path = choice.path
     replay = (replay_path(path),) if choice.session else ()
     report = report_files(path.parent, own_name(path)) if choice.report else ()
@@ -98,24 +101,26 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 
 
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
-    """Files that are there already where an export writes, and whether this program wrote them so.
+    """Return existing files that an export would replace, and whether this program wrote them.
 
-    ours: SHA-256 of files as this program wrote them; those of earlier runs are told by the report.
+    ours: SHA-256 of files that this program wrote; the report lists those of earlier runs.
     """
-    known = _known(choice, ours)
+    known = _written_marks(choice, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
     there = [path for path in files_of(choice) if is_there(path)]
     return {p: _as_written(p, known) or (p == listing and _lists(p)) for p in there}
 
 
 def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ...]:
-    """Long files that :func:`replaced` would read, for a thread to take their `file_mark` first."""
-    known = _known(choice, ours)
+    """Return large files that :func:`replaced` would read, so that a thread can hash them first."""
+    known = _written_marks(choice, ours)
     return tuple(path for path in files_of(choice) if path in known and takes_long(path))
 
 
-def _known(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, tuple[object, ...]]:
-    """SHA-256 that files have as this program wrote them: this run, or, by the report, another."""
+def _written_marks(
+    choice: ExportChoice, ours: Mapping[Path, str]
+) -> dict[Path, tuple[object, ...]]:
+    """Return the SHA-256 of files written by this run or, according to the report, earlier."""
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
     marks: Mapping[str, tuple[object, ...]] = {}
     with suppress(TwistError):
@@ -134,50 +139,52 @@ def _lists(listing: Path) -> bool:
 def check_targets(
     choice: ExportChoice, clip: Clip, ours: Mapping[Path, str], own: frozenset[Path]
 ) -> None:
-    """TwistError where anything would be replaced that is neither ours nor given up.
+    """Raise TwistError if an export would replace a file that must stay.
 
-    ours: SHA-256 of files as this program wrote them: what is there now is compared; own: what only
-    the review itself may write. What lies beside the export is replaced only if this program wrote
-    it, whatever the person says of the export itself.
+    ours: SHA-256 of files that this program wrote, compared with the files on disk; own: files that
+    only the review may write. Session and report are replaced only if this program wrote them, even
+    if the person agrees to replace the export itself.
     """
     path, replay = choice.path, replay_path(choice.path)
     if real_path(path) == real_path(clip.path) or same_file(path, clip.path):
-        told = tr("{path}: choose another name; the source is never overwritten.", path=path)
-        raise TwistError(told)
+        message = tr(
+            "{path} is the source, which is never overwritten. Choose another name.", path=path
+        )
+        raise TwistError(message)
     if path in own or replay in own:
-        told = tr("{path}: choose another name; the review itself is kept there.", path=path)
-        raise TwistError(told)
+        message = tr("{path} is a file of the review itself. Choose another name.", path=path)
+        raise TwistError(message)
     check_ending(clip, path)
-    known = _known(choice, ours)
+    known = _written_marks(choice, ours)
     for file in (path, replay) if choice.session else (path,):
         if not (choice.replace or _as_written(file, known)):
-            told = tr("{path}: there is such a file already; choose another name.", path=file)
-            raise TwistError(told)
+            message = tr("{path} exists already. Choose another name.", path=file)
+            raise TwistError(message)
     if choice.session and is_there(replay):
         try:
             read_session(replay)
         except TwistError:
-            told = tr(
-                "{path}: there is a file that this program did not write; choose another name.",
+            message = tr(
+                "{path} exists and was not written by this program. Choose another name.",
                 path=replay,
             )
-            raise TwistError(told) from None
+            raise TwistError(message) from None
     if choice.report:
         check_report(path.parent, own_name(path))
 
 
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
-    """Whether nothing is there, what this program wrote there, or what has no bytes to lose."""
+    """True if no ordinary file is there, or it is unchanged since this program wrote it."""
     if not is_file(path):
         return True
     return path in known and file_mark(path) in known[path]
 
 
 def write(export: Export, tell: Tell = nobody) -> str:
-    """Correct, track and write everything chosen; returns the sentence that says what was changed.
+    """Correct, track and write everything chosen; return a sentence about what was changed.
 
-    tell: called with the share of the tracking that is done. Raises OSError where the disk says no,
-    TwistError where a file that is none of ours has come meanwhile.
+    tell: called with the progress of the tracking. Raises OSError if writing fails, and TwistError
+    if another program has written one of the files in the meantime.
     """
     choice, clip, state = export.choice, export.clip, export.state
     refined = accepted_motion(clip, export.chains, state, tell=tell)
@@ -203,10 +210,10 @@ def write(export: Export, tell: Tell = nobody) -> str:
             analysis=export.analysis,
             written=choice.path,
         )
-        # Without pictures: an export is over at once, and `twistcore report` draws them.
+        # Without pictures, to be quick; `twistcore report` draws them.
         for file in write_clip_report(choice.path.parent, report):
             _take_note(export, file)
-    return _told(export, refined, jumps)
+    return _result(export, refined, jumps)
 
 
 def _take_note(export: Export, path: Path) -> None:
@@ -214,22 +221,25 @@ def _take_note(export: Export, path: Path) -> None:
         export.ours[path] = file_mark(path)
 
 
-def _told(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> str:
+def _result(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> str:
     name = export.choice.path.name
     stale = ""
     if export.changed:
-        stale = f" {export.changed} " + tr("This is the version that is open.")
+        stale = f" {export.changed} " + tr("The export was made from the version that is open.")
     change = compare(export.clip.motion, refined)
     if not change.joints:
-        why = export.left_out or tr("no correction was accepted.")
-        return tr("{name}: written byte for byte as the source; {why}", name=name, why=why) + stale
+        why = export.left_out or tr("No correction was accepted.")
+        return (
+            tr("{name} was written as an exact copy of the source. {why}", name=name, why=why)
+            + stale
+        )
     largest = max(j.max_degrees for j in change.joints)
     joints = len({j.joint for j in change.joints})
-    told = plural(
-        "{name}: {frames} of {n} joint changed by up to {largest:.1f}°; {moved}; "
-        "every other byte is the source's.",
-        "{name}: {frames} of {n} joints changed by up to {largest:.1f}°; {moved}; "
-        "every other byte is the source's.",
+    message = plural(
+        "{name} was written: {frames} of {n} joint changed by up to {largest:.1f}°. {moved} "
+        "Every other byte is unchanged.",
+        "{name} was written: {frames} of {n} joints changed by up to {largest:.1f}°. {moved} "
+        "Every other byte is unchanged.",
         joints,
         name=name,
         frames=plural("{n} frame", "{n} frames", change.frames),
@@ -239,21 +249,21 @@ def _told(export: Export, refined: Motion, jumps: Sequence[ChannelJump]) -> str:
     steps = ""
     if jumps:
         steps = plural(
-            "{n} channel step of more than 180° stays: {first}.",
-            "{n} channel steps of more than 180° stay: {first}.",
+            "{n} channel step of more than 180° remains: {first}.",
+            "{n} channel steps of more than 180° remain: {first}.",
             len(jumps),
             first=of_core(str(jumps[0])),
         )
-    return " ".join(filter(None, (told, export.left_out, steps))) + stale
+    return " ".join(filter(None, (message, export.left_out, steps))) + stale
 
 
 def _moved(change: Difference) -> str:
-    """Which joints the correction moved, of the figure's height."""
+    """Return a sentence about the joints that moved, relative to the figure's height."""
     rest, still = change.rest_of_height, change.rest_of_height < _STILL
     if not change.moved and still:
-        return tr("no joint moved")
+        return tr("No joint moved.")
     if not change.moved:
-        return tr("no joint moved by more than {rest:.0e} of the height", rest=rest)
+        return tr("No joint moved by more than {rest:.0e} of the height.", rest=rest)
     *before, last = (
         tr("{joint} by up to {percent:.1f} %", joint=m.joint, percent=100.0 * m.of_height)
         for m in change.moved
@@ -261,21 +271,21 @@ def _moved(change: Difference) -> str:
     names = last
     if before:
         names = tr("{before} and {last}", before=", ".join(before), last=last)
-    if len(before) > 2:  # tracked, a whole figure may
+    if len(before) > 2:  # tracking may move the whole figure
         most = 100.0 * max(m.of_height for m in change.moved)
         count = len(change.moved)
         names = tr("{count} joints by up to {percent:.1f} %", count=count, percent=most)
     if still:
-        return tr("moved: {names} of the height; no other joint moves", names=names)
+        return tr("Moved, relative to the height: {names}. No other joint moved.", names=names)
     return tr(
-        "moved: {names} of the height; no other joint by more than {rest:.0e} of the height",
+        "Moved, relative to the height: {names}. No other joint moved by more than {rest:.0e}.",
         names=names,
         rest=rest,
     )
 
 
 def uncorrected_warning(document: Document) -> str:
-    """A sentence about accepted intervals that cannot be corrected, or ''."""
+    """Return a sentence about accepted intervals that cannot be corrected, or ''."""
     assert document.data is not None
     motion = document.data.motion
     accepted = document.review.state.chosen()
@@ -286,4 +296,7 @@ def uncorrected_warning(document: Document) -> str:
     )
     if not stuck:
         return ""
-    return tr("Not corrected, for want of three rotation channels: {chains}.", chains=stuck)
+    return tr(
+        "These chains were not corrected, because joints lack rotation channels: {chains}.",
+        chains=stuck,
+    )

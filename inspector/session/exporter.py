@@ -1,4 +1,4 @@
-"""Exports written off the GUI thread, one at a time."""
+"""Writes exports in the background, one at a time."""
 
 from __future__ import annotations
 
@@ -12,28 +12,28 @@ from twistcore.errors import TwistError
 
 
 class Exporter(QObject):
-    """Says how far it is and how it ended; the review may go on meanwhile."""
+    """Writes exports and shows progress and result; the review can continue meanwhile."""
 
     ended = Signal()
-    written = Signal(object, str)  # an Export that is on disk, and what was said of it
+    written = Signal(object, str)  # the Export on disk, and the sentence shown about it
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document = document
-        self._export: Export | None = None  # what is being written
+        self._export: Export | None = None  # the export being written
         self._failed = False
 
     @property
     def running(self) -> bool:
-        """Whether something is being written."""
+        """True while an export is being written."""
         return self._export is not None
 
     def start(self, choice: ExportChoice) -> None:
-        """Write what was chosen, with the review as it is now."""
+        """Start an export with the review as it is now."""
         if self._export is not None:
             name = self._export.choice.path.name
-            told = tr("{name} is still being written; export again then.", name=name)
-            self._document.message.emit(told, True)
+            message = tr("{name} is still being written. Export again when it is done.", name=name)
+            self._document.message.emit(message, True)
             return
         try:
             export = prepare_export(self._document, choice)
@@ -41,15 +41,15 @@ class Exporter(QObject):
             self._document.message.emit(str(error), True)
             return
         self._export, self._failed = export, False
-        self._tell(0.0)
+        self._show_progress(0.0)
         task = Task(lambda tell: write(export, tell), self)
-        task.progress.connect(self._tell)
+        task.progress.connect(self._show_progress)
         task.finished.connect(lambda text: self._done(export, text))
         task.failed.connect(lambda error: self._fail(export, error))
         task.start()
 
     def finish(self) -> bool:
-        """Wait until nothing is being written; False if that went wrong, and the person is told."""
+        """Wait until the export is written; False if it failed, which is then shown."""
         if self._export is None:
             return True
         loop = QEventLoop()
@@ -57,27 +57,27 @@ class Exporter(QObject):
         loop.exec(QEventLoop.ProcessEventsFlag.ExcludeUserInputEvents)
         return not self._failed
 
-    def _tell(self, share: float) -> None:
+    def _show_progress(self, share: float) -> None:
         if self._export is not None:
-            told = tr("Writing {name} …", name=self._export.choice.path.name)
+            message = tr("Writing {name} …", name=self._export.choice.path.name)
             done = f" {100.0 * share:.0f} %" if share > 0.0 else ""
-            self._document.message.emit(told + done, False)
+            self._document.message.emit(message + done, False)
 
     def _fail(self, export: Export, error: Exception) -> None:
         self._failed = True
         path, why = export.choice.path, of_core(str(error))
-        told = tr("{path}: not written: {why}", path=path, why=why)
+        message = tr("{path} was not written: {why}", path=path, why=why)
         if isinstance(error, OSError):
             path, why = error.filename or path, of_core(str(error.strerror))
-            told = tr("{path}: not written ({why}).", path=path, why=why)
-        self._end(export, told, wrong=True)
+            message = tr("{path} was not written ({why}).", path=path, why=why)
+        self._end(export, message, wrong=True)
 
     def _done(self, export: Export, text: str) -> None:
         self._end(export, text, wrong=bool(export.changed))
         self.written.emit(export, text)
 
     def _end(self, export: Export, text: str, *, wrong: bool) -> None:
-        self._document.exported.update(export.ours)  # some of it may be there, if not all
+        self._document.exported.update(export.ours)  # after a failure, some files may be on disk
         self._export = None
         self._document.message.emit(text, wrong)
         self.ended.emit()

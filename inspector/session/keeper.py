@@ -1,4 +1,4 @@
-"""Nothing decided is lost: session, journal and lock of a clip, and what earlier runs left."""
+"""Keeps the review of the open clip safe: session, journal, lock and leftovers of earlier runs."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from twistcore.review.session import session_bytes
 
 @dataclass(frozen=True, eq=False)
 class PutAside:
-    """A review that another clip is open instead of, for a while."""
+    """A review that was put aside while another clip is open."""
 
     kept: KeptReview
     journal: Path | None
@@ -44,29 +44,28 @@ class PutAside:
 class Keeper(QObject):
     """Session file, journal and lock of the open clip.
 
-    A journal of an earlier run stays until it is answered: gone on with, in the same file, or
-    forgotten.
+    A journal of an earlier run stays until the person continues with it or discards it.
     """
 
-    locked = Signal()  # another window has, or has taken, the review
+    locked = Signal()  # another window holds the review
 
-    def __init__(self, told: SignalInstance, parent: QObject) -> None:
-        """`told`: a sentence for the person; True if something went wrong."""
+    def __init__(self, message: SignalInstance, parent: QObject) -> None:
+        """`message`: emits a sentence to show; True if something went wrong."""
         super().__init__(parent)
-        self.told = told
+        self.message = message
         self.read_only = False
-        self.leftovers: list[Leftover] = []  # of earlier runs, not answered, the latest first
-        self.notes: list[str] = []  # what went wrong when the clip was taken up
-        self.away: Path | None = None  # the refuge, where the clip's folder cannot be written
+        self.leftovers: list[Leftover] = []  # of earlier runs, not answered yet, the latest first
+        self.notes: list[str] = []  # what went wrong when the clip was opened
+        self.away: Path | None = None  # the refuge, if the clip's folder is read-only
         self.lock: ReviewLock | None = None
-        self.journal = ReviewJournal(told, lambda: not self.read_only, self)
+        self.journal = ReviewJournal(message, lambda: not self.read_only, self)
         self._kept: KeptReview | None = None
-        self._robbed: Path | None = None  # the clip whose lock was just taken from another window
+        self._robbed: Path | None = None  # the clip whose lock this window has just taken over
 
-    # -- one clip after the other -------------------------------------------------------------
+    # -- opening clips ------------------------------------------------------------------------
 
     def begin(self, data: Analysed) -> None:
-        """Watch over another clip's review; `leftovers` are what earlier runs left of it."""
+        """Start keeping another clip's review, and look for leftovers of earlier runs."""
         known = {data.session: data.session_sha256} if data.session is not None else {}
         self._watch(KeptReview(data.clip, data.review, data.session, known))
         if self.read_only:
@@ -74,29 +73,29 @@ class Keeper(QObject):
         for leftover in self._find_leftovers(data):
             if holds_more(leftover, data.clip, data.review.state):
                 self.leftovers.append(leftover)
-            elif data.review.saved:  # it is in the session file, or there is nothing in it
+            elif data.review.saved:  # the session file has it all, or it is empty
                 self.forget(leftover)
 
     @property
     def review(self) -> Review:
-        """The review that it watches over."""
+        """The review of the open clip."""
         assert self._kept is not None
         return self._kept.review
 
     @property
     def session_file(self) -> Path | None:
-        """Where its session is, once it has one."""
+        """The path of the session file, once there is one."""
         return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
-        """What is needed to go on later, once another clip was open meanwhile."""
+        """Return what is needed to continue this review later."""
         if self._kept is None:
             return None
         self.journal.flush()
         return PutAside(self._kept, self.journal.path, self.journal.steps, tuple(self.leftovers))
 
     def go_on(self, aside: PutAside) -> None:
-        """Watch over a review again that was put aside, in the journal that it had."""
+        """Continue a review that was put aside, in its own journal."""
         self._watch(aside.kept)
         if self.read_only:
             return
@@ -111,9 +110,9 @@ class Keeper(QObject):
         self.read_only = not self._take_lock(kept)
 
     def _find_leftovers(self, data: Analysed) -> list[Leftover]:
-        """Journals beside the clip, its session and in the refuge, the latest first.
+        """Return journals next to the clip and its session and in the refuge, the latest first.
 
-        Those that a living window holds are none, unless that was robbed of the lock just now.
+        Journals of another open window are skipped, unless this window has just taken its lock.
         """
         assert self._kept is not None
         robbed, self._robbed = self._robbed == data.clip.path, None
@@ -121,15 +120,15 @@ class Keeper(QObject):
         for path in (path for place in self._kept.all_places for path in journals(place)):
             if not robbed and is_held(path):
                 continue
-            leftover, told = read_leftover(path, data.clip, data.analysis)
-            if told:
-                self.notes.append(told)
+            leftover, message = read_leftover(path, data.clip, data.analysis)
+            if message:
+                self.notes.append(message)
             if leftover is not None:
                 found.append(leftover)
         return sorted(found, key=lambda left: written(left.path), reverse=True)
 
     def end(self) -> None:
-        """Let the clip go; its journal stays unless everything in it is saved."""
+        """Stop keeping the clip; its journal stays unless everything in it is saved."""
         self.journal.end()
         self.leftovers, self.notes = [], []
         if self.lock is not None:
@@ -138,20 +137,20 @@ class Keeper(QObject):
         self._kept = None
 
     def continue_with(self, leftover: Leftover) -> None:
-        """Go on with a recovered review, in its own journal.
+        """Continue a recovered review in its own journal.
 
-        One that knows nothing of limbs gives way to a new one, once that is on disk.
+        A journal without limbs is replaced by a new one once that is on disk.
         """
-        self.journal.continue_with(leftover.recovered, anew=leftover.completed)
+        self.journal.continue_with(leftover.recovered, fresh=leftover.completed)
         if not leftover.completed:
             self.leftovers.remove(leftover)
         elif self.journal.on_disk:
             self.forget(leftover)
 
     def forget(self, leftover: Leftover) -> None:
-        """Delete what an earlier run left: it was answered, or there is nothing more in it.
+        """Delete a leftover that was answered or has nothing new.
 
-        One with lines that could not be read is only renamed.
+        A journal with unreadable lines is only renamed.
         """
         if leftover.recovered.damaged:
             self.keep(leftover, ".damaged")
@@ -159,7 +158,7 @@ class Keeper(QObject):
             self._done_with(leftover, lambda: leftover.path.unlink(missing_ok=True))
 
     def keep(self, leftover: Leftover, mark: str = ".earlier") -> str:
-        """Keep what an earlier run left under a name that is not offered; '' if that failed."""
+        """Rename a leftover so that it is not offered again; return the name, '' if that failed."""
         kept = free_name(leftover.path, mark)
         done = self._done_with(leftover, lambda: leftover.path.rename(kept))
         return kept.name if done else ""
@@ -171,38 +170,43 @@ class Keeper(QObject):
             work()
         except OSError as error:
             why = of_core(str(error.strerror))
-            told = tr("{path}: it stays where it is ({why}).", path=leftover.path, why=why)
-            self.told.emit(told, True)
+            message = tr(
+                "{path} could not be moved and stays where it is ({why}).",
+                path=leftover.path,
+                why=why,
+            )
+            self.message.emit(message, True)
             return False
         return True
 
     # -- the session file ---------------------------------------------------------------------
 
     def save(self, path: Path | None = None) -> tuple[bool, str]:
-        """Write the session file, at `path` if given; whether it was, and what is to be said."""
+        """Write the session file, at `path` if given; return success and a sentence to show."""
         kept = self._kept
         if kept is None:
             return False, tr("Nothing was saved: the clip is no longer open for review.")
         if (self.read_only or not self.may_change()) and path in (None, kept.session_file):
             name = kept.clip.name
-            told = tr(
-                "This window cannot save it: {name} is under review in another one.", name=name
+            message = tr(
+                "The session was not saved, because {name} is under review in another window.",
+                name=name,
             )
-            return False, told
+            return False, message
         self.journal.flush()
         places = (path,) if path else kept.places
         try:
-            place, told, trouble = at_first(places, lambda p: self._write_session(kept, p))
+            place, message, trouble = at_first(places, lambda p: self._write_session(kept, p))
         except TwistError as error:
             return False, str(error)
         except OSError as error:
             why = of_core(str(error.strerror))
-            told = tr("{path}: not saved ({why}).", path=places[0], why=why)
-            stay = tr("Your decisions stay {place}.", place=self.journal.where())
-            return False, f"{told} {stay}"
+            message = tr("{path} was not saved ({why}).", path=places[0], why=why)
+            stay = tr("Your decisions are kept {place}.", place=self.journal.where())
+            return False, f"{message} {stay}"
         if trouble is not None:
-            told += tr(
-                "{path}: not saved ({why}); the session is {place} instead.",
+            message += tr(
+                "{path} was not saved ({why}). The session is now {place}.",
                 path=places[0],
                 why=of_core(str(trouble.strerror)),
                 place=place,
@@ -212,35 +216,37 @@ class Keeper(QObject):
         remember_place(kept.clip.path, place)
         kept.review.mark_saved()
         self.journal.give_up()
-        return True, told
+        return True, message
 
     def _write_session(self, kept: KeptReview, path: Path) -> str:
-        """Write it under its own lock, which is then the one that is held; what is to be said.
+        """Write a session, taking its lock; return a sentence to show.
 
-        TwistError where another window has that session.
+        Raises TwistError if another window holds that session.
         """
         data = session_bytes(kept.clip, kept.review.state)
         lock = _lock_of(path)
         if self.lock is not None and self.lock.path == lock.path:
             return write_known(path, data, kept.known)
         if not lock.take():
-            told = tr(
-                "{name} is open in another window ({holder}).", name=path.name, holder=lock.holder
+            message = tr(
+                "{name} is open in another window ({holder}). Save under another name.",
+                name=path.name,
+                holder=lock.holder,
             )
-            raise TwistError(told)
+            raise TwistError(message)
         try:
-            told = write_known(path, data, kept.known)
+            message = write_known(path, data, kept.known)
         except OSError:
             lock.release()
             raise
         if self.lock is not None:
             self.lock.release()
         self.lock, self.read_only = lock, False
-        return told
+        return message
 
     @property
     def files(self) -> frozenset[Path]:
-        """What only the review itself may write: session, journal, lock."""
+        """Files that only the review may write: session, journal and lock."""
         if self._kept is None:
             return frozenset()
         ends = ("", JOURNAL_SUFFIX, f"{JOURNAL_SUFFIX}.lock")
@@ -250,7 +256,7 @@ class Keeper(QObject):
     # -- places and lock ----------------------------------------------------------------------
 
     def may_change(self) -> bool:
-        """Whether the review is this window's to change; if not, `locked` says so."""
+        """True if this window may change the review; if not, emit `locked`."""
         kept, lock = self._kept, self.lock
         if kept and lock and not self.read_only and not lock.is_ours():
             self.journal.flush()
@@ -262,16 +268,16 @@ class Keeper(QObject):
         return not self.read_only
 
     def take_over(self) -> str:
-        """Take the lock from its holder; a sentence if that failed, else ''."""
+        """Take the lock from its holder; return '' or a sentence why that failed."""
         if self.lock is None or self._kept is None:
             return ""
         try:
             self.read_only = not self.lock.take_over()
         except OSError as error:
             name, why = self.lock.path.name, of_core(str(error.strerror))
-            return tr("{name}: the lock cannot be taken ({why}).", name=name, why=why)
+            return tr("The lock {name} cannot be taken over ({why}).", name=name, why=why)
         if self.read_only:
-            return tr("The lock is held again by {holder}.", holder=self.lock.holder)
+            return tr("Another window has taken the lock again: {holder}.", holder=self.lock.holder)
         self._robbed = self._kept.clip.path
         return ""
 
@@ -284,7 +290,7 @@ class Keeper(QObject):
         try:
             place, (self.lock, taken), trouble = at_first(kept.places, take)
         except OSError:
-            return True  # nowhere to write: nobody else can either
+            return True  # no folder is writable, for any other window either
         self.away = place.parent if trouble else None
         return taken
 

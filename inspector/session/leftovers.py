@@ -1,4 +1,4 @@
-"""What earlier runs left of a clip's review: journals, and whether the open review has it all."""
+"""Journals that earlier runs left, and what they hold that the open review lacks."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ from twistcore.skeleton.limb import Limb
 class Leftover:
     """A journal that an earlier run left.
 
-    same_clip: it belongs to the clip as it is, not to another version of it; completed: with what
-    the journal knows nothing of, limbs, so that it cannot go on as it is.
+    same_clip: the journal belongs to this version of the clip; completed: limbs were added to its
+    review, so that the journal cannot be continued as it is.
     """
 
     recovered: Recovered
@@ -46,19 +46,19 @@ class Leftover:
 
     @property
     def path(self) -> Path:
-        """The journal."""
+        """The path of the journal."""
         return self.recovered.path
 
 
 def waiting(clip: Path) -> list[Path]:
-    """Journals of a clip that no living program holds, wherever they are, the latest first."""
+    """Return all journals of a clip that no running program holds, the latest first."""
     places = dict.fromkeys((session_path(clip), refuge_path(clip), *kept_sessions(clip)))
     there = {path for place in places for path in journals(place)}
     return sorted((p for p in there if not is_held(p)), key=written, reverse=True)
 
 
 def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
-    """Clips of a folder of which a review that ended without saving may be restored."""
+    """Return the clips of a folder with an unsaved review that can be restored."""
     beside = journal_owners(folder)
     away = journal_owners(refuge_path(folder / "clip.bvh").parent)
     by_name = [p for p in clips if session_path(p).name in beside]
@@ -68,9 +68,9 @@ def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
 
 
 def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
-    """Clips whose decisions may be restored: each with its latest journal and how many it has.
+    """Return clips with unsaved decisions, each with its latest journal and their number.
 
-    Whole journals are replayed, which may take seconds: for a thread.
+    Replays whole journals, which may take seconds; call it in a thread.
     """
     found = []
     for clip in clips:
@@ -81,9 +81,9 @@ def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
 
 
 def decisions_in(journal: Path) -> int:
-    """How many intervals a journal judges or edits otherwise than the session it began with.
+    """Return how many intervals a journal decides or edits differently from its session.
 
-    0 for one that cannot be read, or in which nothing is left.
+    0 if the journal cannot be read or has no steps.
     """
     try:
         recovered = recover(journal)
@@ -95,43 +95,43 @@ def decisions_in(journal: Path) -> int:
 
 
 def read_leftover(path: Path, clip: Clip, analysis: ClipAnalysis) -> tuple[Leftover | None, str]:
-    """What a journal holds and a sentence for the person, '' if all is well.
+    """Read a journal; return its leftover and a sentence to show, '' if all is well.
 
-    None for one that cannot be used: if it is damaged it is set aside. One from before flips of
-    limbs were looked for gets those of the clip, undecided.
+    None for a journal that cannot be used; a damaged one is set aside. A journal older than the
+    detection of limb flips gets the clip's flips, undecided.
     """
     try:
         recovered = recover(path, clip)
     except FormatError as error:
         with suppress(OSError):
-            if not path.stat().st_size:  # a crash before its first line was there
+            if not path.stat().st_size:  # the program crashed before the first line was written
                 path.unlink()
                 return None, ""
         return None, set_aside(path, str(error))
     except TwistError as error:
         return None, str(error)
-    told = ""
+    message = ""
     if recovered.damaged:
-        told = tr(
-            "{name}: {n} entries are damaged; those before are kept.",
+        message = tr(
+            "{n} entries of {name} are damaged. The entries before them are kept.",
             name=path.name,
             n=recovered.damaged,
         )
     began, left = recovered.session.state, recovered.review.state
     if recovered.session.sha256 != clip.sha256 or not _has_chains(began, clip):
-        return Leftover(recovered, False), told
+        return Leftover(recovered, False), message
     complete = with_every_kind(left, analysis.with_rig(left.rig))
     if complete is left:
-        return Leftover(recovered, True), told
+        return Leftover(recovered, True), message
     review = Review(complete)
     review.mark_unsaved()
     began = with_every_kind(began, analysis.with_rig(began.rig))
     session = replace(recovered.session, state=began)
-    return Leftover(replace(recovered, session=session, review=review), True, True), told
+    return Leftover(replace(recovered, session=session, review=review), True, True), message
 
 
 def _has_chains(state: ReviewState, clip: Clip) -> bool:
-    """Whether the clip has the chains of a review and no others, with limbs or without."""
+    """True if the clip has exactly the chains of the review, apart from limbs."""
     try:
         every = state.rig.chains(clip.motion)
     except TwistError:
@@ -141,7 +141,7 @@ def _has_chains(state: ReviewState, clip: Clip) -> bool:
 
 
 def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
-    """Whether there may be anything in it that a review of the clip has not."""
+    """True if the leftover may hold anything that a review of the clip lacks."""
     left = leftover.recovered.review.state
     if leftover.same_clip:
         return leftover.recovered.damaged > 0 or not same_review(clip, left, state)
@@ -149,12 +149,12 @@ def holds_more(leftover: Leftover, clip: Clip, state: ReviewState) -> bool:
 
 
 def same_review(clip: Clip, one: ReviewState, other: ReviewState) -> bool:
-    """Whether two reviews of a clip would be saved alike."""
+    """True if two reviews of a clip would be saved as the same file."""
     return _content(clip, one) == _content(clip, other)
 
 
 def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
-    """How many of its decisions a review has not, of how many; what else it set counts as one."""
+    """Return how many of its decisions a review lacks, and their total; settings count as one."""
     left = leftover.recovered.review.state
     kept = [judged for judged in left.intervals if judged.kept]
     has = {_work(judged) for judged in state.intervals}
@@ -166,15 +166,15 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
 
 
 def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
-    """Whether frames were left out of tuning, or taken in again, that are not so here."""
+    """True if the leftover excluded frames from tuning, or included them again, unlike here."""
     was, wanted, here = (s.left_out for s in (began, left, state))
-    again = missing_from(was, wanted)  # taken into tuning again
+    again = missing_from(was, wanted)  # included in tuning again
     not_again = joined_spans(again) != missing_from(again, here)
     return bool(missing_from(missing_from(wanted, was), here)) or not_again
 
 
 def _work(judged: Judged) -> tuple[object, ...]:
-    """What a person decided about an interval; where it lies only if that is the person's, too."""
+    """Return a person's decision about an interval, with its frames if the person set them."""
     interval = judged.interval
     same = interval.offset.strides == (0,) or not np.ptp(interval.offset)
     offset = interval.offset[:1] if same else interval.offset

@@ -1,4 +1,4 @@
-"""What is open, and where in it a person is; nothing here changes a review."""
+"""The open clip, the playhead and the selection, without anything that changes a review."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 
 
 class Show(StrEnum):
-    """Which poses the 3D view shows."""
+    """The poses that the 3D view shows."""
 
     BEFORE = "before"
     AFTER = "after"
@@ -30,11 +30,11 @@ class Show(StrEnum):
 
 @dataclass(frozen=True)
 class Borrowed:
-    """Of a clip that a lesson or an exercise has opened, whose own folder goes with it.
+    """Facts about a clip that a lesson or an exercise has opened in a temporary folder.
 
-    write_to: where files made of it belong; why: a sentence that says why its review is kept
-    nowhere; signed: whether its decisions are somebody's all the same, as a class's are; over: it
-    is open only for want of another clip, and nothing in it is to be decided any more.
+    write_to: the folder for files made from it; why: a sentence why its review is not saved;
+    signed: decisions carry the reviewer's name nevertheless, as in a class exercise; over: the
+    lesson has ended, and the clip stays open only to be looked at.
     """
 
     write_to: Path
@@ -44,30 +44,30 @@ class Borrowed:
 
 
 class OpenClip(QObject):
-    """A clip, its review as it is, the playhead and what is selected."""
+    """A clip, its review, the playhead and the selection."""
 
     chain_changed = Signal()  # the selected chain
     interval_changed = Signal()  # the selected interval
     frame_changed = Signal(int)
     show_changed = Signal()
-    hidden_changed = Signal()  # which chains are shown
-    person_changed = Signal()  # whose chains are listed, of several people
-    numbering_changed = Signal()  # frames are counted from another number
-    confidence_changed = Signal()  # learned confidences are shown, or the detector's own again
+    hidden_changed = Signal()  # the set of hidden chains
+    person_changed = Signal()  # the person whose chains are listed
+    numbering_changed = Signal()  # frames are counted from 0 or from 1
+    confidence_changed = Signal()  # learned confidences are switched on or off
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
-        self.data: Analysed | None = None  # what does not change while the clip is open
+        self.data: Analysed | None = None  # does not change while the clip is open
         self.method = ""  # the detector in use
         self.chain = ""
         self.interval_id: int | None = None
         self.frame = 0
         self.show = Show.BOTH
-        self.hidden: frozenset[str] = frozenset()  # chains a person does not want to see now
-        self.person = ""  # of several people the one whose chains are listed; '': everyone
-        self.order = "chain"  # in which a person goes through intervals, or "time"
-        self.learned: LearnedConfidence | None = None  # in place of the detector's confidence
-        self.first_frame = 0  # what a person calls the clip's first frame: 0 or 1
+        self.hidden: frozenset[str] = frozenset()  # chains that the person has hidden
+        self.person = ""  # the person whose chains are listed, '' for everyone
+        self.order = "chain"  # the order of going through intervals, "chain" or "time"
+        self.learned: LearnedConfidence | None = None  # shown instead of the detector's confidence
+        self.first_frame = 0  # the number of the first frame, 0 or 1
         self.borrowed: Borrowed | None = None
         self._review: Review | None = None
         self._corrected: Corrected | None = None
@@ -82,50 +82,50 @@ class OpenClip(QObject):
 
     @property
     def detector(self) -> Analysis:
-        """What the detector in use knows of the open clip, and that of flips of its limbs."""
+        """The analysis of the open clip by the detector in use, including limb flips."""
         assert self.data is not None
         return self.data.analysis.detector(self.method)
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """All intervals of the open clip, by chain and start; empty without a clip."""
+        """All intervals of the open clip by chain and start, () without a clip."""
         return self.review.state.intervals if self.data else ()
 
     def told(self, judged: Judged) -> Judged:
-        """An interval as a person is told of it: with the learned confidence where that is used."""
+        """Return an interval as displayed, with the learned confidence if that is switched on."""
         sure = self.sureness(judged.interval)
         if sure == judged.interval.confidence:
             return judged
         return replace(judged, interval=replace(judged.interval, confidence=sure))
 
     def sureness(self, interval: Interval) -> float | None:
-        """The confidence that a person is told of, 0…1; None where there is none."""
+        """Return the displayed confidence of an interval, 0…1, or None if it has none."""
         counter_twist = interval.kind == Kind.COUNTER_TWIST
         own = interval.confidence
         return self.learned(own) if self.learned is not None and counter_twist else own
 
     def use_learned(self, learned: LearnedConfidence | None) -> None:
-        """Show learned confidences instead of the detector's own, or these again."""
+        """Show learned confidences; None: show the detector's own."""
         if learned != self.learned:
             self.learned = learned
             self.confidence_changed.emit()
 
     @property
     def interval(self) -> Judged | None:
-        """The selected interval."""
+        """The selected interval, or None."""
         return self.found(self.interval_id)
 
     def found(self, interval_id: int | None) -> Judged | None:
-        """The interval of an id; None where the clip that is open by now has none."""
+        """Return the interval with an id, or None if the open clip has none."""
         return next((j for j in self.intervals if j.id == interval_id), None)
 
     @property
     def frames(self) -> int:
-        """Number of frames; 0 without a clip."""
+        """The number of frames, 0 without a clip."""
         return self.data.motion.frames if self.data else 0
 
     def find_chain(self, name: str) -> Chain:
-        """A chain or limb of the open clip by name; KeyError where there is none."""
+        """Return a chain or limb of the open clip by name; raise KeyError if there is none."""
         for chain in self.data.chains_and_limbs if self.data else ():
             if chain.name == name:
                 return chain
@@ -133,24 +133,27 @@ class OpenClip(QObject):
 
     @property
     def limb(self) -> LimbFlips | None:
-        """What is known of the selected limb; None where a chain is selected."""
+        """The flips of the selected limb, or None if a chain is selected."""
         return self.data.limb(self.chain) if self.data else None
 
     def offset(self, chain: str) -> Array:
-        """Twist error of a chain's parent by all intervals not rejected, radians, (frames,)."""
+        """Return the offset of a chain by all intervals not rejected, radians, (frames,)."""
         return self._corrected.offset(chain) if self._corrected else np.zeros(0)
 
     @property
     def corrected(self) -> Corrected:
-        """The clip with every interval corrected that is not rejected.
+        """The clip corrected by every interval that is not rejected.
 
-        So that an undecided one can be judged by what accepting it would do.
+        Undecided intervals are included, so that a person sees what accepting them would do.
         """
         assert self._corrected is not None
         return self._corrected
 
     def pose(self, frame: int, *, after: bool) -> tuple[Array, Array]:
-        """Global rotations (joints, 4) and positions (joints, 3) of a frame; after: `corrected`."""
+        """Return global rotations (joints, 4) and positions (joints, 3) of a frame.
+
+        after: of the corrected clip.
+        """
         assert self.data is not None
         if after:
             return self.corrected.pose(frame)
@@ -159,14 +162,14 @@ class OpenClip(QObject):
     # -- cursor and selection -----------------------------------------------------------------
 
     def go_to(self, frame: int) -> None:
-        """Move the playhead; frames outside the clip become its first or last."""
+        """Move the playhead to a frame, limited to the clip."""
         frame = max(0, min(int(frame), self.frames - 1))
         if self.data and frame != self.frame:
             self.frame = frame
             self.frame_changed.emit(frame)
 
     def select_chain(self, name: str) -> None:
-        """Select a chain; a selected interval of another chain is let go."""
+        """Select a chain, and deselect an interval of another chain."""
         if name == self.chain:
             return
         self.find_chain(name)
@@ -176,9 +179,9 @@ class OpenClip(QObject):
             self.select_interval(None)
 
     def select_interval(self, interval_id: int | None, *, jump: bool = False) -> None:
-        """Select an interval and its chain; with `jump` the playhead goes where it is seen.
+        """Select an interval and its chain; with `jump`, move the playhead to it.
 
-        One that there is not, of the last clip or undone meanwhile, is left alone.
+        An id that does not exist any more is ignored.
         """
         judged = self.found(interval_id)
         if judged is None and interval_id is not None:
@@ -195,9 +198,9 @@ class OpenClip(QObject):
     def step_interval(
         self, direction: int, *, undecided: bool = False, order: Sequence[int] = ()
     ) -> bool:
-        """Select the next (+1) or previous (−1) interval, round the end; order: see `decide`.
+        """Select the next (+1) or previous (−1) interval, wrapping around; order: see `decide`.
 
-        Where none is selected, the next from the playhead. False where there is no other.
+        If none is selected, start from the playhead. False if there is no other interval.
         """
         if self.data is None:
             return False
@@ -212,7 +215,9 @@ class OpenClip(QObject):
         return True
 
     def _from_playhead(self, direction: int, undecided: bool, listed: set[int]) -> int | None:
-        """The next interval from the playhead on or before it, by time or chain; round the end."""
+        """Return the next or previous interval from the playhead, by time or chain, wrapping
+        around.
+        """
         state, by_time = self.review.state, self.order == "time"
         row = {name: k for k, name in enumerate(state.tau)}
         chosen = [
@@ -241,18 +246,18 @@ class OpenClip(QObject):
         return next(ahead, chosen[0].id if chosen else None)
 
     def set_first_frame(self, first: int) -> None:
-        """Call the clip's first frame 0 or 1, as the person's other software does."""
+        """Number the clip's first frame 0 or 1."""
         if first != self.first_frame:
             self.first_frame = first
             self.numbering_changed.emit()
 
     def set_hidden(self, chain: str, hidden: bool) -> None:
-        """Leave a chain's intervals out of the table and the strip, or show them again."""
+        """Hide a chain's intervals in the table and the overview, or show them again."""
         self.hidden = self.hidden | {chain} if hidden else self.hidden - {chain}
         self.hidden_changed.emit()
 
     def show_person(self, person: str) -> None:
-        """Show the intervals of one person only, of everyone for ''; select a chain of theirs."""
+        """Show only the intervals of one person ('' for everyone); select one of their chains."""
         self.person = person
         self.hidden = self._others()
         self.hidden_changed.emit()
@@ -264,17 +269,17 @@ class OpenClip(QObject):
 
     @property
     def listed_chains(self) -> tuple[Chain, ...]:
-        """The chains and limbs of the person whose are listed, or of everyone."""
+        """The chains and limbs of the listed person, or of everyone."""
         chains, others = self.data.chains_and_limbs if self.data else (), self._others()
         return tuple(chain for chain in chains if chain.name not in others)
 
     def _others(self) -> frozenset[str]:
-        """Chains of other people than the one whose are listed."""
+        """Return the chains of all people except the listed one."""
         chains = self.data.chains_and_limbs if self.data and self.person else ()
         return frozenset(c.name for c in chains if c.person != self.person)
 
     def set_show(self, show: Show) -> None:
-        """Show before, after or both."""
+        """Show the pose before, after or both."""
         if show != self.show:
             self.show = show
             self.show_changed.emit()

@@ -1,4 +1,4 @@
-"""A clip with everything about it that does not change while it is reviewed."""
+"""Reads and analyses a clip: everything that does not change during a review."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from inspector.language import of_core, tr
+from inspector.session.failing_detector import another_used, not_usable, reasons_of
 from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import kept_sessions, set_aside
 from twistcore.analysis import clip_analysis as core
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX
@@ -25,7 +26,6 @@ from twistcore.formats.reading import read_clip
 from twistcore.review import Judged, Redetect, Review, ReviewState, Session
 from twistcore.review.model import as_written
 from twistcore.review.proposal import flip_over, interval_over, proposed_flip, proposed_interval
-from twistcore.review.reasons import redetected_intervals
 from twistcore.review.session import read_session_file
 from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
 from twistcore.skeleton.motion import Motion
@@ -38,7 +38,7 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """What changes with a file: seen at no cost, unlike its bytes."""
+    """Cheap signs that a file has changed: its time, size and number."""
 
     modified: int  # nanoseconds
     size: int
@@ -47,12 +47,12 @@ class Stamp:
 
 @dataclass(frozen=True, eq=False)
 class Analysed:
-    """A clip as it was opened: what is known of it, and the review that it begins with.
+    """A clip as opened: its analysis and the initial review.
 
-    session: the file that the review was read from, and its bytes' SHA-256; earlier: a review of
-    another version of this clip; added: how many finds of kinds that the session did not
-    know were added to it, None where it knew all; stamp: of the clip's file before it was read,
-    None if it was in memory; blind: an exercise, in which what the detector knows is not told.
+    session, session_sha256: the file that the review was read from; earlier: a review of another
+    version of this clip; added: the number of intervals of kinds that are new since the session was
+    saved, None if no kind is new; stamp: of the clip's file before it was read, None for a clip in
+    memory; blind: an exercise, in which the detector is switched off.
     """
 
     clip: Clip
@@ -68,43 +68,45 @@ class Analysed:
 
     @property
     def motion(self) -> Motion:
-        """The motion as read."""
+        """The motion of the clip."""
         return self.clip.motion
 
     @property
     def chains(self) -> tuple[Chain, ...]:
-        """Its chains."""
+        """The chains of the clip."""
         return self.analysis.chains
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """All that a person can select."""
+        """All chains and limbs."""
         return self.analysis.chains_and_limbs
 
     def limb(self, name: str) -> LimbFlips | None:
-        """What is known of a limb; None for the name of a chain."""
+        """Return the flips of a limb, or None for the name of a chain."""
         return self.analysis.flips.limbs.get(name)
 
     def proposed(self, chain: str, frame: int) -> Interval:
-        """An interval of a chain, or a flip of a limb, for a person to begin with."""
+        """Return a proposed interval of a chain or limb around a frame."""
         if (limb := self.limb(chain)) is not None:
             return proposed_flip(limb, frame)
         return proposed_interval(chain, self.signals[chain], frame, self.motion.fps)
 
     def proposed_over(self, chain: str, start: int, stop: int) -> Interval:
-        """One over [start, stop), as a person has drawn it."""
+        """Return a proposed interval over the frames [start, stop)."""
         if (limb := self.limb(chain)) is not None:
             return flip_over(limb, start, stop)
         return interval_over(chain, self.signals[chain], start, stop)
 
     def angle(self, chain: str) -> Array:
-        """What an offset is taken out of, radians, (frames,): θp of a chain, φ of a limb."""
+        """Return the angle that an offset corrects, radians, (frames,): θp of a chain, φ of a
+        limb.
+        """
         limb = self.limb(chain)
         return self.signals[chain].theta_p if limb is None else limb.swivel.angle
 
     @property
     def signals(self) -> Mapping[str, TwistSignals]:
-        """Signals of every chain by name."""
+        """The twist signals of every chain by name."""
         return self.analysis.signals
 
     @property
@@ -119,40 +121,40 @@ class Analysed:
 
 
 class ClipMissingError(TwistError):
-    """A session whose clip is neither where it was nor beside the session."""
+    """Raised if the clip of a session is neither at its old path nor next to the session."""
 
     def __init__(self, session: Path, clip: str) -> None:
-        told = tr(
-            "{session}: its clip {clip} is not where it was.",
+        message = tr(
+            "The clip {clip} of {session} was not found. Locate the clip.",
             session=session.name,
             clip=shown_words(clip),
         )
-        super().__init__(told)
+        super().__init__(message)
         self.session = session
 
 
-# Where the stages of a long clip end, shares of the whole.
+# Progress at the end of reading and of detection.
 _READ, _DETECTED = 0.1, 0.9
 
 
 def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody) -> Analysed:
-    """Read and analyse a clip, with the session kept of it; raises TwistError.
+    """Read and analyse a clip with its latest session; raise TwistError.
 
-    profile: τ for a clip without a session, which has its own, as it has its own chains: else those
-    kept of the rig; tell: how far it is. Safe to call in any thread.
+    profile: τ for a clip without a session. A session has its own τ and chains; without one, the
+    rig's chains are used. tell: called with the progress. Thread-safe.
     """
     sessions = kept_sessions(path)
     if not sessions:
         return _read(path, profile, tell)
     session, *older = sessions
     notes = [
-        tr("Another session of {clip}, not the latest, is {path}.", clip=path.name, path=other)
+        tr("There is an older session of {clip}: {path}.", clip=path.name, path=other)
         for other in older
     ]
     try:
         kept, sha256 = read_session_file(session)
     except TwistError as error:
-        why = tr("{error}: its review is not shown.", error=of_core(str(error)))
+        why = tr("{error}: the review in it is not shown.", error=of_core(str(error)))
         if isinstance(error, FormatError):
             why = set_aside(session, str(error))
         found, notes = _read(path, profile, tell), [*notes, why]
@@ -164,16 +166,18 @@ def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody
 def _read(
     path: Path, profile: Profile | None, tell: Tell, session: Session | None = None
 ) -> Analysed:
-    """A clip with a review of its own; session: whose chains it gets, if the clip has such."""
+    """Read a clip and start a new review; session: its chains are used if they fit."""
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
-    rig, told = _rig_of(session, clip.motion)
-    found = analyse_clip(clip, profile, part(tell, _READ, 1.0), rig)
-    return replace(found, stamp=stamp, notes=(*((told,) if told else ()), *found.notes))
+    rig, message = _rig_of(session, clip.motion)
+    found, missing = _searched(clip, profile, part(tell, _READ, 1.0), rig)
+    if missing and session is None:
+        found = replace(found, notes=(another_used(found.analysis, missing),))
+    return replace(found, stamp=stamp, notes=(*((message,) if message else ()), *found.notes))
 
 
 def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
-    """The session's, else what is kept for the skeleton, and a sentence where that is damaged."""
+    """Return the rig of the session or of the skeleton, and a sentence if it is damaged."""
     if session is not None:
         with suppress(TwistError):
             session.state.rig.chains(motion)
@@ -192,35 +196,39 @@ def _belongs(session: Session, clip: Clip) -> bool:
 def analyse_clip(
     clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
 ) -> Analysed:
-    """Analyse a clip that is in memory already; tell: how far it is."""
+    """Analyse a clip in memory; tell: called with the progress."""
+    found, missing = _searched(clip, profile, tell, rig)
+    return replace(found, notes=(another_used(found.analysis, missing),)) if missing else found
+
+
+def _searched(clip: Clip, profile: Profile | None, tell: Tell, rig: Rig) -> tuple[Analysed, str]:
+    """Return a clip searched with a profile, and the profile's detector if it was not usable."""
     profile = profile or Profile({})
-    method = profile.method or DEFAULT_METHOD
-    notes: tuple[str, ...] = ()
-    if DETECTORS.usable(method) != method:
-        told = tr(
-            "The detector '{name}', which {clip} was to be searched with, is not installed here: "
-            "another one was used, at its own τ.",
-            name=method,
-            clip=clip.name,
-        )
-        method, profile, notes = DEFAULT_METHOD, Profile({}), (told,)
+    wanted = method = profile.method or DEFAULT_METHOD
     tell(0.0)
     analysis = core.analyse(clip, rig=rig)
-    analysis.by(method, part(tell, 0.0, _DETECTED))
+    if DETECTORS.usable(method) == method:
+        try:
+            analysis.by(method, part(tell, 0.0, _DETECTED))
+        except TwistError:
+            if method == DEFAULT_METHOD:
+                raise
+    if (method := analysis.usable(wanted)) != wanted:
+        profile = Profile({})
+        analysis.by(method, part(tell, 0.0, _DETECTED))
     tell(_DETECTED)
     found = analysis.detect(method, tau_radians=profile.of(analysis.chains_and_limbs))
-    # What views ask for first is made here, off the GUI thread: on a large clip it takes a while.
+    # Compute here what views need first: this takes a while and must not block the window.
     _ = clip.sha256, analysis.poses, analysis.signals, analysis.reliability, analysis.notes
-    return Analysed(clip, analysis, Review.of(found), notes=notes)
+    return Analysed(clip, analysis, Review.of(found)), "" if method == wanted else wanted
 
 
 def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobody) -> Analysed:
-    """The clip of a session with the session's review; raises TwistError.
+    """Read a session and its clip; raise TwistError.
 
-    Without `clip_path` the clip is where it was when the session was saved, or beside the session.
-    A clip that has changed gets a review of its own, and the session's as `earlier`. A session that
-    replays an export is read, never written: its review goes on in the clip's own session. tell:
-    how far it is.
+    Without `clip_path`, the clip is looked for at its old path and next to the session. A clip that
+    has changed gets a new review, with the session's review as `earlier`. The session of an export
+    is never written; its review continues in the clip's own session. tell: gets the progress.
     """
     session, sha256 = read_session_file(path)
     if clip_path is None:
@@ -235,7 +243,7 @@ def analyse_session(path: Path, clip_path: Path | None = None, tell: Tell = nobo
 
 def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: Tell) -> Analysed:
     method = session.state.method
-    found = _read(clip, Profile({}, DETECTORS.usable(method)), tell, session)
+    found = _read(clip, Profile({}, method), tell, session)
     if not _belongs(session, found.clip):
         return replace(found, earlier=session.state.intervals)
     own = found.review.state
@@ -243,62 +251,55 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     limbs = {limb.name for limb in found.analysis.limbs}
     tau = {name: t for name, t in own.tau.items() if name not in limbs} | known
     state = replace(session.state, tau=tau, chain_order=own.chain_order)
-    if DETECTORS.usable(method) != method:
-        found = replace(found, notes=(*found.notes, not_installed(method)))
-    if told := of_later_kinds(state):
-        found = replace(found, notes=(*found.notes, told))
+    if message := of_later_kinds(state):
+        found = replace(found, notes=(*found.notes, message))
     complete = with_every_kind(state, found.analysis)
     if complete is not state:
         added = len(complete.intervals) - len(state.intervals)
         found = replace(found, added=added)
     review = Review(complete)
-    review.take_reasons(redetected_intervals(found.analysis, complete))
+    review.take_reasons(reasons_of(found.analysis, complete))
+    if why := not_usable(found.analysis, method):
+        found = replace(found, notes=(*found.notes, why))
     if path.name.endswith(REPLAY_SUFFIX):
-        review.mark_unsaved()  # in the clip's own session
+        review.mark_unsaved()  # it continues in the clip's own session
         return replace(found, review=review)
     return replace(found, review=review, session=path, session_sha256=sha256)
 
 
-def not_installed(method: str) -> str:
-    """What is to be known of a review whose detector is not there."""
-    return tr(
-        "This review's intervals were found by the detector '{name}', which is not installed here: "
-        "they can be judged and exported, while their τ stays until another detector is chosen.",
-        name=method,
-    )
-
-
 def of_later_kinds(state: ReviewState) -> str:
-    """A sentence on intervals of kinds that this version does not know; '' where there are none."""
+    """Return a sentence about intervals of unknown kinds, '' if there are none."""
     kinds = [j.interval.kind for j in state.intervals if not j.interval.kind.known]
     if not kinds:
         return ""
     return tr(
-        "{n} of the intervals are of kinds that only a later version of the program knows "
-        "({kinds}): they are shown and kept as they are.",
+        "{n} of the intervals are of kinds that only a newer version of the program knows "
+        "({kinds}). They are shown and kept as they are.",
         n=len(kinds),
         kinds=", ".join(sorted(set(kinds))),
     )
 
 
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """A review with what it knows nothing of, undecided.
+    """Return a review with intervals of all kinds that are new to it, undecided.
 
-    Limbs at their own τ, their flips and lone jumps where it knows no limbs; noise bursts and
-    frozen frames where it has none of the kind. The very same review where nothing is new.
+    Adds limbs with their τ, flips and lone jumps if it has no limbs, and noise bursts and frozen
+    frames if it has none of that kind. Returns the same object if nothing is new.
     """
     return _with_faults(_with_limbs(state, analysis), analysis)
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """A review with the faults of the capture of each kind of which it has no interval."""
+    """Return a review with capture faults of every kind that it has no interval of."""
     known = {judged.interval.kind for judged in state.intervals}
-    there = set(state.tau)
+    there, method = set(state.tau), DETECTORS.usable(state.method)
     new = [
         fault
-        for chain, own in analysis.faults.items()
+        for kind in Kind
+        if kind.of_capture and kind.info.find and kind not in known
+        for chain, own in analysis.shown(kind, method).items()
         for fault in own
-        if chain in there and fault.kind not in known
+        if chain in there
     ]
     return _with_undecided(state, new) if new else state
 
@@ -316,62 +317,62 @@ def _with_limbs(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     tau = {name: analysis.flips.automatic_tau(name) for name in new}
     found = tuple(i for name, t in tau.items() for i in analysis.flips.intervals(name, t))
     state = Redetect(tau, found).apply(replace(state, chain_order=order))
-    jumps = [i for own in analysis.jumps(DETECTORS.usable(state.method)).values() for i in own]
+    jumps = [i for own in analysis.jumps(analysis.usable(state.method)).values() for i in own]
     return _with_undecided(state, jumps)
 
 
 def opening_notes(
     data: Analysed, away: Path | None, notes: Sequence[str]
 ) -> Iterator[tuple[str, bool]]:
-    """What a person is told of a clip that has just been opened: sentences, and if one is bad.
+    """Yield sentences about a clip that was just opened, each with True if something is wrong.
 
-    away: where its review is kept, if not beside it; notes: on taking that up.
+    away: the folder of its review, if that is not the clip's; notes: problems with the review.
     """
     if data.session is not None:
-        told = tr("Going on with {session}.", session=data.session.name)
+        message = tr("Your review in {session} continues.", session=data.session.name)
         if data.added is not None:
             found = tr("{n} found, undecided", n=data.added) if data.added else tr("none found")
-            told += " " + tr(
-                "Kinds of finds of which it knew nothing were looked for as well: {found}.",
+            message += " " + tr(
+                "This version also looks for new kinds of errors: {found}.",
                 found=found,
             )
-        yield told, False
+        yield message, False
     if rig := data.analysis.rig:
-        yield tr("Chains of this rig: {summary}.", summary=of_core(rig.summary())), False
+        yield tr("This rig has its own chains: {summary}.", summary=of_core(rig.summary())), False
     name, notices = data.clip.name, []
     if away is not None:
-        told = tr(
-            "{name} lies in a folder that cannot be written: your decisions are kept in {folder}.",
+        message = tr(
+            "The folder of {name} is read-only. Your decisions are kept in {folder}.",
             name=name,
             folder=away,
         )
-        notices.append(told)
+        notices.append(message)
     warned = (*map(str, data.clip.warnings), *map(str, data.analysis.notes))
     warned = (*warned, *chain_notes(data.chains_and_limbs))
     notices += [f"{name}: {of_core(w)}" for w in warned]
     motion, every = data.motion, data.chains_and_limbs
     stuck = [of_core(c.label) for c in every if uncorrectable_joints(motion, c, carried=True)]
     if stuck:
-        told = tr(
-            "{chains}: shown but not corrected, for want of rotation channels.",
+        message = tr(
+            "{chains}: shown but not corrected, because joints lack rotation channels.",
             chains=", ".join(stuck),
         )
-        notices.append(told)
+        notices.append(message)
     lasting = [*data.notes, *notes]
     if notices:
-        told = " ".join(notices[:3])
+        message = " ".join(notices[:3])
         if len(notices) > 3:
-            told += " " + tr("(and {n} more: see the chains)", n=len(notices) - 3)
-        if data.clip.missing_frames:  # part of the capture is not here: shown until it is closed
-            lasting.insert(0, told)
+            message += " " + tr("{n} more notes are in the Chains panel.", n=len(notices) - 3)
+        if data.clip.missing_frames:  # frames are missing: show this until the person closes it
+            lasting.insert(0, message)
         else:
-            yield told, False
+            yield message, False
     if lasting:
         yield " ".join(lasting), True
 
 
 def stamp_of(path: Path) -> Stamp | None:
-    """The file's stamp; None for one that is not there."""
+    """Return the stamp of a file, or None if it is missing."""
     try:
         status = path.stat()
     except OSError:
@@ -380,14 +381,14 @@ def stamp_of(path: Path) -> Stamp | None:
 
 
 def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
-    """A sentence if the file's bytes are no longer the clip's, else ''.
+    """Return a sentence if the clip has changed on disk, or ''.
 
-    then: the stamp with which it was read. The bytes are compared only where the stamps differ.
+    then: the stamp when it was read. The bytes are compared only if the stamps differ.
     """
     if now == then:
         return ""
     if now is None:
-        return tr("{clip} is no longer where it was; what is open stays as it is.", clip=clip.name)
+        return tr("{clip} was moved or deleted. The open clip stays as it is.", clip=clip.name)
     try:
         same = file_mark(clip.path) == clip.sha256
     except OSError as error:

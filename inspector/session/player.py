@@ -1,4 +1,4 @@
-"""Playing a clip in real time: frames are dropped, time is not stretched."""
+"""Plays a clip in real time, dropping frames if necessary."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _EDGE_S = 0.25  # to either side of an edge
 
 
 class Player(QObject):
-    """Moves the document's playhead by the clock; starts over at the end of the clip."""
+    """Moves the document's playhead with the clock, and loops at the end of the clip."""
 
-    changed = Signal()  # playing or speed
+    changed = Signal()  # playing state or speed
 
     def __init__(self, document: Document, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -27,7 +27,7 @@ class Player(QObject):
         self._shown = 0
         self.speed = 1.0
         self.looping = False
-        self._once: tuple[int, int, int] | None = None  # first, stop, and where the playhead goes
+        self._once: tuple[int, int, int] | None = None  # first, stop, and the frame to end at
         document.opened.connect(self.pause)
 
     @property
@@ -52,9 +52,9 @@ class Player(QObject):
             self.changed.emit()
 
     def play_edge(self, *, other: bool = False) -> bool:
-        """Play once over the selected interval's edge next to the playhead, and stop on it.
+        """Play once across the interval's edge nearest to the playhead, and stop on it.
 
-        other: over its other edge. False where no interval is selected.
+        other: use the other edge. False if no interval is selected.
         """
         document = self._document
         if (judged := document.interval) is None or document.data is None:
@@ -73,12 +73,12 @@ class Player(QObject):
         return True
 
     def set_loop(self, on: bool) -> None:
-        """Keep to the selected interval and half a second around it."""
+        """Switch looping over the selected interval, with half a second around it."""
         self.looping = on
         self._begin()
 
     def span(self) -> tuple[int, int]:
-        """Frames [first, stop) that are played over and over."""
+        """Return the frames [first, stop) of the loop."""
         frames = self._document.frames
         judged = self._document.interval
         if not self.looping or judged is None or self._document.data is None:
@@ -87,13 +87,13 @@ class Player(QObject):
         return max(0, judged.interval.start - around), min(frames, judged.interval.stop + around)
 
     def set_speed(self, speed: float) -> None:
-        """Play at a multiple of real time; negative goes backwards."""
+        """Play at a multiple of real time; a negative speed plays backwards."""
         self.speed = speed
         self._begin()
         self.changed.emit()
 
     def step_speed(self, direction: int) -> None:
-        """The next faster (+1) or slower (−1) speed of SPEEDS."""
+        """Switch to the next faster (+1) or slower (−1) speed of SPEEDS."""
         magnitude = abs(self.speed)
         at = min(range(len(SPEEDS)), key=lambda k: abs(SPEEDS[k] - magnitude)) + direction
         self.set_speed(SPEEDS[max(0, min(at, len(SPEEDS) - 1))])
@@ -106,7 +106,7 @@ class Player(QObject):
         if (data := self._document.data) is None:
             self.pause()
             return
-        if self._document.frame != self._shown:  # a person moved the playhead meanwhile
+        if self._document.frame != self._shown:  # a person has moved the playhead
             self._once = None
             self._begin()
         passed = self._clock.elapsed() / 1000.0 * self.speed * data.motion.fps

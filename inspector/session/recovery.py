@@ -1,4 +1,4 @@
-"""What a person is asked about a clip: earlier reviews of it, its lock, its journal, its file."""
+"""Questions about the open clip: earlier reviews, its lock, its journal and its file."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from twistcore.review.left_out import joined_spans
 
 
 class Recovery(QObject):
-    """Asks, and does what is answered. What is not answered is asked again at the next start."""
+    """Asks questions and acts on the answers; unanswered ones come again at the next start."""
 
     question = Signal(str, object)  # a sentence with answers: ((text, slot), …)
-    withdrawn = Signal()  # the last question is no longer one
-    save_elsewhere = Signal()  # a place for the session is asked for
-    open_again = Signal(object)  # this clip is to be read anew
+    withdrawn = Signal()  # the last question is obsolete
+    save_elsewhere = Signal()  # ask for another place for the session
+    open_again = Signal(object)  # read this clip again
 
     def __init__(
         self,
@@ -36,20 +36,20 @@ class Recovery(QObject):
         when_ready: Callable[[ReviewState, Callable[[], object]], None],
         parent: QObject,
     ) -> None:
-        """`do`: carries out a command; use: makes a review the open one, once it is ready."""
+        """`do`: applies a command; use: opens a review; when_ready: waits for its chains."""
         super().__init__(parent)
         self._keeper, self._do, self._use, self._when_ready = keeper, do, use, when_ready
         self._data: Analysed | None = None  # the open clip
-        self._stamp: Stamp | None = None  # of the clip's file, as the person knows it
-        self._changed = ""  # what is to be said about it
+        self._stamp: Stamp | None = None  # of the clip's file, as last shown to the person
+        self._changed = ""  # a sentence about a change of it
         self._asks_about_disk = False
-        self._look = OneTask(self)  # at a long clip that has changed
+        self._look = OneTask(self)  # hashes a large clip that has changed
         keeper.journal.failing.connect(self._ask_about_disk)
         keeper.journal.caught_up.connect(self._disk_has_room)
         keeper.locked.connect(self._ask_about_lock)
 
     def begin(self) -> None:
-        """The clip of the last `end` is open."""
+        """Start asking about the clip that is now open."""
         self._stamp, self._changed = self._open().stamp, ""
         if self._keeper.read_only:
             self._ask_about_lock()
@@ -57,14 +57,14 @@ class Recovery(QObject):
             self._ask_next()
 
     def end(self, data: Analysed) -> None:
-        """The clip gives way to this one: no question about it may be answered any more."""
+        """Withdraw all questions about the last clip; data: the next clip."""
         self._data = data
         self._look.cancel()
         self._asks_about_disk = False
         self.withdrawn.emit()
 
     def look_around(self) -> None:
-        """The person is back at the window: what have other programs done meanwhile?"""
+        """Check the lock and the clip's file when the window is activated."""
         if self._data is not None:
             if not self._keeper.read_only:
                 self._keeper.may_change()
@@ -80,9 +80,9 @@ class Recovery(QObject):
         self.check_clip()
 
     def check_clip(self) -> str:
-        """A sentence if the clip has changed on disk since it was read, else ''.
+        """Return a sentence if the clip has changed on disk, or ''.
 
-        The person is asked once whether to open it again.
+        Asks the person once whether to open the clip again.
         """
         data = self._data
         if data is None or data.stamp is None:
@@ -91,14 +91,14 @@ class Recovery(QObject):
         if stamp != self._stamp:
             self._stamp = stamp
             self._changed = what_changed(data.clip, data.stamp, stamp)
-            keep = (tr("Keep what is open"), lambda: None)
+            keep = (tr("Keep the open version"), lambda: None)
             again = (tr("Open it again"), lambda: self.open_again.emit(self._source()))
             if self._changed:
                 self.question.emit(self._changed, (again, keep) if stamp else (keep,))
         return self._changed
 
     def _ask_next(self) -> None:
-        """Ask about the latest thing that an earlier run left, then about an earlier version."""
+        """Ask about the latest leftover, then about a review of an earlier version."""
         data = self._open()
         if self._keeper.leftovers:
             self._offer(self._keeper.leftovers[0])
@@ -112,36 +112,36 @@ class Recovery(QObject):
     def _offer(self, leftover: Leftover) -> None:
         steps = leftover.recovered.steps
         kept = plural("{n} step was kept", "{n} steps were kept", steps)
-        # How day, month, hour and minute stand, as `strftime` has it.
+        # A format of `strftime` for day, month, hour and minute.
         when = datetime.fromtimestamp(written(leftover.path) / 1e9).strftime(tr("%d %B, %H:%M"))
         if not leftover.same_clip:
-            told = tr(
-                "A review of another version of {clip} ended without saving ({when}); {kept}.",
+            message = tr(
+                "A review of another version of {clip} ended without saving ({when}). {kept}.",
                 clip=self._open().clip.name,
                 when=when,
                 kept=kept,
             )
             answer = tr("Carry decisions over")
         elif self._touched:
-            told = tr(
-                "Another review of this clip ended without saving ({when}); {kept}.",
+            message = tr(
+                "Another review of this clip ended without saving ({when}). {kept}.",
                 when=when,
                 kept=kept,
             )
             answer = tr("Add its decisions")
         else:
-            told = tr(
-                "The last review of this clip ended without saving ({when}); {kept}.",
+            message = tr(
+                "The last review of this clip ended without saving ({when}). {kept}.",
                 when=when,
                 kept=kept,
             )
             answer = tr_as("the review", "Restore")
         discard = tr_as("the review", "Discard"), lambda: self.discard(leftover)
-        self.question.emit(told, ((answer, lambda: self.restore(leftover)), discard))
+        self.question.emit(message, ((answer, lambda: self.restore(leftover)), discard))
 
     @property
     def _touched(self) -> bool:
-        """Whether anything has been done to the open review, or was restored into it."""
+        """True if the open review has been changed or restored."""
         review = self._keeper.review
         return bool(review.position) or not review.saved
 
@@ -150,9 +150,9 @@ class Recovery(QObject):
         return self._data
 
     def restore(self, leftover: Leftover) -> None:
-        """Go on with the review that an earlier run left in its journal.
+        """Continue the review of a leftover journal.
 
-        One of another version of the clip, or beside decisions made since, is added to these.
+        A review of another version, or one older than decisions here, is added to the open review.
         """
         if leftover not in self._keeper.leftovers:
             return
@@ -169,7 +169,7 @@ class Recovery(QObject):
             self._ask_next()
 
     def _add(self, leftover: Leftover) -> bool:
-        """Add what it holds to the open review; True once that is on disk and it is answered."""
+        """Add a leftover's decisions to the open review; True once they are on disk."""
         left, here = leftover.recovered.review.state, self._keeper.review.state
         fitting = _fitting(left.intervals, self._open().motion.frames)
         steps: list[Command] = [CarryOver(fitting, leftover.same_clip)]
@@ -177,23 +177,23 @@ class Recovery(QObject):
         if leftover.same_clip and both != here.left_out:
             steps.append(LeaveOut(both))
         if not (all(self._do(step) for step in steps) and self._keeper.journal.on_disk):
-            return False  # it stays until this is as safe as it is
+            return False  # keep it until its decisions are safe elsewhere
         lost, of = missing(leftover, self._keeper.review.state)
         if not lost:
             self._keeper.forget(leftover)
         elif name := self._keeper.keep(leftover):
-            told = tr(
-                "{taken} of {total} decisions were taken over; the others are about nothing "
-                "here, or were decided otherwise. They stay in {name}.",
+            message = tr(
+                "{taken} of {total} decisions were added. The others have no interval here or "
+                "differ from a decision made here. They stay in {name}.",
                 taken=of - lost,
                 total=of,
                 name=name,
             )
-            self._keeper.told.emit(told, True)
+            self._keeper.message.emit(message, True)
         return True
 
     def discard(self, leftover: Leftover) -> None:
-        """Forget what an earlier run left."""
+        """Delete a leftover."""
         if leftover in self._keeper.leftovers:
             self._keeper.forget(leftover)
             self._ask_next()
@@ -206,35 +206,35 @@ class Recovery(QObject):
         else:
             holder = lock and lock.holder
             text = tr("{name} is open in another window ({holder}).", name=name, holder=holder)
-            text += " " + tr("You can look; nothing can be changed here.")
+            text += " " + tr("Here you can look at it but change nothing.")
             take = tr("Take over")
         self.question.emit(text, ((take, self._take_over), (tr("Look only"), lambda: None)))
 
     def _take_over(self) -> None:
         if trouble := self._keeper.take_over():
-            self._keeper.told.emit(trouble, True)
-        else:  # what the other window has saved meanwhile is read, what it has not is offered
+            self._keeper.message.emit(trouble, True)
+        else:  # reads what the other window has saved, and offers what it has not
             self.open_again.emit(self._source())
 
     def _source(self) -> Path:
-        """What to open for this clip and its review: the session, where it is not beside it."""
+        """Return the file to open for this clip: the session if it is elsewhere, or the clip."""
         path, session = self._open().clip.path, self._keeper.session_file
         own = session is None or session == session_path(path) or not is_there(session)
         return path if own or session is None else session
 
     def _ask_about_disk(self, text: str) -> None:
         self._asks_about_disk = True
-        again = (tr("Try again"), self._keeper.journal.retry)  # which asks anew if that fails
+        again = (tr("Try again"), self._keeper.journal.retry)  # asks again if that fails
         self.question.emit(text, (again, (tr("Save elsewhere…"), self.save_elsewhere.emit)))
 
     def _disk_has_room(self) -> None:
         if self._asks_about_disk:
             self._asks_about_disk = False
             self.withdrawn.emit()
-            self._keeper.told.emit(tr("All steps are on disk."), False)
+            self._keeper.message.emit(tr("All steps are on disk again."), False)
             self._ask_next()
 
 
 def _fitting(earlier: Sequence[Judged], frames: int) -> tuple[Judged, ...]:
-    """The intervals of another take that end within this one."""
+    """Return the intervals of another version that end within this clip."""
     return tuple(judged for judged in earlier if judged.interval.stop <= frames)

@@ -1,4 +1,4 @@
-"""Every step of the open review in its journal on disk, or tried again until it is."""
+"""Writes every step of the open review to a journal on disk, and retries until it is there."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from twistcore.formats.clip import Clip
 from twistcore.review import Command, Journal, Recovered, Review, ReviewState, Sign, recover
 from twistcore.review.journal import command_to_json, state_entry
 
-_IDLE_MS = 300  # a drag that pauses this long is put on disk
-_RETRY_MS = 5000  # what the disk did not take is tried again
+_IDLE_MS = 300  # a drag that pauses this long is written
+_RETRY_MS = 5000  # time until a failed write is tried again
 
 
 @dataclass(eq=False)
 class KeptReview:
-    """A review that is watched over, of which clip, and the session that it goes into.
+    """A review, its clip and its session file.
 
-    known: SHA-256 of session files as this program read or wrote them.
+    known: SHA-256 of session files when this program last read or wrote them.
     """
 
     clip: Clip
@@ -37,38 +37,38 @@ class KeptReview:
 
     @property
     def places(self) -> tuple[Path, ...]:
-        """The session that a journal and a lock belong to, and the one in the refuge."""
+        """The session paths for journal and lock: the session itself, then the refuge."""
         wanted = self.session_file or session_path(self.clip.path)
         return tuple(dict.fromkeys((wanted, refuge_path(self.clip.path))))
 
     @property
     def all_places(self) -> tuple[Path, ...]:
-        """These and the session beside the clip."""
+        """`places` and the session path next to the clip."""
         return tuple(dict.fromkeys((*self.places, session_path(self.clip.path))))
 
 
 class ReviewJournal(QObject):
     """The journal of the open review.
 
-    It is begun with the first command, so that a clip that is only looked at leaves nothing
-    behind. A drag is one entry: where it ended.
+    The file is created with the first command, so that looking at a clip leaves no file. A drag is
+    one entry, its end.
     """
 
-    failing = Signal(str)  # steps are not on disk, said again with every one
-    caught_up = Signal()  # what was said to be in the window only is on disk, or given up
+    failing = Signal(str)  # steps are not on disk; emitted again for every step
+    caught_up = Signal()  # all steps are on disk again, or were given up
 
     def __init__(
-        self, told: SignalInstance, may_write: Callable[[], bool], parent: QObject
+        self, message: SignalInstance, may_write: Callable[[], bool], parent: QObject
     ) -> None:
         super().__init__(parent)
-        self.steps = 0  # of the review, not in a session file
-        self._told, self._may_write = told, may_write
+        self.steps = 0  # steps of the review that no session file has
+        self._message, self._may_write = message, may_write
         self._kept: KeptReview | None = None
         self._journal: Journal | None = None
         self._pending: Command | None = None
-        self._first = 0  # position of the review's history at which the journal begins
-        self._detached = False  # the journal no longer knows the review's history
-        self._behind = False  # the disk has not taken everything
+        self._first = 0  # position in the review's history where the journal begins
+        self._detached = False  # the journal no longer follows the review's history
+        self._behind = False  # some steps are not on disk
         self._idle = QTimer(self, singleShot=True, interval=_IDLE_MS)
         self._idle.timeout.connect(self.flush)
         self._again = QTimer(self, interval=_RETRY_MS)
@@ -76,24 +76,24 @@ class ReviewJournal(QObject):
 
     @property
     def path(self) -> Path | None:
-        """Where it is, once it is begun."""
+        """The path of the journal, or None before the first command."""
         return self._journal.path if self._journal is not None else None
 
     @property
     def on_disk(self) -> bool:
-        """Whether every step of the review is in it."""
+        """True if every step of the review is in the journal."""
         return self._pending is None and not self._behind
 
     # -- one review after the other -----------------------------------------------------------
 
     def watch(self, kept: KeptReview) -> None:
-        """Take up another review; the last one has come to its `end`."""
+        """Start recording another review, after `end` of the last one."""
         self._kept = kept
 
     def go_on(self, path: Path | None, steps: int) -> None:
-        """Go on with the review, which was put aside: in the journal it had if all of it is there.
+        """Continue a review that was put aside, in its old journal if that is complete.
 
-        steps: as they were then.
+        steps: the number of steps when it was put aside.
         """
         kept = self._open
         self._detached = True
@@ -106,11 +106,11 @@ class ReviewJournal(QObject):
         self.steps = steps
         self._begin(kept.review.state)
 
-    def continue_with(self, recovered: Recovered, *, anew: bool = False) -> None:
-        """Go on with a recovered review, in its own journal or (anew) in another."""
-        self.give_up()  # nothing was done in the review that was open
+    def continue_with(self, recovered: Recovered, *, fresh: bool = False) -> None:
+        """Continue a recovered review in its own journal or, with `fresh`, in a new one."""
+        self.give_up()  # the open review had no steps
         self._open.review = recovered.review
-        if anew:
+        if fresh:
             self.steps = recovered.steps
             self._begin(recovered.review.state)
             return
@@ -118,13 +118,13 @@ class ReviewJournal(QObject):
         self._first, self._detached = 0, False
 
     def close(self) -> None:
-        """Let the file go: it is offered to whoever has the review now."""
+        """Close the file; the next window with this review offers it."""
         if self._journal is not None:
             self._journal.close()
             self._journal = None
 
     def give_up(self) -> None:
-        """The steps are saved, or the person gives them up: the file goes."""
+        """Delete the file, because its steps are saved or given up."""
         self._pending = None
         self.steps = 0
         self._detached = False
@@ -134,7 +134,7 @@ class ReviewJournal(QObject):
             self._journal = None
 
     def end(self) -> None:
-        """Let the review go; the file stays unless everything in it is saved."""
+        """Stop recording; the file stays unless everything in it is saved."""
         self.flush()
         if self._journal is not None:
             self.retry()
@@ -151,7 +151,7 @@ class ReviewJournal(QObject):
     # -- recording ----------------------------------------------------------------------------
 
     def record(self, command: Command, drag: int = 0) -> None:
-        """Put a command on disk; a step of a drag waits for the drag's end."""
+        """Write a command to disk; a step of a drag waits for the end of the drag."""
         if self._pending is not None and not command.continues(self._pending):
             self.flush()
         if drag:
@@ -161,11 +161,11 @@ class ReviewJournal(QObject):
                 self._begin_before_last()
         else:
             if self._journal is None and isinstance(command, Sign):
-                self._detached = True  # no step of the history that a journal could begin before
+                self._detached = True  # is no step of the history
             self._append(command_to_json(command))
 
     def record_step(self, entry: Mapping[str, Any]) -> None:
-        """Put an undo or redo on disk; what is older than the journal, as the whole state."""
+        """Write an undo or redo to disk; as a whole state if it goes back before the journal."""
         self.flush()
         if (kept := self._kept) is None:
             return
@@ -174,14 +174,14 @@ class ReviewJournal(QObject):
         self._append(state_entry(kept.clip, kept.review.state) if self._detached else entry)
 
     def flush(self) -> None:
-        """Put a waiting drag on disk."""
+        """Write a waiting drag to disk."""
         self._idle.stop()
         if self._pending is not None:
             pending, self._pending = self._pending, None
             self._append(command_to_json(pending))
 
     def retry(self) -> bool:
-        """Try again to put on disk what it did not take; True if all is there."""
+        """Try to write missing steps again; True if all steps are on disk."""
         if self._behind and self._kept is not None:
             journal = self._journal
             if journal is not None and journal.is_there():
@@ -192,11 +192,11 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Where the steps are that no session has, as the end of a sentence."""
+        """Return where the unsaved steps are, as the end of a sentence."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)
-        return tr("in this window only")
+        return tr("only in this window")
 
     # -- the file -----------------------------------------------------------------------------
 
@@ -216,29 +216,29 @@ class ReviewJournal(QObject):
         if journal is not None and journal.is_there():
             self._write(lambda: journal.append(entry))
             return
-        if journal is not None:  # deleted, or its folder was
+        if journal is not None:  # the file or its folder was deleted
             self.close()
             if self._begin(self._kept.review.state):
-                told = tr(
-                    "{name} was deleted while it was open; it is now {path}.",
+                message = tr(
+                    "The journal {name} was deleted while it was open. The new journal is {path}.",
                     name=journal.path.name,
                     path=self.path,
                 )
-                self._told.emit(told, True)
-        elif self._detached:  # an undo of what was saved
+                self._message.emit(message, True)
+        elif self._detached:  # an undo of a saved step
             self._begin(self._kept.review.state)
         elif (begun := self._begin_before_last()) is not None:
             self._write(lambda: begun.append(entry))
 
     def _begin_before_last(self) -> Journal | None:
-        """Begin a journal with the review as it was before its last command, None if it cannot."""
+        """Begin a journal with the review before its last command; None if that fails."""
         review = self._open.review
         if self._begin(review.state_before_last, back=1):
             self._first, self._detached = review.position - 1, False
         return self._journal
 
     def _begin(self, state: ReviewState, *, back: int = 0) -> bool:
-        """Begin a journal with a state, so many steps back; False if no disk takes it."""
+        """Begin a journal with a state `back` steps ago; False if no place is writable."""
         clip, steps = self._open.clip, max(0, self.steps - back)
 
         def begin(place: Path) -> None:
@@ -260,13 +260,13 @@ class ReviewJournal(QObject):
         self._behind = True
         self._again.start()
         waiting = self._journal.waiting if self._journal is not None else self.steps
-        told = plural(
-            "The journal cannot be written ({why}): the last step is in this window only.",
-            "The journal cannot be written ({why}): the last {n} steps are in this window only.",
+        message = plural(
+            "The journal cannot be written ({why}). The last step is only in this window.",
+            "The journal cannot be written ({why}). The last {n} steps are only in this window.",
             waiting,
             why=of_core(str(error.strerror)),
         )
-        self.failing.emit(told)
+        self.failing.emit(message)
 
     def _caught_up(self) -> None:
         if self._behind:

@@ -1,9 +1,9 @@
-"""The lock on a clip's review: one window decides, the others look.
+"""The lock on a clip's review: one window may decide, the others only look.
 
-The lock of the operating system on the lock file says whether its holder lives, so that no process
-id that is used again, and no file that a crash left empty, locks anybody out. What the file says,
-in the lines of a QLockFile (process id, program, computer), is for a person; and where it names
-another computer, whose locks may not be seen here, the person is asked.
+An operating-system lock on the file shows whether its holder is alive. So a reused process id or
+an empty file after a crash locks nobody out. The text of the file, in the format of a QLockFile
+(process id, program, computer), is shown to the person. If it names another computer, whose locks
+may be invisible here, the person is asked.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from inspector.language import tr
 from twistcore.files.lock import lock
 from twistcore.files.ordinary import check_ordinary
 
-_NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link there leads to a file that is not ours
+_NO_LINK = getattr(os, "O_NOFOLLOW", 0)  # a link would lead to somebody else's file
 
 
 @dataclass(frozen=True)
 class Holder:
-    """Who holds a lock: process id, program and computer as the file says, '' or 0 if it does not.
+    """The holder of a lock: process id, program and computer from the file; 0 or '' if unknown.
 
-    since: local time; here: on this computer.
+    since: local time.
     """
 
     process: int
@@ -37,7 +37,7 @@ class Holder:
 
     @property
     def here(self) -> bool:
-        """Whether it is a program on this computer."""
+        """True if the holder runs on this computer."""
         return self.computer in ("", socket.gethostname())
 
     def __str__(self) -> str:
@@ -52,15 +52,15 @@ class Holder:
 
 
 class ReviewLock:
-    """A lock file; nobody's until :meth:`take`."""
+    """A lock file, to be taken with :meth:`take`."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.holder: Holder | None = None  # whose it is, where it could not be taken
+        self.holder: Holder | None = None  # who has it, if it could not be taken
         self._handle: int | None = None
 
     def take(self) -> bool:
-        """True if it is ours now, else `holder` says whose it is; OSError where no file can be."""
+        """Take the lock; False if somebody else has it. Raises OSError if it cannot be written."""
         self.holder = None
         while True:
             handle, writable = _open(self.path)
@@ -72,7 +72,7 @@ class ReviewLock:
                 if held or (found is not None and not found.here):
                     self.holder = found or Holder(0, "", "", _written(handle))
                     return False
-                if not writable:  # another person's, who is gone
+                if not writable:  # left by another user's program that has ended
                     self.path.unlink()
                     continue
                 _write(handle)
@@ -83,7 +83,7 @@ class ReviewLock:
                     os.close(handle)
 
     def is_free(self) -> bool:
-        """Whether its holder has let it go meanwhile."""
+        """True if nobody holds the lock any more."""
         with suppress(OSError):
             if self.take():
                 self.release()
@@ -91,14 +91,16 @@ class ReviewLock:
         return False
 
     def take_over(self) -> bool:
-        """Take it from whoever holds it; OSError where that cannot be (a living one on Windows)."""
+        """Take the lock from its holder; raises OSError if that fails (running program on
+        Windows).
+        """
         self.path.unlink(missing_ok=True)
         return self.take()
 
     def is_ours(self) -> bool:
-        """Whether it still is; one that was deleted is taken again.
+        """True if we still hold the lock; a deleted file is created again.
 
-        False, and `holder` says whose it is, once another window has taken it over.
+        False once another window has taken it over; `holder` is then set.
         """
         if self._handle is not None and _same(self.path, self._handle):
             return True
@@ -108,7 +110,7 @@ class ReviewLock:
         return False
 
     def release(self) -> None:
-        """Let it go, and delete the file if it is ours."""
+        """Release the lock, and delete the file if it is ours."""
         if self._handle is not None and _same(self.path, self._handle):
             if sys.platform == "win32":
                 self._let_go()
@@ -123,7 +125,7 @@ class ReviewLock:
 
 
 def _open(path: Path) -> tuple[int, bool]:
-    """The file, made if missing, and whether it can be written; raises OSError."""
+    """Open or create the file; return its handle and whether it is writable. Raises OSError."""
     with suppress(FileNotFoundError):
         check_ordinary(path, path.lstat().st_mode)
     try:
@@ -142,7 +144,7 @@ def _same(path: Path, handle: int) -> bool:
 
 
 def _read(handle: int) -> Holder | None:
-    """Who wrote the file; None if it says nothing."""
+    """Return the holder named in the file, or None if it names nobody."""
     os.lseek(handle, 0, os.SEEK_SET)
     lines = os.read(handle, 4096).decode("utf-8", "replace").splitlines()
     if len(lines) < 3 or not lines[0].strip().isdecimal():
@@ -155,7 +157,7 @@ def _written(handle: int) -> datetime:
 
 
 def _write(handle: int) -> None:
-    with suppress(OSError):  # a full disk: the lock is ours all the same
+    with suppress(OSError):  # on a full disk we hold the lock nevertheless
         os.lseek(handle, 0, os.SEEK_SET)
         os.ftruncate(handle, 0)
         os.write(handle, f"{os.getpid()}\nTwist Inspector\n{socket.gethostname()}\n".encode())

@@ -1,4 +1,4 @@
-"""The chains that a person wants of a rig: a file for every skeleton, read when its clips open."""
+"""Rig profiles: a person's chains for a skeleton, one file each, read when a clip is opened."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig, skeleton_mark, write
 
 
 def rig_path(skeleton: Skeleton) -> Path:
-    """Where the rig profile of a skeleton lies: beside the settings."""
+    """Return the path of a skeleton's rig profile, next to the settings."""
     return settings_path().parent / "rigs" / f"{skeleton_mark(skeleton)[:24]}.toml"
 
 
 def kept_rig(motion: Motion) -> tuple[Rig, str]:
-    """The rig profile of a motion's skeleton and a sentence to show, '' if all is well.
+    """Return the rig profile of a motion's skeleton and a sentence to show, '' if all is well.
 
-    A damaged file is set aside; the chains are then as found.
+    A damaged file is set aside, and the chains are found automatically.
     """
     path = rig_path(motion.skeleton)
     if not is_there(path):
@@ -32,12 +32,14 @@ def kept_rig(motion: Motion) -> tuple[Rig, str]:
     except FormatError as error:
         return AS_FOUND, set_aside(path, str(error))
     except TwistError as error:
-        return AS_FOUND, tr("{error}: the chains are as found.", error=of_core(str(error)))
+        return AS_FOUND, tr(
+            "{error}: the chains were found automatically.", error=of_core(str(error))
+        )
     return rig, ""
 
 
 def keep_rig(rig: Rig, skeleton: Skeleton, source: str) -> None:
-    """Make it the rig profile of a skeleton; raises OSError. Chains as found need no file."""
+    """Write the rig profile of a skeleton; raises OSError. Without changes, delete the file."""
     path = rig_path(skeleton)
     if not rig:
         path.unlink(missing_ok=True)

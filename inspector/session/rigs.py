@@ -1,4 +1,4 @@
-"""Other chains for the open clip: what a detector knows of them, made off the GUI thread."""
+"""Analyses of the open clip with other chains, made in the background."""
 
 from __future__ import annotations
 
@@ -8,17 +8,16 @@ from inspector.language import tr
 from inspector.session.clip_opener import ClipOpener
 from inspector.session.opening import Analysed
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.detection import DETECTORS
 from twistcore.review import ChangeChains, ReviewState
 from twistcore.review.other_chains import changed_chains
 from twistcore.skeleton.rig import Rig
 from twistcore.work.progress import Tell
 
-_KEPT = 4  # a long clip's have hundreds of megabytes
+_KEPT = 4  # each may take hundreds of megabytes
 
 
 class Rigs:
-    """The open clip's analyses by rig; the last few are kept."""
+    """The analyses of the open clip by rig; only the last few are kept."""
 
     def __init__(self, opener: ClipOpener) -> None:
         self._opener = opener
@@ -26,12 +25,12 @@ class Rigs:
         self.present: ClipAnalysis | None = None
 
     def begin(self, data: Analysed) -> None:
-        """Another clip."""
+        """Start with another clip."""
         self.present = data.analysis
         self._known = {data.analysis.rig: data.analysis}
 
     def take(self, rig: Rig) -> ClipAnalysis:
-        """That of a rig, which is the clip's from now on; it has been made ready."""
+        """Make the prepared analysis of a rig the current one, and return it."""
         self.present = self._known.pop(rig)
         self._known[rig] = self.present
         for oldest in list(self._known)[:-_KEPT]:
@@ -39,14 +38,14 @@ class Rigs:
         return self.present
 
     def known(self, rig: Rig) -> ClipAnalysis | None:
-        """That of a rig, if it has been made ready."""
+        """Return the analysis of a rig, or None if it is not prepared."""
         return self._known.get(rig)
 
     def when_ready(self, state: ReviewState, then: Callable[[], object]) -> None:
-        """Go on once the chains of a state are analysed; at once where they have been."""
+        """Call `then` once the chains of a state are analysed."""
         present = self.present
         assert present is not None
-        known, method = self._known.get(state.rig), DETECTORS.usable(state.method)
+        known, method = self._known.get(state.rig), present.usable(state.method)
         if state.rig == present.rig or (known is not None and known.kept(method)):
             then()
             return
@@ -59,18 +58,18 @@ class Rigs:
     def change(
         self, state: ReviewState, rig: Rig, what: str, do: Callable[[ChangeChains], object]
     ) -> None:
-        """Analyse other chains for a review as it is now, then do what takes it to them."""
+        """Analyse other chains, then call `do` with the command that switches to them."""
         present = self.present
         assert present is not None
 
         def work(tell: Tell) -> ChangeChains:
-            analysis = self._made(present, rig, DETECTORS.usable(state.method), tell)
+            analysis = self._made(present, rig, present.usable(state.method), tell)
             return changed_chains(present, analysis, state, what)
 
         self._opener.prepare(tr("Analysing the chains of {clip}", clip=present.name), work, do)
 
     def _made(self, present: ClipAnalysis, rig: Rig, method: str, tell: Tell) -> ClipAnalysis:
-        """In another thread: nothing changes the review or the clip meanwhile."""
+        """Analyse a rig in a thread; the review and the clip do not change meanwhile."""
         known = self._known.get(rig)
         if known is None:
             known = present.with_rig(rig)

@@ -1,6 +1,6 @@
-"""Where a clip's review is kept: names and places of its session, journals and lock.
+"""Names and places of a clip's session, journals and lock.
 
-Where the clip's folder cannot be written, they are in a folder of the person's own: the refuge.
+If the clip's folder is read-only, they are in the refuge, a folder of the user.
 """
 
 from __future__ import annotations
@@ -29,34 +29,34 @@ _Made = TypeVar("_Made")
 
 SESSION_SUFFIX = ".twist.json"
 JOURNAL_SUFFIX = ".journal"
-# A crash before an earlier journal was answered leaves another; the last is an older program's.
+# Several crashes may leave several journals; `.unanswered` is from an older program.
 _JOURNAL = re.compile(r"-[0-9]+|\.unanswered|")
 _SESSION = re.compile(r".*(\.json|\.twist\.json\.earlier(-[0-9]+)?)", re.DOTALL)
-_LONGEST_NAME = 180  # bytes of a clip's name in those of its files in the refuge
-_GRAIN_NS = 2_000_000_000  # the coarsest time that a file system keeps
+_LONGEST_NAME = 180  # bytes of the clip's name in a file name of the refuge
+_GRAIN_NS = 2_000_000_000  # the coarsest time resolution of a file system
 _POINTER_SUFFIX = ".elsewhere.json"
 
 
 def session_path(clip: Path) -> Path:
-    """Where a clip's session lies unless the person says otherwise."""
+    """Return the default path of a clip's session."""
     return clip.with_name(own_name(clip) + SESSION_SUFFIX)
 
 
 def replay_path(export: Path) -> Path:
-    """Where the session that replays an export lies."""
+    """Return the path of the session that replays an export."""
     return export.with_name(own_name(export) + REPLAY_SUFFIX)
 
 
 def is_session(path: Path) -> bool:
-    """Whether a file is to be opened as a session, by its name: `.twist.json.earlier` is, too."""
+    """True if a file name is that of a session, including `.twist.json.earlier`."""
     return _SESSION.fullmatch(path.name) is not None
 
 
 def refuge_path(clip: Path) -> Path:
-    """Where the session lies if the clip's folder cannot be written."""
+    """Return the path of the session if the clip's folder is read-only."""
     mark = hashlib.sha256(os.fsencode(real_path(clip))).hexdigest()[:12]
     name = own_name(clip)
-    if len(os.fsencode(name)) > _LONGEST_NAME:  # its journal's and lock's names have to fit, too
+    if len(os.fsencode(name)) > _LONGEST_NAME:  # the names of its journal and lock must fit as well
         name = name[:20]
     return _refuge() / f"{name}-{mark}{SESSION_SUFFIX}"
 
@@ -68,9 +68,9 @@ def _refuge() -> Path:
 def at_first(
     places: Iterable[Path], make: Callable[[Path], _Made]
 ) -> tuple[Path, _Made, OSError | None]:
-    """What `make` makes at the first place that takes it, where, and why not at the one before.
+    """Call `make` at the first place that works; return place, result and the error before it.
 
-    Raises the last OSError where none does.
+    Raises the last OSError if no place works.
     """
     trouble = None
     for place in places:
@@ -85,10 +85,11 @@ def at_first(
 
 
 def kept_sessions(clip: Path) -> list[Path]:
-    """The sessions that there are of a clip, the latest first.
+    """Return the existing sessions of a clip, the latest first.
 
-    Beside it, in the refuge, and where a person last saved it under another name. One of a clip of
-    another format is none of it; where there is no other, one without the format in its name is.
+    Looks next to the clip, in the refuge, and at the place of the last "Save as". Sessions of a
+    clip in another format do not count. If there is no other, an older name without the format
+    counts.
     """
     refuge = refuge_path(clip)
     places = [session_path(clip), refuge]
@@ -107,7 +108,7 @@ def kept_sessions(clip: Path) -> list[Path]:
 
 
 def remember_place(clip: Path, session: Path) -> None:
-    """Keep in mind where a clip's session was saved, if not where it is looked for anyway."""
+    """Remember where a clip's session was saved, unless that is a default place."""
     refuge = refuge_path(clip)
     if session not in (session_path(clip), refuge):
         with suppress(OSError):
@@ -120,7 +121,7 @@ def _pointer(refuge: Path) -> Path:
 
 
 def journals(session: Path) -> list[Path]:
-    """The journals beside a session, whether it has been saved or not."""
+    """Return the journals next to a session, even if the session was never saved."""
     start = session.name + JOURNAL_SUFFIX
     try:
         with os.scandir(session.parent) as entries:
@@ -131,7 +132,7 @@ def journals(session: Path) -> list[Path]:
 
 
 def journal_owners(folder: Path) -> set[str]:
-    """Names of the sessions in a folder beside which journals lie."""
+    """Return the names of the sessions in a folder that have journals."""
     try:
         with os.scandir(folder) as entries:
             cut = (e.name.rpartition(JOURNAL_SUFFIX) for e in entries)
@@ -141,7 +142,7 @@ def journal_owners(folder: Path) -> set[str]:
 
 
 def written(path: Path) -> int:
-    """When a file was last written, nanoseconds; 0 for one that has gone."""
+    """Return when a file was last written, nanoseconds; 0 if it is missing."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -149,9 +150,9 @@ def written(path: Path) -> int:
 
 
 def make_latest(path: Path, others: Iterable[Path]) -> None:
-    """Give a file that was just written a later time than others have.
+    """Make sure that a file just written is newer than others.
 
-    Which it has already, unless the clock was set back since, or theirs is another computer's.
+    Needed only if the clock was set back or another computer wrote them.
     """
     newest = max((written(other) for other in others if other != path), default=0)
     if written(path) <= newest:
@@ -160,41 +161,43 @@ def make_latest(path: Path, others: Iterable[Path]) -> None:
 
 
 def set_aside(path: Path, why: str) -> str:
-    """Rename a file that is of no use; returns the sentence that says so."""
+    """Rename a damaged file; return a sentence about it."""
     aside = free_name(path, ".damaged")
     try:
         path.replace(aside)
     except OSError as error:
         trouble = of_core(str(error.strerror))
-        return tr("{why}. It cannot be set aside ({trouble}).", why=of_core(why), trouble=trouble)
-    return tr("{why}. It was set aside as {name}.", why=of_core(why), name=aside.name)
+        return tr(
+            "{why}. The file could not be renamed ({trouble}).", why=of_core(why), trouble=trouble
+        )
+    return tr("{why}. The file was renamed to {name}.", why=of_core(why), name=aside.name)
 
 
 def write_known(path: Path, data: bytes, known: dict[Path, str]) -> str:
-    """Write a session; another review that lies there is kept beside it, and a sentence says so.
+    """Write a session; rename another review at that path and return a sentence about it.
 
-    known: SHA-256 of session files as this program read or wrote them, this one's from now on.
-    Raises OSError and leaves what is there as it was.
+    known: SHA-256 of session files when this program last read or wrote them; updated. Raises
+    OSError, in which case nothing is changed.
     """
-    told = ""
+    message = ""
     if is_there(path):
         there = read_file(path)
         if hashlib.sha256(there).hexdigest() != known.get(path):
             kept = free_name(path, ".earlier")
             write_atomically(kept, there)
-            told = tr(
-                "{name} held another review; that one is now {kept}.",
+            message = tr(
+                "{name} contained another review, which was renamed to {kept}.",
                 name=path.name,
                 kept=kept.name,
             )
-            told += " "
+            message += " "
     write_atomically(path, data)
     known[path] = hashlib.sha256(data).hexdigest()
-    return told
+    return message
 
 
 def decided_in(clip: Path) -> tuple[int, int] | None:
-    """Intervals decided, of all, by the session kept of a clip; None without a readable one."""
+    """Return the numbers of decided and of all intervals in a clip's session, or None."""
     with suppress(IndexError, TwistError):
         document = parsed_json(bytes_of(kept_sessions(clip)[0]))
         intervals = items(has(document, "intervals")["intervals"], "intervals")

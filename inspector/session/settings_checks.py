@@ -1,7 +1,7 @@
-"""What a value read from a file must be for a program not to stumble over it.
+"""Checks of values read from a settings file.
 
-A check takes any value that JSON can hold and returns what can be kept of it; ValueError where that
-is nothing. Of lists and objects the good entries are kept.
+A check takes any JSON value and returns the part that is valid, or raises ValueError. Lists and
+objects keep their valid entries.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 Check = Callable[[Any], Any]
 
 _SEAL = "-"
-_LONGEST_PATH = 32_767  # of Windows, the longest there is
+_LONGEST_PATH = 32_767  # the limit of Windows
 
 
 def _of(
@@ -23,7 +23,7 @@ def _of(
     good: Callable[[Any], bool] = lambda _: True,
     keep: Callable[[Any], Any] = lambda value: value,
 ) -> Check:
-    """A `good` value of these types, as `keep` returns it; both may raise ValueError."""
+    """Return a check for values of these types that are `good`; `keep` converts them."""
 
     def check(value: Any) -> Any:
         if type(value) not in kinds or not good(value):
@@ -34,29 +34,29 @@ def _of(
 
 
 def any_of(*allowed: str) -> Check:
-    """One of these words."""
+    """Return a check for one of these words."""
     return _of(str, good=lambda value: value in allowed)
 
 
 def whole_between(low: int, high: int) -> Check:
-    """A whole number from `low` to `high`; true and false are none."""
+    """Return a check for a whole number from `low` to `high`; booleans fail."""
     return _of(int, good=lambda value: low <= value <= high)
 
 
 def truth(value: Any) -> bool:
-    """True or false, no number."""
+    """Check for a boolean, not a number."""
     if not isinstance(value, bool):
         raise ValueError
     return value
 
 
 def number_between(low: float, high: float) -> Check:
-    """A number from `low` to `high`, as a float."""
+    """Return a check for a number from `low` to `high`, converted to float."""
     return _of(int, float, good=lambda value: low <= value <= high, keep=float)
 
 
 def text_up_to(longest: int) -> Check:
-    """Text that any file can hold: no half of a surrogate pair."""
+    """Return a check for text without lone surrogates."""
     # UnicodeEncodeError is a ValueError.
     return _of(str, good=lambda value: len(value) <= longest, keep=_encodable)
 
@@ -67,24 +67,24 @@ def _encodable(value: str, errors: str = "strict") -> str:
 
 
 def file_path(value: Any) -> str:
-    """A file's path; bytes that are not UTF-8 are escaped in it, as Python has them."""
+    """Check for a file path; bytes that are not UTF-8 are escaped as in Python."""
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_PATH or "\0" in value:
         raise ValueError
     return _encodable(value, "surrogateescape")
 
 
 def file_path_or_none(value: Any) -> str:
-    """A file's path, or '' for none."""
+    """Check for a file path or ''."""
     return "" if value == "" else file_path(value)
 
 
 def sealed_bytes(longest: int) -> Check:
-    """Bytes as hexadecimal digits, without the seal that they came with; it must fit."""
+    """Return a check for hexadecimal digits with a matching checksum, which is removed."""
 
     def unsealed(value: str) -> str:
         digits, _, _ = value.partition(_SEAL)
         bytes.fromhex(digits)
-        if value not in (digits, sealed(digits)):  # earlier versions wrote no seal
+        if value not in (digits, sealed(digits)):  # earlier versions wrote no checksum
             raise ValueError
         return digits
 
@@ -92,12 +92,12 @@ def sealed_bytes(longest: int) -> Check:
 
 
 def sealed(digits: str) -> str:
-    """Hexadecimal digits with a sum behind them that shows damage: Qt crashes on some."""
+    """Return hexadecimal digits with a checksum appended, because Qt crashes on damaged bytes."""
     return f"{digits}{_SEAL}{zlib.crc32(digits.encode()):08x}" if digits else ""
 
 
 def both(first: Check, second: Check) -> Check:
-    """A list of two."""
+    """Return a check for a list of two."""
     return _of(
         list,
         tuple,
@@ -107,25 +107,25 @@ def both(first: Check, second: Check) -> Check:
 
 
 def list_of(entry: Check, most: int) -> Check:
-    """A list of at most so many, all of them good."""
+    """Return a check for a list with at most `most` entries, all valid."""
     return _of(
         list, good=lambda some: len(some) <= most, keep=lambda some: [entry(one) for one in some]
     )
 
 
 def first_of(entry: Check, most: int) -> Check:
-    """A list; its first good entries are kept."""
+    """Return a check for a list that keeps the first `most` valid entries."""
     return _of(list, keep=lambda some: _good(entry, some)[:most])
 
 
 def last_by(key: Check, entry: Check, most: int) -> Check:
-    """An object; its last good entries are kept."""
+    """Return a check for an object that keeps the last `most` valid entries."""
     pair = both(key, entry)
     return _of(dict, keep=lambda some: dict(_good(pair, some.items())[-most:]))
 
 
 def record(**checks: Check) -> Check:
-    """An object with these entries, all of them good; others are left out."""
+    """Return a check for an object with these entries, all valid; others are dropped."""
     return _of(
         dict,
         good=lambda some: checks.keys() <= some.keys(),
@@ -134,7 +134,7 @@ def record(**checks: Check) -> Check:
 
 
 def shallow(value: Any, depth: int = 20) -> Any:
-    """Anything that JSON holds and that is not nested too deeply to be written again."""
+    """Check for any JSON value that is not nested too deeply to be written."""
     if isinstance(value, float) and not math.isfinite(value):
         raise ValueError
     if isinstance(value, dict | list):
@@ -146,7 +146,7 @@ def shallow(value: Any, depth: int = 20) -> Any:
 
 
 def _good(check: Check, values: Iterable[Any]) -> list[Any]:
-    """What is kept of some values; those of which that is nothing are left out."""
+    """Return the checked values, without invalid ones."""
     good = []
     for value in values:
         with suppress(ValueError):

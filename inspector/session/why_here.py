@@ -1,4 +1,4 @@
-"""Why nothing is found at a frame of the open clip, by its review as it stands."""
+"""Explains why nothing was found at a frame of the open clip."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from twistcore.analysis.why_not import (
     why_not,
 )
 
-NEAR = 3  # frames from the playhead: it means the peak there
+NEAR = 3  # frames; a peak this close to the playhead is meant
 
 
 def reviewed(document: Document) -> Detection | None:
-    """The review's intervals and τ; None without a clip, or while its detector is being made.
+    """Return the review's intervals and τ; None without a clip or before its detector is ready.
 
-    None in an exercise, too: a reason would be the answer.
+    None also in an exercise, where a reason would give the answer away.
     """
     if document.data is None or document.data.blind or not document.chain:
         return None
@@ -33,7 +33,7 @@ def reviewed(document: Document) -> Detection | None:
 
 
 def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None:
-    """The frame of the nearest peak past τ in no interval, of the selected chain, if it is near."""
+    """Return the nearest peak above τ outside all intervals within `reach` frames, or None."""
     if (found := reviewed(document)) is None or document.chain not in found.tau:
         return None
     peaks = unexplained_peaks(found, document.chain)
@@ -42,14 +42,14 @@ def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None
 
 
 def reason_here(document: Document, frame: int) -> Reason | None:
-    """Why nothing is found at a frame of the selected chain; None where there is none to ask."""
+    """Return why nothing is found at a frame of the selected chain; None without a detection."""
     if (found := reviewed(document)) is None or document.chain not in found.tau:
         return None
     return why_not(found, document.chain, frame, first=document.first_frame)
 
 
 def reason_near(document: Document, frame: int) -> Reason | None:
-    """Why nothing is found at a frame in an interval or past τ, else at the peak next to it."""
+    """Return the reason at a frame inside an interval or above τ, or at the nearest peak."""
     if (reason := reason_here(document, frame)) is None:
         return None
     if reason.why == Why.INTERVAL or reason.strength >= reason.tau:
@@ -59,13 +59,13 @@ def reason_near(document: Document, frame: int) -> Reason | None:
 
 
 def told(document: Document, reason: Reason) -> str:
-    """The sentence after the chain's name."""
+    """Return the reason as a sentence with the chain's name in front."""
     label = of_core(document.find_chain(reason.chain).label)
     return f"{label}: {of_core(reason.text)}"
 
 
 def peaks(document: Document) -> Iterator[Reason]:
-    """The reasons of all peaks past τ without an interval, by chain."""
+    """Yield the reasons of all peaks above τ outside all intervals, by chain."""
     if (found := reviewed(document)) is not None:
         for chain in found.chains_and_limbs:
             yield from peaks_without_interval(found, chain.name, first=document.first_frame)

@@ -1,1 +1,1 @@
-"""The teaching tab: the paper's section 3 at the selected joint."""
+"""The teaching tab: section 3 of the paper at the selected joint."""

@@ -1,4 +1,4 @@
-"""The equations of [Choi26 §3] in one table, each with how its value is told."""
+"""The equations of [Choi26 §3] in one table, each with the text of its value."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from inspector.teaching.taught_frame import FrameNumbers, degree_text, numbers, 
 from inspector.widgets.signed_numbers import plain
 from twistcore.analysis.decomposition import UNDEFINED, Decomposition, FrameCorrection
 
-NEAR_SWING = 0.10  # reliability of θp below which it is told: a swing beyond 168°
-NEAR_STRAIGHT = 0.17  # of the azimuth: a limb straighter than 10°
-LEAST = float(np.radians(0.005))  # an m that is more than the rounding of a file's numbers
+NEAR_SWING = 0.10  # θp's reliability is shown below this: a swing beyond 168°
+NEAR_STRAIGHT = 0.17  # likewise for the azimuth: a limb straighter than 10°
+LEAST = float(np.radians(0.005))  # an m larger than the rounding of a file's numbers
 _UNDEFINED = tr("undefined")
 _IF, _ELSE = tr_as("equation", "if"), tr_as("equation", "else")
 _SHARE = tr_as("equation", "share")
-_NOT_YET = "–"  # while P's rotation is shown on its way
+_NOT_YET = "–"  # while P's rotation is animated
 _STAGED = frozenset(("a", "q", "w", "n", "alpha", "swing", "twist", "theta_p"))
 
 
 @dataclass(frozen=True)
 class Equation:
-    """symbol = right, its number in the paper, and its value.
+    """An equation "symbol = right" with its number in the paper and its value.
 
-    corrected: what the printed equation has otherwise, '' where it stands as printed; shown: the
-    value in words, else the quantity of the symbol's name is shown.
+    corrected: how the printed equation differs, '' if it does not; shown: returns the value as
+    text, by default of the quantity with the symbol's name.
     """
 
     symbol: str
@@ -39,7 +39,7 @@ class Equation:
     shown: Callable[[FrameNumbers], str] | None = None
 
     def value(self, of: FrameNumbers) -> str:
-        """As a label shows it."""
+        """Return the value as text."""
         if of.staged and self.symbol not in _STAGED:
             return _NOT_YET
         if self.shown is not None:
@@ -50,20 +50,20 @@ class Equation:
 
 @dataclass(frozen=True)
 class Section:
-    """Rows under a head; title: with {P}, {C} and {G} for the joints' names."""
+    """Rows under a heading; title: with {P}, {C} and {G} for the joints' names."""
 
     title: str
     rows: tuple[Equation, ...]
 
     @property
     def bare_title(self) -> str:
-        """Without the joints' names, where there is no chain."""
+        """The title without joint names, for when there is no chain."""
         return re.sub(r" = \{.\}", "", self.title)
 
 
-def _of_one_swing(tell: Callable[[Decomposition], str]) -> Callable[[FrameNumbers], str]:
-    """A value that a swing of 180° leaves undefined."""
-    return lambda of: tell(of.frame) if of.frame.swing_is_one else _UNDEFINED
+def _of_one_swing(value_of: Callable[[Decomposition], str]) -> Callable[[FrameNumbers], str]:
+    """Return a text function that gives 'undefined' at a swing of 180°."""
+    return lambda of: value_of(of.frame) if of.frame.swing_is_one else _UNDEFINED
 
 
 def _theta(d: Decomposition) -> str:
@@ -92,7 +92,7 @@ def _dtheta_c(of: FrameNumbers) -> str:
 
 
 def _opposed(of: FrameNumbers) -> str:
-    """Yes or no to 'below zero?', with the number."""
+    """Return yes or no to 'below zero?', with the number."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     product = float(np.degrees(np.degrees(of.frame.product)))
@@ -105,7 +105,7 @@ def _opposed(of: FrameNumbers) -> str:
 
 
 def _strength(of: FrameNumbers) -> str:
-    """m beside τ."""
+    """Return m compared with τ."""
     if not of.frame.strength_is_defined:
         return _UNDEFINED
     m, tau = of.frame.strength, of.correction.tau
@@ -124,13 +124,13 @@ def _offset(of: FrameNumbers) -> str:
 
 def _taken(of: FrameNumbers) -> str:
     c = of.correction
-    told = {"share": plain(100.0 * c.applied, 0), "whole": degree_text(c.whole)}
+    fields = {"share": plain(100.0 * c.applied, 0), "whole": degree_text(c.whole)}
     if of.own:
         text = tr(
-            "{share} % of the interval’s {whole}: {taken}", **told, taken=degree_text(c.taken)
+            "{share} % of the interval’s {whole}: {taken}", **fields, taken=degree_text(c.taken)
         )
     else:
-        text = tr("{share} % of {whole}: {taken}", **told, taken=degree_text(c.taken))
+        text = tr("{share} % of {whole}: {taken}", **fields, taken=degree_text(c.taken))
     return text
 
 
@@ -176,8 +176,8 @@ SECTIONS = (
                 r"q_\mathrm{swing}^{-1}\,q_P",
                 "7",
                 tr(
-                    "printed as q_P q_swing⁻¹, which is the twist about w: the same angle, another "
-                    "quaternion"
+                    "printed as q_P q_swing⁻¹, which is the twist about w: the same angle, but a "
+                    "different quaternion"
                 ),
                 shown=_of_one_swing(lambda d: numbers(d.twist)),
             ),
@@ -220,14 +220,14 @@ SECTIONS = (
         ),
     ),
     Section(
-        tr("Do they twist against each other?"),
+        tr("Do parent and child twist against each other?"),
         (
             Equation("product", r"<0\ ?", "1", shown=_opposed),
             Equation("m", r"\min(|\Delta\theta_p|,|\Delta\theta_c|)", "13", shown=_strength),
         ),
     ),
     Section(
-        tr("Take the error off and keep the child where it is"),
+        tr("Remove the error and keep the child's orientation"),
         (
             Equation(
                 "err",
@@ -261,7 +261,7 @@ SECTIONS = (
 )
 
 
-OTHER_FORMS = {  # of q_P, typeset; what they are is told in other_forms
+OTHER_FORMS = {  # of q_P, as TeX; explained in other_forms
     "swing first": r"q_P=q_\mathrm{swing}\,q_\mathrm{twist}",
     "twist first": r"q_P=q_\mathrm{twist}\,q\mathrm{ʹ}_\mathrm{swing}",
     "as it is": r"q_P",
@@ -270,7 +270,7 @@ OTHER_FORMS = {  # of q_P, typeset; what they are is told in other_forms
 
 
 def typeset_texts() -> tuple[str, ...]:
-    """Every TeX text that the tab shows."""
+    """Return every TeX text that the tab shows."""
     equations = [e.right for section in SECTIONS for e in section.rows]
     return tuple(
         dict.fromkeys([*(mark.tex for mark in MARKS.values()), *equations, *OTHER_FORMS.values()])

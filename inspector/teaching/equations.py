@@ -1,4 +1,4 @@
-"""The equations with their live numbers; a symbol is a button that lights up what it names."""
+"""The list of equations with live numbers; each symbol is a button that highlights it."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from inspector.widgets.labels import SteadyLabel
 from inspector.widgets.theme import Colours, figures_font
 from inspector.widgets.typeset import EM, Typesetter
 
-_SIZE = 0.97  # of a formula, in lines
-_LINE = 7 / 6  # of the letters' size, whatever space the program's font leaves between its lines
-_ASIDE = 5  # pixels beside a formula
-_LONGEST = 32  # characters of a quaternion; what is longer has a second line
+_SIZE = 0.97  # size of a formula, in lines
+_LINE = 7 / 6  # line height in letter sizes, independent of the font's line spacing
+_ASIDE = 5  # pixels on either side of a formula
+_LONGEST = 32  # characters of a quaternion; longer values get a second line
 _Row = tuple[float, float]
-# Above and below the baseline of a row, lines; by what in a formula asks for more.
+# Lines above and below the baseline of a row; more for some formulas.
 _ROW = (0.83, 0.31)
 _HIGHER_ROWS = {r"\frac": (0.96, 0.54), "^{-1}": (0.89, 0.44)}
 _CONVENTIONS = tr(
@@ -43,7 +43,7 @@ _CONVENTIONS = tr(
 
 
 class _Typeset:
-    """What a formula's widget measures and paints."""
+    """The size and drawing of a formula in a widget."""
 
     def __init__(self, widget: QWidget, typesetter: Typesetter, tex: str, row: _Row) -> None:
         self._widget, self._typesetter, self._tex = widget, typesetter, tex
@@ -52,7 +52,7 @@ class _Typeset:
 
     @property
     def _line(self) -> float:
-        """Pixels."""
+        """Line height in pixels."""
         return _LINE * QFontInfo(self._widget.font()).pixelSize()
 
     @property
@@ -60,14 +60,14 @@ class _Typeset:
         return _SIZE * self._line / EM
 
     def size(self) -> QSize:
-        """As wide as the formula and as high as its row."""
+        """Return the width of the formula and the height of its row."""
         formula = self._typesetter.formula(self._tex)
         width = formula.box.width() * self._scale if formula else 20.0
         high = round(self._high * self._line)
         return QSize(round(width) + 2 * _ASIDE, high)
 
     def paint(self, painter: QPainter, ink: QColor) -> None:
-        """On the common baseline, from the left."""
+        """Draw the formula from the left, on the baseline."""
         formula = self._typesetter.formula(self._tex)
         if formula is None:
             return
@@ -81,7 +81,7 @@ class _Typeset:
 
 
 class SymbolButton(QAbstractButton):
-    """A symbol to click."""
+    """A symbol that can be clicked."""
 
     def __init__(
         self, symbol: str, typesetter: Typesetter, colours: Colours, row: _Row = _ROW
@@ -94,18 +94,18 @@ class SymbolButton(QAbstractButton):
         self._value = ""
         self._ink = self._paper = "#000000"
         self.setCheckable(True)
-        self.setAttribute(Qt.WidgetAttribute.WA_Hover)  # painted anew under the mouse
+        self.setAttribute(Qt.WidgetAttribute.WA_Hover)  # repaint under the mouse
         self.setCursor(Qt.CursorShape.PointingHandCursor)
         words = SYMBOLS[symbol].words
         what = f"{words[0].upper()}{words[1:]}"
-        self.setToolTip(tr("{what}. Click to light it up.", what=what))
+        self.setToolTip(tr("{what}. Click to highlight it.", what=what))
         self.setAccessibleName(words)
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
         colours.changed.connect(self._inked)
         self._inked()
 
     def set_calm(self, *, calm: bool) -> None:
-        """In the colour of text: there is nothing to be alarmed at."""
+        """Use the text colour if the value is no warning."""
         if calm != self._calm:
             self._calm = calm
             self._inked()
@@ -115,23 +115,23 @@ class SymbolButton(QAbstractButton):
         self._ink, self._paper = colour(family, theme), theme.surface
         self.update()
 
-    def tell_value(self, value: str) -> None:
-        """What the symbol is now, for those who hear it: said while it has the focus."""
+    def set_spoken(self, value: str) -> None:
+        """Set the value that a screen reader reads while the button has the focus."""
         self._value = value
         if self.hasFocus():
             self.setAccessibleDescription(value)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Its value is heard with its name."""
+        """Let a screen reader read the value."""
         self.setAccessibleDescription(self._value)
         super().focusInEvent(event)
 
     def sizeHint(self) -> QSize:
-        """The formula's."""
+        """Return the size of the formula."""
         return self._formula.size()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """A pill, filled when lit."""
+        """Draw the symbol on a rounded box, filled when highlighted."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         box = QRectF(self.rect()).adjusted(1.0, 0.5, -1.0, -0.5)
@@ -144,19 +144,19 @@ class SymbolButton(QAbstractButton):
 
 
 class _InRow(QLabel):
-    """A sign or number as high as its row, which formulas make: the list is short for any font."""
+    """A sign or number without a height of its own, so that formulas set the row's height."""
 
     def sizeHint(self) -> QSize:
-        """As wide as its text."""
+        """Return the width of the text and no height."""
         return QSize(super().sizeHint().width(), 0)
 
     def minimumSizeHint(self) -> QSize:
-        """The same."""
+        """Return `sizeHint`."""
         return self.sizeHint()
 
 
 class RightSide(QWidget):
-    """= and what a symbol is."""
+    """The right-hand side of an equation."""
 
     def __init__(self, tex: str, typesetter: Typesetter, row: _Row = _ROW) -> None:
         super().__init__()
@@ -164,16 +164,16 @@ class RightSide(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Fixed, QSizePolicy.Policy.Fixed)
 
     def sizeHint(self) -> QSize:
-        """The formula's."""
+        """Return the size of the formula."""
         return self._formula.size()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """The formula, in the colour of text."""
+        """Draw the formula in the text colour."""
         self._formula.paint(QPainter(self), self.palette().color(QPalette.ColorRole.WindowText))
 
 
 class Equations(QWidget):
-    """All rows under heads that fold; a click on a symbol is told, and lit where it is so."""
+    """All equations under headings that fold; emits `clicked` for a symbol."""
 
     clicked = Signal(str)
 
@@ -229,7 +229,7 @@ class Equations(QWidget):
                 )
             )
         equals = _InRow("" if equation.right.startswith("<") else "=")
-        # In one cell: the widest formula and the widest number are not of one row.
+        # In one cell, because the widest formula and the widest number are in different rows.
         both = Wrapping(hbox(right, None), hbox(None, value), spacing=4)
         grid.addWidget(button, row, 0, Qt.AlignmentFlag.AlignRight)
         for column, widget in enumerate((equals, both, number), 1):
@@ -240,22 +240,22 @@ class Equations(QWidget):
         self._rows[equation.symbol] = (button, equals, both, number)
 
     def refresh(self) -> None:
-        """Every row's value of the taught frame, or none, and the joints' names."""
+        """Update the value of every row and the joints' names."""
         numbers = self._taught.numbers if self._taught.active else None
         for equation in itertools.chain(*(section.rows for section in SECTIONS)):
             text = equation.value(numbers) if numbers is not None else ""
             self.values[equation.symbol].setText("\n".join(wrap(text, _LONGEST)))
-            self.buttons[equation.symbol].tell_value(text)
+            self.buttons[equation.symbol].set_spoken(text)
         joints = self._taught.joints
         for head, section in zip(self.heads, SECTIONS, strict=True):
             head.set_text(section.title.format(**joints) if joints else section.bare_title)
         event = numbers is not None and numbers.is_event
         for symbol, button in self.buttons.items():
-            if symbol in ("product", "m"):  # natural motion makes small opposed changes
+            if symbol in ("product", "m"):  # small opposite changes are natural
                 button.set_calm(calm=not event)
 
     def show_only(self, symbols: Iterable[str] | None) -> None:
-        """List the rows of these symbols, folded or not; None: all."""
+        """Show only the rows of these symbols, even if folded; None: all."""
         self._only = None if symbols is None else frozenset(symbols)
         self._arrange()
 
@@ -271,19 +271,19 @@ class Equations(QWidget):
 
     @property
     def whole_width(self) -> int:
-        """Pixels in which no row that is listed needs a second line."""
+        """The width in pixels at which no visible row needs a second line."""
         cells = [row[2] for row in self._rows.values() if not row[2].isHidden()]
         least = max((cell.minimumSizeHint().width() for cell in cells), default=0)
         beside = max((cell.beside for cell in cells), default=0)
         return self.minimumSizeHint().width() + beside - least
 
     def show_lit(self, symbol: str) -> None:
-        """Mark the lit symbol."""
+        """Highlight a symbol."""
         for name, button in self.buttons.items():
             button.setChecked(name == symbol)
 
     def paint_into(self, painter: QPainter, size: QSizeF) -> None:
-        """Paint the list as large as fits into `size`, from the painter's origin; outlines."""
+        """Paint the list as outlines, scaled to fit into `size`."""
         self.ensurePolished()
         own = self.size() if self.isVisible() else self.sizeHint()
         if not self.isVisible():

@@ -1,4 +1,4 @@
-"""Teaching of swing and twist as a feature of the window."""
+"""The teaching tab as a feature of the window."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ class Teaching(FeatureParts):
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
 
     def connect(self, window: HostWindow) -> None:
-        """Teach while the tab is seen."""
+        """Activate teaching while the tab is visible."""
         self._dock = window.docks["teaching"]
         self._dock.visibilityChanged.connect(self.teaching.set_shown)
 
     def content(self) -> QWidget:
-        """Return what lies in the dock: as wide as the typeset symbols need."""
+        """Return the content of the dock, at least as wide as the symbols."""
         area = scrolled(self.teaching)
         self.teaching.least_width.connect(area.setMinimumWidth)
         return area
@@ -49,7 +49,7 @@ class Teaching(FeatureParts):
 # fmt: off
 _ROWS: tuple[ActionRow[Teaching] | None, ...] = (
     ActionSpec("show_teaching", tr("Swing and twist"), ("Ctrl+L",),
-               tr("The equations at the joint"),
+               tr("Show the equations of swing and twist at the selected joint"),
                do=lambda p: p.show()),
     None,
 )

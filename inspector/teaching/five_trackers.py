@@ -1,4 +1,4 @@
-"""One joint that turns through ±180°, and five trackers that follow it: the numbers."""
+"""Numbers of a joint that turns through ±180° and of five trackers that follow it."""
 
 from __future__ import annotations
 
@@ -21,16 +21,19 @@ _TRACKED = ("axis-angle, raw", "Euler XYZ, raw", "Euler XYZ, wrapped")
 
 
 def turning(speed: float) -> Array:
-    """A joint about a fixed axis at `speed` turns a second, slow to start, (FRAMES, 4)."""
+    """Return a joint turning about a fixed axis at `speed` turns a second, (FRAMES, 4).
+
+    The turn starts slowly.
+    """
     time = np.arange(FRAMES) * DT
     eased = np.where(time < 1.0, 0.5 * time**2, time - 0.5)
     return quaternion_from_axis_angle(AXIS, 2.0 * np.pi * speed * eased)
 
 
 def followers(q_hat: Array) -> dict[str, Array]:
-    """How far from the input trackers with the same gains are, degrees, (frames,), by their names.
+    """Return each tracker's distance from the input by name, degrees, (frames,).
 
-    Quaternion, axis-angle, Euler XYZ raw and wrapped, first-order.
+    All trackers have the same gains.
     """
     gains = Gains()
     by_name = {r.name: r for r in REPRESENTATIONS}
@@ -43,7 +46,7 @@ def followers(q_hat: Array) -> dict[str, Array]:
 
 
 def euler_angles(q_hat: Array) -> Array:
-    """X, Y and Z of the input as raw Euler angles, degrees, (frames, 3)."""
+    """Return the input as raw Euler angles X, Y and Z, degrees, (frames, 3)."""
     return np.degrees(coordinates(q_hat, Representation("", "XYZ")))
 
 

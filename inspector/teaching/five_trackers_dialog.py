@@ -1,4 +1,4 @@
-"""Why quaternions: one joint through ±180° and five trackers, side by side."""
+"""The window "Why quaternions": five trackers follow one joint through ±180°."""
 
 from __future__ import annotations
 
@@ -18,24 +18,25 @@ from twistcore.skeleton.rotation import Array
 
 _WORDS = {
     "Quaternion": tr(
-        "The way from the pose to the input is a rotation itself, the shorter of two. "
-        "It has no seam: what is left is the lag of the gains."
+        "The difference between pose and input is itself a rotation, the shorter of two. "
+        "It has no seam. Only the lag of the gains remains."
     ),
     "axis-angle, raw": tr(
-        "At 180° the vector leaps from one end to the other. The tracker runs all "
-        "the way back, through poses nobody made."
+        "At 180° the vector jumps from one end to the other. The tracker turns all "
+        "the way back, through poses that never occurred."
     ),
     "Euler XYZ, raw": tr(
-        "180° becomes −180° between two frames. The tracker takes the leap of the "
+        "180° becomes −180° between two frames. The tracker mistakes the jump of the "
         "number for a motion."
     ),
     "Euler XYZ, wrapped": tr(
-        "Differences taken into ±180° close the seam. But the three angles do "
-        "not run evenly where the joint does: the faster it turns, the further off."
+        "Wrapping differences into ±180° closes the seam. But the three angles do "
+        "not change evenly when the joint turns evenly: the faster the turn, the larger "
+        "the error."
     ),
     "Quaternion, first-order": tr(
-        "A straight step, put back onto the sphere, falls short of "
-        "the turn. The next frame's error makes up for it: here it hardly shows."
+        "A straight step that is projected back onto the sphere falls short of "
+        "the turn. The next frame corrects this, so it is hardly visible here."
     ),
 }
 _TITLES = {
@@ -50,7 +51,7 @@ _LEAP = 180.0  # degrees
 
 
 class FiveTrackers(QWidget):
-    """A window of its own; everything in it follows the slider and the frame."""
+    """The window of the five trackers; its plots follow the slider and the frame."""
 
     def __init__(self, colours: Colours, parent: QWidget | None = None) -> None:
         super().__init__(parent, Qt.WindowType.Window)
@@ -65,7 +66,7 @@ class FiveTrackers(QWidget):
     def _build(self) -> None:
         self.words = Caption()
         self.slider = QSlider(Qt.Orientation.Horizontal)
-        self.slider.setRange(10, 150)  # hundredths of a turn a second
+        self.slider.setRange(10, 150)  # hundredths of a turn per second
         self.slider.setValue(40)
         self.slider.setAccessibleName(tr("Speed of the joint"))
         self.slider.valueChanged.connect(self.refresh)
@@ -102,7 +103,7 @@ class FiveTrackers(QWidget):
         vbox(*content, owner=self, margins=(12, 10, 12, 10), spacing=6)
 
     def refresh(self) -> None:
-        """Let the joint turn and the five follow it."""
+        """Compute the joint and its trackers at the chosen speed."""
         q_hat = turning(0.01 * self.slider.value())
         self.found = followers(q_hat)
         self.angles = euler_angles(q_hat)
@@ -119,8 +120,9 @@ class FiveTrackers(QWidget):
         self.speed.setText(speed)
         self.words.set_text(
             tr(
-                "One joint turns about one axis at 25 Hz. Five trackers follow it with the same "
-                "gains (κP 600, κD 15): how far is each from its input? (√ scale)"
+                "One joint turns about one axis at 25 Hz, and five trackers follow it with the "
+                "same gains (κP 600, κD 15). The plots show their distance from the input (√ "
+                "scale)."
             )
         )
         self.go_to(self.frame)
@@ -132,15 +134,17 @@ class FiveTrackers(QWidget):
             self.at.setValue(self.frame)
         for plot in (self.input, *self.plots.values()):
             plot.show_frame(self.frame)
-        told = [f"{n} {signed(self.angles[self.frame, k], 0)}°" for k, (n, _) in enumerate(_EULER)]
+        angles = [
+            f"{n} {signed(self.angles[self.frame, k], 0)}°" for k, (n, _) in enumerate(_EULER)
+        ]
         inks = [getattr(self._colours.theme, role) for _, role in _EULER]
-        keys = " &nbsp; ".join(inked(f"━ {t}", ink) for t, ink in zip(told, inks, strict=True))
+        keys = " &nbsp; ".join(inked(f"━ {t}", ink) for t, ink in zip(angles, inks, strict=True))
         self.input_words.set_text(f"{tr('The input as Euler angles XYZ')} &nbsp; {keys}")
-        self.input.setAccessibleDescription(", ".join(told))
+        self.input.setAccessibleDescription(", ".join(angles))
         for name, title in self.titles.items():
             distance = self.found[name]
             off = tr(
-                "{angle:.1f}° off, at most {most:.1f}°",
+                "{angle:.1f}° away, at most {most:.1f}°",
                 angle=distance[self.frame],
                 most=distance.max(),
             )
@@ -149,7 +153,7 @@ class FiveTrackers(QWidget):
 
 
 def _broken(angles: Array) -> Array:
-    """Angles with a gap at every leap: no line is drawn through values that never were."""
+    """Return angles with a gap at every jump, so that no line is drawn across it."""
     out = angles.copy()
     out[1:][np.abs(np.diff(angles)) > _LEAP] = np.nan
     return out

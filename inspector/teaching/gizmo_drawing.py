@@ -1,4 +1,4 @@
-"""The gizmo in the 3D view: its pieces in a layer above the figure, and the pose seen with it."""
+"""Draws the gizmo in a layer above the figure in the 3D view."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ from inspector.widgets.typeset import Typesetter
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
 _WIDTHS = {BOLD: 3.0, THIN: 1.6}
-_DIMMED = 0.22  # of what is not lit, beside what is
+_DIMMED = 0.22  # brightness of parts that are not highlighted
 _FAMILY = tr("Swing near 180°: one pose, many (<b>n</b>, θp)")
-# What lights up along with a symbol.
+# Parts that are highlighted together with a symbol.
 _TOGETHER = {
     "q": ("a", "w", "alpha", "theta_p", "n"),
     "swing": ("alpha", "n", "a", "w"),
@@ -50,34 +50,34 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """The parts of the gizmo that a symbol lights up; none: all are as bright."""
+    """Return the parts of the gizmo to highlight for a symbol; empty: all are equally bright."""
     return frozenset((symbol, *_TOGETHER.get(symbol, ()))) if symbol else frozenset()
 
 
 class GizmoGuest:
-    """What the teaching tab draws into a 3D view; a guest of it while the tab is shown."""
+    """The gizmo of the teaching tab as a guest of the 3D view while the tab is shown."""
 
     def __init__(self, viewport: Viewport, taught: TaughtFrame, typesetter: Typesetter) -> None:
         self._viewport, self._taught = viewport, taught
         self.labels = Labels(viewport, typesetter)
         self.hold = Hold(viewport, taught)
         self._pieces: dict[str, Piece] = {}
-        self._parts: list[GizmoPart] = []  # their symbols and sizes are the same in every frame
+        self._parts: list[GizmoPart] = []  # symbols and sizes are the same in every frame
         self._layer: vtkOpenGLRenderer | None = None
         self._below: vtkRenderer | None = None
         self._triads = Piece(gizmo_joints.POINTS, lines=gizmo_joints.LINES).unlit(width=2.0)
         self._triads.paint(np.repeat(np.tile(AXES, (3, 1)), 2, axis=0))
         self._painted: tuple[object, ...] = ()
 
-    # -- what the view asks -------------------------------------------------------------------
+    # -- called by the view -------------------------------------------------------------------
 
     def pose(self, scene: Scene, show: Show) -> Pose:
-        """The captured figure; with a what-if that one, the captured one as its ghost."""
+        """Return the captured figure, or the what-if with the captured figure as its ghost."""
         what_if = None if show == Show.BEFORE else self._taught.pose()
         return altered_pose(self._taught.document, scene, what_if)
 
     def legend(self) -> str:
-        """Rich text for the corner."""
+        """Return the legend as rich text."""
         theme, chain, stage = self._viewport.theme, self._taught.chain, self._taught.stage
         name = f"{bold(chain.label)}&nbsp;&nbsp; " if chain is not None else ""
         captured = f"{inked('□', theme.before)}&nbsp;{tr('as captured')}"
@@ -94,7 +94,7 @@ class GizmoGuest:
         return f"{name}{captured}&nbsp;&nbsp; {altered}{family}"
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
-        """Move, paint and label everything for the pose."""
+        """Draw the gizmo and its labels for a pose."""
         shapes = self._shapes(scene, pose)
         if shapes is None:
             self.leave()
@@ -121,13 +121,13 @@ class GizmoGuest:
         )  # fmt: skip
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
-        """All of the gizmo, from where the swing is seen flat and the dial at a slant."""
+        """Return the gizmo's points and the view direction that shows swing and dial best."""
         d, chain = self._taught.quantities, self._taught.chain
         shapes = self._shapes(scene, pose := self.pose(scene, Show.BOTH))
         if shapes is None or d is None or chain is None:
             return None
         points = [p.points for p in shapes.parts if p.look != CLEAR]
-        if (data := self._taught.document.data) is not None:  # what counters stays where it was
+        if (data := self._taught.document.data) is not None:  # G stays in a counter-twist
             own = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
             points.append(data.positions[self._taught.document.frame, own])
         q_parent = pose.rotations[chain.parent]
@@ -142,13 +142,13 @@ class GizmoGuest:
         level = np.cos(around)[..., None] * ahead + np.sin(around)[..., None] * aside
         seen = np.cos(above)[..., None] * level + np.sin(above)[..., None] * scene.up
         seen = seen.reshape(-1, 3)
-        slant = 0.75 if d.swing_reliability < NEAR_SWING else 0.5  # the family's fan stands open
+        slant = 0.75 if d.swing_reliability < NEAR_SWING else 0.5  # the fan of the family is open
         worth = np.abs(seen @ normal) + 1.4 * np.minimum(np.abs(seen @ along), slant)
         worth += 0.35 * (seen @ outward) + 0.25 * (seen @ ahead)
         return np.vstack(points), seen[int(np.argmax(worth))]
 
     def leave(self) -> None:
-        """Take everything out of the view."""
+        """Remove everything from the view."""
         self.labels.hide()
         self.hold.leave()
         for piece in self._pieces.values():
@@ -165,7 +165,7 @@ class GizmoGuest:
     # -- drawing ------------------------------------------------------------------------------
 
     def _shapes(self, scene: Scene, pose: Pose) -> Sketch | None:
-        """The gizmo of a pose; nothing without a chain."""
+        """Return the gizmo of a pose, or None without a chain."""
         d, chain = self._taught.quantities, self._taught.chain
         if d is None or chain is None:
             return None
@@ -181,7 +181,7 @@ class GizmoGuest:
         return shapes
 
     def _attend(self, scene: Scene, shapes: Sketch) -> None:
-        """Pieces and a layer over the right-hand picture, made when there are none."""
+        """Create the layer and the pieces over the right-hand picture, if there are none."""
         below = scene.renderers()[-1]
         if self._layer is not None and self._below is below:
             return
@@ -189,7 +189,7 @@ class GizmoGuest:
         assert self._viewport.view is not None
         window = self._viewport.view.ren_win
         assert window is not None
-        # A layer of its own: its depth begins anew, so that no limb hides the gizmo.
+        # A layer has its own depth buffer, so that no limb hides the gizmo.
         layer = vtkOpenGLRenderer()
         layer.SetLayer(1)
         layer.InteractiveOff()
@@ -234,7 +234,7 @@ class GizmoGuest:
 
 
 def _stage_words(stage: float) -> str:
-    """How much of P's rotation is there, as 0…2 of TaughtFrame."""
+    """Return words for a stage of P's rotation, 0…2."""
     if stage <= 0.0:
         return tr("no rotation: along <b>a</b>")
     if stage <= 1.0:

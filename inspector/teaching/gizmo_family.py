@@ -1,7 +1,7 @@
-"""The family of poses at a swing of 180°: one pose, many (n, θp). Geometry only.
+"""The family of (n, θp) pairs that give the same pose at a swing of 180°. Geometry only.
 
-Turned half a turn about any axis square to `a`, the bone points against `a`; which axis it was
-cannot be seen. With n turned by φ about `a`, a θp larger by 2φ gives the same pose:
+A half turn about any axis perpendicular to `a` points the bone opposite to `a`, so the axis is not
+visible in the pose. If n is turned by φ about `a`, a θp larger by 2φ gives the same pose:
 q = swing(n, 180°) ⊗ twist(θp) = swing(n turned by φ, 180°) ⊗ twist(θp + 2φ).
 """
 
@@ -27,14 +27,14 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, wrap
 
 MEMBERS = 8
 _STEPS = 16  # of a dial
-_OUT, _SIZE = 0.62, 0.13  # how far from P the dials are, and their radius, of the bone's length
+_OUT, _SIZE = 0.62, 0.13  # distance of the dials from P, and their radius, in bone lengths
 _TURNS: Array = np.linspace(0.0, 2.0 * np.pi, MEMBERS, endpoint=False)
 
 
 def family(d: Decomposition) -> tuple[Array, Array]:
-    """Normals n (MEMBERS, 3), in the coordinates that P's rotation is given in, and θp to each.
+    """Return normals n, (MEMBERS, 3), in P's parent coordinates, and θp for each.
 
-    The first is the frame's own.
+    The first pair is the frame's own.
     """
     n = d.n if d.n.any() else perpendicular(d.a)
     normals: Array = turned(n, d.a, _TURNS[:, None])
@@ -42,9 +42,10 @@ def family(d: Decomposition) -> tuple[Array, Array]:
 
 
 def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) -> None:
-    """A fan of normals around P, at the end of each a dial; at any other swing, nothing to see.
+    """Add a fan of normals around P, each with a dial; invisible at any other swing.
 
-    The hands of all dials point one way, as the pose is one; where they count from does not.
+    The hands of all dials point in the same direction, because the pose is the same. Their zeros
+    differ.
     """
     spokes, rings = np.zeros((MEMBERS, 2, 3)), np.zeros((MEMBERS, _STEPS + 1, 3))
     sectors, hands = np.zeros((MEMBERS, _STEPS + 2, 3)), np.zeros((MEMBERS, 2, 3))
@@ -76,7 +77,9 @@ def add_family(out: Sketch, d: Decomposition, q_parent: Array, parent: Array) ->
 
 
 def _around(start: Array, axis: Array, angles: Array) -> Array:
-    """Unit vectors (n, 3) turned by angles (n or 1, m) about an axis square to them: (n, m, 3)."""
+    """Return unit vectors (n, 3) turned by angles (n or 1, m) about a perpendicular axis: (n, m,
+    3).
+    """
     across = np.cross(axis, start)
     angles = np.atleast_2d(angles)[..., None]
     out: Array = np.cos(angles) * start[:, None] + np.sin(angles) * across[:, None]
@@ -84,7 +87,7 @@ def _around(start: Array, axis: Array, angles: Array) -> Array:
 
 
 def _fans() -> Index:
-    """Of every dial the quads (n, 4) from its middle, point 0, to its rim."""
+    """Return the quads (n, 4) of every dial from its centre, point 0, to its rim."""
     rim = segments(np.arange(1, _STEPS + 2))
     one = np.column_stack([np.zeros(len(rim), np.int64), rim, rim[:, 1]])
     return (one + (_STEPS + 2) * np.arange(MEMBERS)[:, None, None]).reshape(-1, 4)

@@ -1,6 +1,6 @@
-"""What of the gizmo can be taken: where it is on the screen, and what a drag makes of it.
+"""The handles of the gizmo: their places on the screen, and the effect of a drag.
 
-Pure functions of the camera and of places in the world; pixels are those of a picture, y down.
+Pure functions of the camera and of places in the world; pixels are in a picture with y down.
 """
 
 from __future__ import annotations
@@ -15,20 +15,20 @@ from twistcore.analysis.decomposition import Decomposition
 from twistcore.analysis.decomposition.directions import perpendicular
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate, wrap
 
-W, DIAL = "w", "theta_p"  # what can be taken, by its symbol
-REACH = 14.0  # pixels around the tip of w, and to either side of the ring, that still take it
-_FLAT = 0.2  # cosine of the eye's angle to the dial's axis below which the ring is seen edge-on
-_DEAD = 0.15  # of the dial's radius: so near its middle the mouse has no direction
+W, DIAL = "w", "theta_p"  # the handles, by symbol
+REACH = 14.0  # pixels around the tip of w or the ring in which the mouse grips it
+_FLAT = 0.2  # cosine between view and dial axis below which the ring is edge-on
+_DEAD = 0.15  # of the dial's radius: closer to the centre the mouse has no direction
 
 Size = tuple[int, int]  # of a picture, pixels
 
 
 @dataclass(frozen=True, eq=False)
 class Handles:
-    """In the world.
+    """The handles of a gizmo, in world coordinates.
 
-    above: the rotation that P's own is given in, (4,); root: P; tip: that of w; centre, radius:
-    the dial's; axis: w; hand: the dial's, both unit vectors. All but `above` and `radius` (3,).
+    above: global rotation of P's parent, (4,); root: P; tip: the tip of w; centre, radius: of the
+    dial; axis: w; hand: the dial's hand; both are unit vectors. All but `above` and `radius` (3,).
     """
 
     above: Array
@@ -41,7 +41,7 @@ class Handles:
 
     @property
     def ring(self) -> Array:
-        """Points (n, 3) of the dial's edge."""
+        """Points of the dial's edge, (n, 3)."""
         return self.centre + self.radius * fan(self.hand, self.axis, 2.0 * np.pi)
 
     @property
@@ -50,12 +50,12 @@ class Handles:
         return self.centre + HAND_LONG * self.radius * self.hand
 
     def own(self, way: Array) -> Array:
-        """A vector of the world (3,) in the coordinates that P's rotation is given in."""
+        """Return a world vector (3,) in the coordinates of P's parent."""
         return rotate(conjugate(self.above), way)
 
 
 def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Handles:
-    """Of a gizmo as `gizmo_shapes.sketch` draws it; unit: the length of its bone."""
+    """Return the handles of a gizmo drawn by `gizmo_shapes.sketch`; unit: its bone length."""
     axis = rotate(q_parent, d.a)
     return Handles(
         above=multiply(q_parent, conjugate(d.q)),
@@ -69,7 +69,7 @@ def handles(d: Decomposition, q_parent: Array, parent: Array, unit: float) -> Ha
 
 
 def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
-    """Which handle is at a pixel (2,): the tip of w, the dial's ring or hand, or '' for none."""
+    """Return the handle at a pixel (2,), or ''."""
     tip, _ = camera.project(held.tip, *size)
     if np.linalg.norm(tip - at) <= REACH:
         return W
@@ -80,21 +80,21 @@ def taken(held: Handles, camera: OrbitCamera, size: Size, at: Array) -> str:
 
 
 class SwingDrag:
-    """A drag of the tip of w: it follows the mouse on its sphere about P.
+    """A drag of the tip of w, which follows the mouse on a sphere around P.
 
-    Beyond the sphere's edge it goes on over it to the other side, and comes back the same way.
+    Beyond the edge of the sphere the tip continues on the far side.
     """
 
     def __init__(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> None:
         self._slip = at - camera.project(held.tip, *size)[0]
         ray = camera.ray(at - self._slip, *size)
-        self._far = float((held.tip - held.root) @ ray) > 0.0  # behind where the ray passes P
+        self._far = float((held.tip - held.root) @ ray) > 0.0  # on the far side of the sphere
 
     def way(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> Array:
-        """The unit vector (3,) in the world that w is to point along."""
+        """Return the new direction of w, a unit vector (3,) in the world."""
         ray = camera.ray(at - self._slip, *size)
         root = held.root - camera.position
-        aside = float(root @ ray) * ray - root  # from P to where the ray passes it most closely
+        aside = float(root @ ray) * ray - root  # from P to the closest point of the ray
         radius = float(np.linalg.norm(held.tip - held.root))
         away = max(float(np.linalg.norm(aside)), 1e-12)
         share, side = away / radius, 1.0 if self._far else -1.0
@@ -105,20 +105,20 @@ class SwingDrag:
 
 
 class TwistDrag:
-    """A drag of the dial: its hand turns as the mouse does about its middle, any number of times.
+    """A drag of the dial, whose hand follows the mouse around the centre, also several turns.
 
-    Where the ring is seen edge-on it rolls under the mouse instead.
+    If the ring is seen edge-on, it rolls under the mouse instead.
     """
 
     def __init__(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> None:
-        self.turned = 0.0  # radians since it was taken, not wrapped
+        self.turned = 0.0  # radians since the drag began, not wrapped
         self._start = perpendicular(held.axis)
         ray = camera.ray(camera.project(held.centre, *size)[0], *size)
         self._rolls = abs(float(ray @ held.axis)) < _FLAT
         self._last = self._angle(held, camera, size, at)
 
     def turn(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
-        """How far it has been turned since it was taken with the mouse at a pixel (2,)."""
+        """Return the angle since the drag began, radians, with the mouse at a pixel (2,)."""
         now = self._angle(held, camera, size, at)
         if now is not None:
             if self._last is not None:
@@ -128,7 +128,7 @@ class TwistDrag:
         return self.turned
 
     def _angle(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float | None:
-        """Of the mouse about the dial's axis; None where it has none."""
+        """Return the mouse's angle about the dial's axis, or None if it is undefined."""
         if self._rolls:
             return self._rolled(held, camera, size, at)
         ray, axis = camera.ray(at, *size), held.axis
@@ -143,7 +143,7 @@ class TwistDrag:
         return float(np.arctan2(spoke @ np.cross(axis, first), spoke @ first))
 
     def _rolled(self, held: Handles, camera: OrbitCamera, size: Size, at: Array) -> float:
-        """Of the ring's near side, moved by the mouse along itself."""
+        """Return the angle of a ring that rolls under the mouse."""
         centre, _ = camera.project(held.centre, *size)
         ray = camera.ray(centre, *size)
         along = normalise(np.cross(held.axis, -ray))
@@ -153,7 +153,7 @@ class TwistDrag:
 
 
 def _distance(at: Array, line: Array) -> float:
-    """Of a point (2,) from a line through points (n, 2)."""
+    """Return the distance of a point (2,) from a line through points (n, 2)."""
     start, along = line[:-1], np.diff(line, axis=0)
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     share = np.clip(((at - start) * along).sum(axis=1) / length, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""The mouse on the gizmo: what can be taken shows itself, and dragged it alters the frame."""
+"""Dragging the gizmo with the mouse: handles show themselves, and a drag alters the frame."""
 
 from __future__ import annotations
 
@@ -26,17 +26,19 @@ from twistcore.analysis.decomposition import WhatIf
 from twistcore.skeleton.rotation import Array, wrap
 
 _LEFT = Qt.MouseButton.LeftButton
-KEY = Qt.KeyboardModifier.ControlModifier  # no window manager takes a drag with it
+KEY = Qt.KeyboardModifier.ControlModifier  # window managers do not intercept Ctrl+drag
 _TIPS = {
-    W: tr("Drag w: the bone swings. Esc: as it was"),
-    DIAL: tr("Drag the dial: the parent twists; with Ctrl the child counters. Esc: as it was"),
+    W: tr("Drag w to swing the bone. Esc cancels."),
+    DIAL: tr(
+        "Drag the dial to twist the parent. Hold Ctrl to let the child counter-twist. Esc cancels."
+    ),
 }
-_KNOBS = {False: 5.0, True: 8.0}  # pixels: radius of what can be taken, and under the mouse
+_KNOBS = {False: 5.0, True: 8.0}  # radius of a handle in pixels, and under the mouse
 _BESIDE = QPointF(18.0, -22.0)  # pixels from the mouse to the number
 
 
 class Hold(QObject):
-    """Watches the mouse over a 3D view before the camera does; what it does not take is left."""
+    """Handles mouse events on the gizmo before the camera gets them; ignores all others."""
 
     def __init__(self, viewport: Viewport, taught: TaughtFrame) -> None:
         super().__init__(viewport)
@@ -44,7 +46,7 @@ class Hold(QObject):
         self.knobs = Knobs(viewport)
         self._watched: QObject | None = None
         self.places: Handles | None = None
-        self.under = ""  # the handle that is under the mouse, or held
+        self.under = ""  # the handle under the mouse or being dragged
         self._drag: SwingDrag | TwistDrag | None = None
         self._before = WhatIf()
         self._at = QPointF()
@@ -53,7 +55,7 @@ class Hold(QObject):
 
     @property
     def held(self) -> bool:
-        """Whether something is being dragged."""
+        """True while a handle is being dragged."""
         return self._drag is not None
 
     @property
@@ -62,19 +64,19 @@ class Hold(QObject):
         assert isinstance(view, Viewport)
         return view
 
-    # -- what the gizmo tells -----------------------------------------------------------------
+    # -- called by the gizmo ------------------------------------------------------------------
 
     def show_places(self, places: Handles) -> None:
-        """Where the handles are in the picture that is drawn now."""
+        """Update the places of the handles."""
         self.places = places
         if self._watched is None:
             self._watched = self._view.view
             assert self._watched is not None
-            self._watched.installEventFilter(self)  # what comes last is asked first
+            self._watched.installEventFilter(self)  # the last filter is called first
         self._draw()
 
     def leave(self) -> None:
-        """The gizmo goes."""
+        """Stop watching, because the gizmo is removed."""
         self._drop()
         if self._watched is not None:
             self._watched.removeEventFilter(self)
@@ -84,11 +86,11 @@ class Hold(QObject):
     # -- mouse and keys -----------------------------------------------------------------------
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Of the view the mouse; while something is held, of the program the keys and focus."""
+        """Filter mouse events of the view and, during a drag, keys and focus of the program."""
         if isinstance(event, QKeyEvent):
             return self.held and self._key(event)
         if event.type() == QEvent.Type.WindowDeactivate and self.held:
-            self._drop()  # the release may go to another window
+            self._drop()  # another window may get the release
         if watched is not self._watched:
             return False
         if event.type() in (QEvent.Type.Enter, QEvent.Type.Leave) and not self.held:
@@ -100,7 +102,7 @@ class Hold(QObject):
     def _mouse(self, event: QMouseEvent) -> bool:
         kind, at = event.type(), event.position()
         if self.held and kind == QEvent.Type.MouseMove and not event.buttons() & _LEFT:
-            self._drop()  # it was released where nobody told
+            self._drop()  # the release was lost
         if self.held:
             if kind == QEvent.Type.MouseMove:
                 self._at = at
@@ -125,7 +127,7 @@ class Hold(QObject):
         return bool(self.under)
 
     def _key(self, event: QKeyEvent) -> bool:
-        """Esc puts it back; the key that counters does so without a movement of the mouse."""
+        """Cancel the drag on Esc; apply or remove the counter-twist on Ctrl."""
         escape, press = event.key() == Qt.Key.Key_Escape, event.type() == QEvent.Type.KeyPress
         if escape:
             event.accept()
@@ -139,7 +141,7 @@ class Hold(QObject):
     # -- what it does -------------------------------------------------------------------------
 
     def _found(self, at: QPointF) -> str:
-        """The handle at a place of the view; none while the rotation is on its way."""
+        """Return the handle at a place of the view; '' while the rotation is animated."""
         camera, places, stage = self._view.camera, self.places, self._taught.stage
         if camera is None or places is None or (stage is not None and stage < 2.0):
             return ""
@@ -162,12 +164,12 @@ class Hold(QObject):
         self._draw()
 
     def _move(self, keys: Qt.KeyboardModifier) -> None:
-        """Alter the frame to where the mouse is."""
+        """Alter the frame according to the mouse."""
         camera, places = self._view.camera, self.places
         if camera is None or places is None:
             self._let_go()
             return
-        self._taught.set_stage(None)  # whoever plays it stops
+        self._taught.set_stage(None)  # stops the animation
         size, pixel = self._pixel(self._at)
         if isinstance(self._drag, SwingDrag):
             way = places.own(self._drag.way(places, camera, size, pixel))
@@ -188,12 +190,12 @@ class Hold(QObject):
             self._draw()
 
     def _drop(self) -> None:
-        """What is held stays where it is; nothing is under the mouse until it moves."""
+        """End the drag and keep its result."""
         self._let_go()
         self._hover("")
 
     def _hover(self, under: str, at: QPointF | None = None) -> None:
-        """Say by cursor, knob and words what a drag would do."""
+        """Show with cursor, knob and tip what a drag would do."""
         view = self._view.view
         if under == self.under or view is None:
             return
@@ -208,7 +210,7 @@ class Hold(QObject):
         self._draw()
 
     def _pixel(self, at: QPointF) -> tuple[tuple[int, int], Array]:
-        """Size of the picture with the gizmo, the right-hand one, and a place of the view in it."""
+        """Return the size of the gizmo's picture, and a place of the view in it."""
         size = self._view.picture_size()
         return size, np.array([at.x() - (self._view.width() - size[0]), at.y()])
 
@@ -230,7 +232,7 @@ class Hold(QObject):
             else:
                 words = f"θp {degree_text(d.theta_p) if d.swing_is_one else tr('undefined')}"
             if self.under == DIAL and self._taught.what_if.counter:
-                words += tr(", child counters")
+                words += tr(", child counter-twists")
         size = view.picture_size()
         corner = np.array([view.width() - size[0], 0.0])
         at = np.stack([places.tip, places.hand_tip])
@@ -239,7 +241,7 @@ class Hold(QObject):
 
 
 class Knobs(QWidget):
-    """Over the 3D view: a knob where something can be taken, larger under the mouse."""
+    """Knobs over the 3D view at the handles, larger under the mouse."""
 
     def __init__(self, viewport: QWidget) -> None:
         super().__init__(viewport)
@@ -250,7 +252,9 @@ class Knobs(QWidget):
     def show_handles(
         self, theme: Theme, spots: Array, ring: Array, under: str, at: QPointF, words: str
     ) -> None:
-        """Knobs at spots (2, 2), of w and the dial; the ring (n, 2); words beside the mouse."""
+        """Show the knobs of w and dial at `spots` (2, 2), the ring (n, 2), and words near the
+        mouse.
+        """
         view = self.parentWidget()
         assert view is not None
         if self.geometry() != view.rect():
@@ -263,7 +267,7 @@ class Knobs(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """The dial's edge and both knobs, in their symbols' colours on a rim of paper."""
+        """Draw the dial's edge and both knobs in the colours of their symbols."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         inks = {k: QColor(colour(MARKS[k].family, self._theme)) for k in (W, DIAL)}
@@ -281,7 +285,7 @@ class Knobs(QWidget):
             self._write(painter)
 
     def _write(self, painter: QPainter) -> None:
-        """The number beside the mouse, inside the view."""
+        """Draw the number near the mouse, inside the view."""
         painter.setFont(figures_font(self.font().pointSizeF()))
         size = QFontMetricsF(painter.font()).size(0, self.words)
         box = QRectF(self._at + _BESIDE, size).adjusted(-6.0, -3.0, 6.0, 3.0)

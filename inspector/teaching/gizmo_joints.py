@@ -1,4 +1,4 @@
-"""P, C and G in the 3D view: their names and the axes of their coordinates. Geometry only."""
+"""Names and coordinate axes of P, C and G in the 3D view. Geometry only."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from twistcore.skeleton.rotation import Array, matrix_from_quaternion
 
 POINTS = 18  # of three triads
 LINES: Index = np.arange(POINTS).reshape(-1, 2)
-_LONG = 0.16  # of an axis, of the bone's length
+_LONG = 0.16  # length of an axis, in bone lengths
 
 
 def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
-    """A name beside every joint of the chain; where G_real is named, that is G's name."""
+    """Add a name at every joint of the chain; a visible G_real replaces G."""
     parent, child = positions[chain.parent], positions[chain.child]
     out.mark("P", parent, child)
     if chain.grandchild < 0:
@@ -28,7 +28,7 @@ def name_joints(out: Sketch, chain: Chain, positions: Array) -> None:
 
 
 def triads(chain: Chain, rotations: Array, positions: Array, unit: float) -> Array:
-    """Lines (POINTS, 3) along x, y and z of P, C and G, in this order, from global rotations."""
+    """Return lines (POINTS, 3) along x, y and z of P, C and G, in this order."""
     joints = [chain.parent, chain.child, max(chain.grandchild, chain.child)]
     axes = matrix_from_quaternion(rotations[joints]).transpose(0, 2, 1)  # rows: x, y, z
     start = np.repeat(positions[joints], 3, axis=0)

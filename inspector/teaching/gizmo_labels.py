@@ -27,16 +27,16 @@ from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import EM, Formula, Typesetter
 from twistcore.skeleton.rotation import Array
 
-_SIZE = 1.25  # of a label, in heights of the program's font
-_WORDS = 0.62  # of that height, of words
+_SIZE = 1.25  # size of a label, in font heights
+_WORDS = 0.62  # height of words relative to a label
 _APART = 4.0  # pixels between two labels
 _HALO = 2.5  # pixels around a label's letters
-_MOST = 256  # pictures of labels that are kept: joints have other names in every rig
-_GAP = 15.0  # pixels from what it names to a label's middle
+_MOST = 256  # cached pictures of labels; joint names differ between rigs
+_GAP = 15.0  # pixels from a point to the middle of its label
 
 
 class Labels(QWidget):
-    """Symbols over the 3D view, typeset like the equations, each beside what it names."""
+    """Typeset symbols over the 3D view, each near the part that it names."""
 
     def __init__(self, viewport: QWidget, typesetter: Typesetter) -> None:
         super().__init__(viewport)
@@ -55,7 +55,7 @@ class Labels(QWidget):
         lit: frozenset[str],
         covered: QRectF,
     ) -> None:
-        """Place the labels in a picture of the view, none over another or over what is covered."""
+        """Place the labels in a picture without overlaps, also with the area `covered`."""
         view = self.parentWidget()
         assert view is not None
         if self.geometry() != view.rect():
@@ -92,7 +92,7 @@ class Labels(QWidget):
         self.update(before + self._region())
 
     def _free(self, at: Array, way: Array, formula: Formula, covered: QRectF) -> QRectF:
-        """A place beside a point that nothing takes, the wanted side first; else any of them."""
+        """Return a free place near a point, on the given side if possible."""
         wide = formula.box.width() * self._scale
         high = formula.box.height() * self._scale
         wanted = np.arctan2(way[1], way[0])
@@ -110,12 +110,12 @@ class Labels(QWidget):
         return box
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Every label where it was placed."""
+        """Draw every label at its place."""
         painter = QPainter(self)
         engine = painter.paintEngine()
         printed = engine is not None and engine.type() == QPaintEngine.Type.User
         for formula, box, ink, bright in self._placed:
-            if printed:  # outlines stay outlines on a sheet
+            if printed:  # keep outlines in a vector export
                 painter.save()
                 painter.translate(box.topLeft())
                 self._draw(painter, formula, ink, bright)
@@ -125,7 +125,7 @@ class Labels(QWidget):
                 painter.drawPixmap(corner, self._drawn(formula, ink, bright))
 
     def _draw(self, painter: QPainter, formula: Formula, ink: str, bright: bool) -> None:
-        """A label on a halo of the background's colour, from its box's corner."""
+        """Draw a label on a halo in the background colour."""
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.scale(self._scale, self._scale)
         painter.translate(-formula.box.topLeft())
@@ -136,7 +136,7 @@ class Labels(QWidget):
         painter.fillPath(formula.path, QColor(ink))
 
     def _drawn(self, formula: Formula, ink: str, bright: bool) -> QPixmap:
-        """The same as a picture: stroked once, not for every frame."""
+        """Return a cached picture of a label."""
         ratio = self.devicePixelRatioF()
         key = (formula, ink, bright, self._scale, self._paper.rgb(), ratio)
         if key not in self._pixmaps:
@@ -154,7 +154,7 @@ class Labels(QWidget):
         return self._pixmaps[key]
 
     def _region(self) -> QRegion:
-        """What the labels cover."""
+        """Return the region that the labels cover."""
         region = QRegion()
         for _, box, _, _ in self._placed:
             region += box.adjusted(-_HALO, -_HALO, _HALO, _HALO).toAlignedRect()
@@ -163,7 +163,7 @@ class Labels(QWidget):
 
 @lru_cache(maxsize=64)
 def _written(words: str, family: str) -> Formula:
-    """Plain words as an outline like that of a formula."""
+    """Return plain words as an outline, like a formula."""
     font = QFont(family)
     font.setPixelSize(round(_WORDS * EM))
     path = QPainterPath()

@@ -1,6 +1,6 @@
-"""The shapes of the gizmo: what the symbols of a frame look like in space. Geometry only.
+"""The shapes of the gizmo, which show a frame's symbols in space. Geometry only.
 
-How many points there are never changes, so that a frame only moves them.
+The number of points never changes, so a new frame only moves them.
 """
 
 from __future__ import annotations
@@ -17,28 +17,27 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
 
 _ARC = 32  # steps of an arc
 _DASHES = 9
-_HEAD = (0.105, 0.030)  # length and radius of an arrow's head, of the bone's length
+_HEAD = (0.105, 0.030)  # length and radius of an arrow head, in bone lengths
 _RING = 10
 _CONE = np.array([(end, 2 + k, 2 + (k + 1) % _RING) for end in (0, 1) for k in range(_RING)])
 _SIDES = np.sort(TRIANGLES[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
 _WIRES = np.unique(_SIDES, axis=0)  # of a sphere
-_SEEN = np.radians(1.0)  # a smaller difference is not drawn apart
-W_LONG = 0.92  # where the arrow of w ends, of the bone's length
-DIAL_AT, DIAL_SIZE = 0.60, 0.25  # where along w the dial is, and its radius, likewise
-HAND_LONG = 1.12  # of the dial's hand, of its radius
+_SEEN = np.radians(1.0)  # smaller differences are not drawn
+W_LONG = 0.92  # length of the arrow w, in bone lengths
+DIAL_AT, DIAL_SIZE = 0.60, 0.25  # position of the dial along w, and its radius
+HAND_LONG = 1.12  # length of the dial's hand, in radii
 
-# How boldly a part is drawn.
+# How a part is drawn.
 BOLD, THIN = "bold", "thin"
 SOLID, CLEAR = "solid", "clear"
 
 
 @dataclass(frozen=True, eq=False)
 class GizmoPart:
-    """Points with what connects them.
+    """A part of the gizmo: points and the lines or faces between them.
 
-    symbol: whose part it is; look: BOLD or THIN lines, SOLID or CLEAR faces; points: (n, 3);
-    cells: lines (m, 2) or faces (m, 3 or 4) over these points; share: how strong a line or a CLEAR
-    face is, 0…1.
+    symbol: the symbol that it shows; look: BOLD or THIN lines, SOLID or CLEAR faces; points:
+    (n, 3); cells: lines (m, 2) or faces (m, 3 or 4); share: opacity of a line or CLEAR face, 0…1.
     """
 
     symbol: str
@@ -50,9 +49,10 @@ class GizmoPart:
 
 @dataclass(frozen=True, eq=False)
 class Mark:
-    """A label: key of symbols.MARKS, where it stands (3,) and what it leans away from.
+    """A label at a point.
 
-    words: what is written, else the symbol.
+    symbol: a key of symbols.MARKS; at: its place (3,); away: a point to keep away from; words: the
+    text, by default the symbol.
     """
 
     symbol: str
@@ -63,24 +63,24 @@ class Mark:
 
 @dataclass
 class Sketch:
-    """The parts and marks of one frame; unit: the length of the bone."""
+    """The parts and marks of a frame; unit: the bone length."""
 
     unit: float
     parts: list[GizmoPart] = field(default_factory=list)
     marks: list[Mark] = field(default_factory=list)
 
     def line(self, symbol: str, points: Array, look: str = BOLD, share: float = 1.0) -> None:
-        """A line through points (n, 3)."""
+        """Add a line through points (n, 3)."""
         self.parts.append(GizmoPart(symbol, look, points, segments(np.arange(len(points))), share))
 
     def dashes(self, symbol: str, start: Array, stop: Array, share: float = 1.0) -> None:
-        """A dashed line."""
+        """Add a dashed line."""
         at = np.linspace(0.0, 1.0, 2 * _DASHES)[:, None]
         cells = np.arange(2 * _DASHES).reshape(-1, 2)
         self.parts.append(GizmoPart(symbol, THIN, start + at * (stop - start), cells, share))
 
     def arrow(self, symbol: str, start: Array, way: Array) -> None:
-        """A shaft and a head; a way too short for its head shrinks it."""
+        """Add an arrow; the head of a short arrow is smaller."""
         size = float(np.linalg.norm(way))
         along = way / size if size > 0.0 else np.array([0.0, 1.0, 0.0])
         head = min(_HEAD[0] * self.unit, 0.6 * size)
@@ -95,19 +95,19 @@ class Sketch:
     def sector(
         self, symbol: str, centre: Array, rim: Array, share: float, inner: float = 0.0
     ) -> None:
-        """A clear face between a centre, or a part of the way from it, and a rim (n, 3)."""
+        """Add a clear face from a centre to a rim (n, 3); inner: the share that is left out."""
         low = centre + inner * (rim - centre)
         steps = segments(np.arange(len(rim)))
         cells = np.hstack([steps, len(rim) + steps[:, ::-1]])
         self.parts.append(GizmoPart(symbol, CLEAR, np.vstack([low, rim]), cells, share))
 
     def ball(self, symbol: str, centre: Array, radius: float, *, hollow: bool = False) -> None:
-        """A small sphere, or the wires of one."""
+        """Add a small sphere, or its wireframe."""
         look, cells = (THIN, _WIRES) if hollow else (SOLID, TRIANGLES)
         self.parts.append(GizmoPart(symbol, look, centre + radius * SPHERE, cells))
 
     def mark(self, symbol: str, at: Array, away: Array, *, shown: bool = True) -> None:
-        """A label, unless what it names cannot be seen."""
+        """Add a label if `shown`."""
         if shown:
             self.marks.append(Mark(symbol, at, away))
 
@@ -122,11 +122,11 @@ def sketch(
     *,
     staged: bool = False,
 ) -> Sketch:
-    """Everything in the world.
+    """Return the gizmo of a frame in world coordinates.
 
-    q_parent: P's global rotation (4,); parent, child: places of P and C (3,); reach: the length
-    that v is drawn with; least: the shortest length that a bone is drawn as, the file's unit;
-    staged: P's rotation is on its way, so that changes since the frame before mean nothing.
+    q_parent: P's global rotation (4,); parent, child: places of P and C (3,); reach: the drawn
+    length of v; least: the shortest drawn bone length, in the file's unit; staged: P's rotation is
+    animated, so changes since the previous frame are not shown.
     """
     out = Sketch(max(float(np.linalg.norm(child - parent)), least))
     along = rotate(q_parent, d.a)
@@ -138,7 +138,7 @@ def sketch(
 
 
 def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
-    """The quantities with no angle where there is none: neither fills a dial nor has a label."""
+    """Return the quantities with undefined angles set to zero, so that they are not drawn."""
     if not d.swing_is_one:
         d = replace(d, theta_p=0.0)
     if staged or not d.dtheta_p_is_defined:
@@ -149,13 +149,13 @@ def _drawn(d: Decomposition, *, staged: bool) -> Decomposition:
 
 
 def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
-    above, unit = multiply(q_parent, conjugate(d.q)), out.unit  # what P's rotation is given in
+    above, unit = multiply(q_parent, conjugate(d.q)), out.unit  # global rotation of P's parent
     bone, normal = rotate(above, d.a), rotate(above, d.n)
     out.arrow("a", parent, 0.92 * unit * bone)
     out.mark("a", parent + 0.92 * unit * bone, parent)
     out.arrow("w", parent, W_LONG * unit * along)
     out.mark("w", parent + 0.80 * unit * along, parent + 0.80 * unit * bone)
-    # At 180° no normal is better than another: then it has no arrow of its own.
+    # At 180° no normal is preferred, so it gets no arrow.
     arrow = normal if d.n_is_defined else np.zeros(3)
     out.arrow("n", parent, 0.5 * unit * arrow)
     out.mark("n", parent + 0.5 * unit * arrow, parent, shown=bool(arrow.any()))
@@ -167,7 +167,7 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 
 
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
-    """The dial: zero where the swing alone would leave the mark, the hand where it is."""
+    """Add the dial: its zero is the mark after the swing alone, its hand the actual mark."""
     centre, radius = parent + DIAL_AT * out.unit * along, DIAL_SIZE * out.unit
     hand = rotate(q_parent, perpendicular(d.a))
     zero = turned(hand, along, -d.theta_p)
@@ -216,11 +216,11 @@ def _azimuth(
 
 
 def fan(start: Array, axis: Array, angle: float) -> Array:
-    """Unit vectors on the way of `start` turned about an axis square to it, (_ARC + 1, 3)."""
+    """Return `start` turned in steps about a perpendicular axis, (_ARC + 1, 3)."""
     return turned(start, axis, np.linspace(0.0, angle, _ARC + 1)[:, None])
 
 
 def turned(v: Array, axis: Array, angle: Array | float) -> Array:
-    """A vector (3,) turned about an axis square to it."""
+    """Return a vector (3,) turned about a perpendicular axis."""
     turned: Array = np.cos(angle) * v + np.sin(angle) * cross(axis, v)
     return turned

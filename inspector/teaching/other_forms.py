@@ -1,4 +1,4 @@
-"""The same rotation in other forms: the other order, −q, and the file's Euler angles."""
+"""The same rotation in other forms: twist first, −q, and the file's Euler angles."""
 
 from __future__ import annotations
 
@@ -24,24 +24,26 @@ from twistcore.analysis.decomposition import (
 )
 from twistcore.skeleton.rotation import wrap
 
-ROWS = ("order", "minus_q", "euler")  # what a lesson may list
-_UNDEFINED = tr("undefined: w points against a")
+ROWS = ("order", "minus_q", "euler")  # names that a lesson may list
+_UNDEFINED = tr("undefined: w points opposite to a")
 _TIPS = {
     "order": tr(
-        "Twist first or swing first: the same twist about a and the same α, but another axis "
-        "of the swing, n′ = n turned back by the twist."
+        "Twist first or swing first: the twist about a and α are the same, but the axis of the "
+        "swing differs. n′ is n turned back by the twist."
     ),
-    "minus_q": tr("q and −q are one rotation. Before it is wrapped θp of −q is a full turn off."),
+    "minus_q": tr(
+        "q and −q are the same rotation. Before wrapping, θp of −q differs by a full turn."
+    ),
     "euler": tr(
-        "The channels of the file in its order, degrees: the first axis is turned by none of "
-        "the others, the last by both. Near ±90° of the middle one the first and the last turn "
-        "about one line."
+        "The channels of the file in its order, in degrees. The first axis is turned by none of "
+        "the others, the last axis by both. When the middle angle is near ±90°, the first and the "
+        "last axis coincide."
     ),
 }
 
 
 class OtherForms(QWidget):
-    """A part of the tab that is folded at first; its numbers are told while it is open."""
+    """A section of the tab, folded at first; its numbers are updated only while it is open."""
 
     def __init__(self, taught: TaughtFrame, typesetter: Typesetter) -> None:
         super().__init__()
@@ -98,7 +100,7 @@ class OtherForms(QWidget):
 
     @property
     def open(self) -> bool:
-        """Whether its numbers are to be seen."""
+        """True if any of its numbers are visible."""
         return any(self._lists(name) for name in ROWS)
 
     def _lists(self, name: str) -> bool:
@@ -115,18 +117,18 @@ class OtherForms(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """The numbers of the taught frame, where they are to be seen."""
+        """Update the visible numbers."""
         numbers_now = self._taught.numbers if self._taught.active and self.open else None
         for label in self.values.values():
             label.clear()
         if numbers_now is None:
             return
         d = numbers_now.frame
-        self._tell_order(d)
-        self._tell_sign(d)
-        self._tell_channels(d)
+        self._show_order(d)
+        self._show_sign(d)
+        self._show_channels(d)
 
-    def _tell_order(self, d: Decomposition) -> None:
+    def _show_order(self, d: Decomposition) -> None:
         if not d.swing_is_one:
             for key in ("n", "n_after", "both"):
                 self.values[key].setText(_UNDEFINED)
@@ -141,7 +143,7 @@ class OtherForms(QWidget):
         alpha = degree_text(d.alpha).removeprefix("+")
         self.values["both"].setText(f"θp {degree_text(d.theta_p)}, α {alpha}")
 
-    def _tell_sign(self, d: Decomposition) -> None:
+    def _show_sign(self, d: Decomposition) -> None:
         negative = self.minus.isChecked()
         q = -d.q if negative else d.q
         for formula, on in zip(self._plus_and_minus, (not negative, negative), strict=True):
@@ -153,7 +155,7 @@ class OtherForms(QWidget):
         theta = unwrapped_twist(q, d.a)
         self.values["theta_p"].setText(f"{degree_text(theta)} → {degree_text(float(wrap(theta)))}")
 
-    def _tell_channels(self, d: Decomposition) -> None:
+    def _show_channels(self, d: Decomposition) -> None:
         chain, joints = self._taught.chain, self._taught.joints
         data = self._taught.document.data
         assert chain is not None
@@ -175,7 +177,7 @@ class OtherForms(QWidget):
         self.values["lock"].setVisible(bool(locks) and self._lists("euler"))
 
     def _channels(self, joint: int) -> EulerChannels | None:
-        """A joint's angles: those of the file as captured, else the nearest that mean the pose."""
+        """Return a joint's Euler angles: from the file, or the nearest ones for an altered pose."""
         data, taught, frame = self._taught.document.data, self._taught, self._taught.document.frame
         chain, found = taught.chain, taught.numbers
         assert data is not None
@@ -198,11 +200,11 @@ class OtherForms(QWidget):
 
 
 def _lock(found: EulerChannels) -> str:
-    """That the first channel and the last turn about the same line, or nearly."""
+    """Return a note that the first and the last axis (nearly) coincide."""
     first, middle, last = tuple(found.order)
     at = degree_text(float(wrap(found.angles[1])))
     apart = degree_text(found.between).removeprefix("+")
     return tr(
-        "gimbal lock, {middle} {at}: {first} and {last} turn {apart} apart",
+        "gimbal lock at {middle} {at}: the axes {first} and {last} are {apart} apart",
         middle=middle, at=at, first=first, last=last, apart=apart,
     )  # fmt: skip

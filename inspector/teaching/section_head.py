@@ -1,4 +1,4 @@
-"""The head of a part of the teaching tab: a line that folds what is under it."""
+"""The heading of a section in the teaching tab, which folds the section."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from PySide6.QtWidgets import QAbstractButton, QSizePolicy
 from inspector.language import tr
 from inspector.widgets.labels import as_tip
 
-_ARROW = 8.0  # pixels, and a little room
+_ARROW = 8.0  # pixels, with some margin
 _GAP = 6.0
 
 
 class SectionHead(QAbstractButton):
-    """Bold words behind an arrow; checked while what is under it is shown."""
+    """Bold text with an arrow; checked while its section is open."""
 
     def __init__(self, text: str, *, folded: bool = False) -> None:
         super().__init__()
@@ -29,28 +29,28 @@ class SectionHead(QAbstractButton):
 
     @property
     def folded(self) -> bool:
-        """Whether what is under it is put away."""
+        """True if the section is folded."""
         return not self.isChecked()
 
     def set_text(self, text: str) -> None:
-        """Other words."""
+        """Set the text, tooltip and accessible name."""
         if text != self.text():
             self.setText(text)
-            self.setShortcut(QKeySequence())  # else '&' in a joint's name would make one
+            self.setShortcut(QKeySequence())  # an '&' in a joint's name must not make one
             self.setToolTip(as_tip(tr("{what}. Click to fold or unfold.", what=text)))
             self.setAccessibleName(text)
 
     def sizeHint(self) -> QSize:
-        """A line."""
+        """Return the height of a line."""
         letters = self.fontMetrics()
         return QSize(letters.horizontalAdvance(self.text()) + 22, letters.height() + 2)
 
     def minimumSizeHint(self) -> QSize:
-        """As narrow as it has to be."""
+        """Return no minimum width."""
         return QSize(0, self.sizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """An arrow where it can be pressed, and as much of the words as there is room for."""
+        """Draw the arrow if enabled, and the text, elided if necessary."""
         painter = QPainter(self)
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         role = QPalette.ColorRole

@@ -1,4 +1,4 @@
-"""Plays P's rotation on its way: from a by the swing, then by the twist."""
+"""Animates P's rotation: first the swing from a, then the twist."""
 
 from __future__ import annotations
 
@@ -11,27 +11,27 @@ from inspector.teaching.taught_frame import TaughtFrame
 from inspector.widgets.building import hbox, tool_button
 
 _GAP = 2  # pixels
-_STEPS = 100  # of the slider, a stage
+_STEPS = 100  # slider steps for a stage
 _END = 2.0  # the swing, then the twist
 _TICK_MS = 30
-_SECONDS = 1.6  # of a stage at 1×
-_REST = 0.6  # seconds at the end, before it begins again
+_SECONDS = 1.6  # length of a stage at 1×
+_REST = 0.6  # seconds at the end before a repeat
 _SPEEDS = {"¼×": 0.25, "½×": 0.5, "1×": 1.0, "2×": 2.0}
 _PLAY, _PAUSE = "▶", "⏸"
 _TIP = tr(
-    "a → swing → twist: P’s rotation on its way. In the first half the swing takes a to w, in the "
-    "second the twist rolls the bone; the children are carried. At the end stands the whole pose."
+    "P’s rotation step by step. In the first half the swing takes a to w. In the second half the "
+    "twist rolls the bone and carries the children along. The end is the whole pose."
 )
 
 
 class StagePlayer(QWidget):
-    """A button, a slider from a over the swing to the twist, the speed, and whether it goes on."""
+    """Play button, slider, speed and loop button for the stages of P's rotation."""
 
     def __init__(self, taught: TaughtFrame) -> None:
         super().__init__()
         self._taught = taught
         self._at: float | None = None  # the stage that this player has set
-        self.play = tool_button(_PLAY, tr("Play: a → swing → twist"))
+        self.play = tool_button(_PLAY, tr("Play: first the swing, then the twist"))
         self.play.setAccessibleName(self.play.toolTip())
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setRange(0, round(_END * _STEPS))
@@ -39,7 +39,7 @@ class StagePlayer(QWidget):
         self.slider.setToolTip(_TIP)
         self.slider.setAccessibleName(tr("Swing, then twist"))
         self.slider.setMinimumWidth(50)
-        self.speed = tool_button("1×", tr("How fast"))
+        self.speed = tool_button("1×", tr("Speed"))
         menu = QMenu(self.speed)
         self.speeds: dict[str, QAction] = {}
         for text in _SPEEDS:
@@ -47,7 +47,7 @@ class StagePlayer(QWidget):
             self.speeds[text].triggered.connect(lambda _=False, t=text: self.speed.setText(t))
         self.speed.setMenu(menu)
         self.speed.setPopupMode(self.speed.ToolButtonPopupMode.InstantPopup)
-        self.loop = tool_button("↻", tr("Again and again"))
+        self.loop = tool_button("↻", tr("Loop"))
         self.loop.setAccessibleName(self.loop.toolTip())
         self.loop.setCheckable(True)
         for button in (self.play, self.speed, self.loop):
@@ -67,20 +67,20 @@ class StagePlayer(QWidget):
         self._follow()
 
     def minimumSizeHint(self) -> QSize:
-        """Without its words, which the button's tip has too."""
+        """Return the minimum size without the label, which the tooltip repeats."""
         least, words = super().minimumSizeHint(), self._words
         gone = words.sizeHint().width() + _GAP if not words.isHidden() else 0
         return QSize(least.width() - gone, least.height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Words where there is room for them."""
+        """Show the label if there is room."""
         super().resizeEvent(event)
         wanted = self.minimumSizeHint().width() + self._words.sizeHint().width() + _GAP
         self._words.setVisible(self.width() >= wanted)
 
     @property
     def playing(self) -> bool:
-        """Whether it moves by itself."""
+        """True while the animation runs."""
         return self._timer.isActive()
 
     def _toggle(self) -> None:
@@ -94,14 +94,14 @@ class StagePlayer(QWidget):
         self.play.setText(_PAUSE)
 
     def stop(self) -> None:
-        """Stay where it is."""
+        """Stop the animation at the current stage."""
         self._timer.stop()
         self.play.setText(_PLAY)
 
     def _tick(self) -> None:
         passed = 1e-3 * self._clock.restart()
         at = self._taught.stage
-        if at is None:  # it rests at the whole pose, and goes on after a while
+        if at is None:  # the animation rests at the whole pose before it repeats
             self._rest -= passed
             if self._rest <= 0.0:
                 self._set(0.0)
@@ -124,7 +124,7 @@ class StagePlayer(QWidget):
         self._taught.set_stage(stage)
 
     def _follow(self) -> None:
-        """The slider where the frame is; somebody else's stage, or none to be seen, ends it."""
+        """Follow the taught frame; stop if the stage was set elsewhere or the tab is hidden."""
         stage = self._taught.stage
         if stage != self._at or not self._taught.active:
             self._at = stage

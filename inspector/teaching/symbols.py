@@ -1,4 +1,4 @@
-"""The symbols of [Choi26 §3], in one table: panel, 3D view and plots read it."""
+"""The symbols of [Choi26 §3] in one table, for the panel, the 3D view and the plots."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from inspector.widgets.theme import Theme
 
 @dataclass(frozen=True)
 class Symbol:
-    """A quantity: its TeX, the family that gives its colour, what it means in words.
+    """A quantity: its TeX, the family for its colour, and its meaning in words.
 
-    curves: plots of the time line and the first letter of their curves that show it.
+    curves: the plots that show it, each with the first letter of the curves.
     """
 
     tex: str
@@ -24,46 +24,58 @@ class Symbol:
 SYMBOLS = {
     "a": Symbol(r"\mathbf{a}", "bone", tr("the bone P→C in P's own coordinates: the twist axis")),
     "q": Symbol(r"q_P", "bone", tr("P's rotation, local")),
-    "w": Symbol(r"\mathbf{w}", "swing", tr("where q turns the bone to")),
-    "n": Symbol(r"\mathbf{n}", "swing", tr("the axis of the swing, square to a and w")),
-    "alpha": Symbol(r"\alpha", "swing", tr("the swing's angle: the smallest turn from a to w")),
-    "swing": Symbol(r"q_\mathrm{swing}", "swing", tr("points the bone, without rolling it")),
-    "twist": Symbol(r"q_\mathrm{twist}", "twist", tr("rolls about the bone, and only that")),
+    "w": Symbol(r"\mathbf{w}", "swing", tr("the direction of the bone after the rotation q")),
+    "n": Symbol(r"\mathbf{n}", "swing", tr("the axis of the swing, perpendicular to a and w")),
+    "alpha": Symbol(
+        r"\alpha", "swing", tr("the angle of the swing, the shortest turn from a to w")
+    ),
+    "swing": Symbol(
+        r"q_\mathrm{swing}", "swing", tr("the rotation that points the bone without rolling it")
+    ),
+    "twist": Symbol(r"q_\mathrm{twist}", "twist", tr("the rotation that only rolls the bone")),
     "theta_p": Symbol(r"\theta_p", "twist", tr("the twist of P about its bone"), (("theta", "p"),)),
     "dtheta_p": Symbol(
-        r"\Delta\theta_p", "twist", tr("its change since the frame before"), (("delta", "p"),)
+        r"\Delta\theta_p",
+        "twist",
+        tr("the change of θp since the previous frame"),
+        (("delta", "p"),),
     ),
-    "v": Symbol(r"\mathbf{v}", "azimuth", tr("C→G, seen in P's coordinates")),
+    "v": Symbol(r"\mathbf{v}", "azimuth", tr("the bone C→G in P's coordinates")),
     "across": Symbol(
         r"\mathbf{v}_\perp",
         "azimuth",
-        tr("the part of v across the bone: its direction is the azimuth"),
+        tr("the part of v across the bone; its direction is the azimuth θc"),
         (("theta", "c"),),
     ),
     "dtheta_c": Symbol(
         r"\Delta\theta_c",
         "azimuth",
-        tr("how far v⊥ has turned about the bone since the frame before"),
+        tr("the turn of v⊥ about the bone since the previous frame"),
         (("delta", "c"),),
     ),
     "product": Symbol(
         r"\Delta\theta_p\,\Delta\theta_c",
         "error",
-        tr("below zero: parent and child twist against each other"),
+        tr("the product of both changes; below zero, parent and child twist against each other"),
         (("delta", ""),),
     ),
     "m": Symbol(
-        "m", "error", tr("the smaller of the two, where they are opposed"), (("strength", "m"),)
+        "m",
+        "error",
+        tr("the smaller of both changes if they have opposite signs"),
+        (("strength", "m"),),
     ),
     "err": Symbol(
-        r"\mathrm{err}(t)", "error", tr("what an event adds to the offset: m, with the sign of Δθp")
+        r"\mathrm{err}(t)",
+        "error",
+        tr("the part that an event adds to the offset: m with the sign of Δθp"),
     ),
     "offset": Symbol(
         r"\mathrm{offset}(t)",
         "error",
         tr(
-            "the paper's running sum of err since the first frame, with the τ of this chain; it "
-            "need not come back to zero, as every natural event stays in it"
+            "the paper's sum of err since the first frame, with the τ of this chain; natural "
+            "events stay in the sum, so it need not return to zero"
         ),
         (("offset", ""),),
     ),
@@ -71,29 +83,33 @@ SYMBOLS = {
         r"\delta",
         "twist",
         tr(
-            "what is taken off: the share that Apply sets of offset(t), or of the selected "
-            "interval's own offset where one is selected at this frame and the frame is not altered"
+            "the part of the offset that Apply removes: of offset(t), or of the selected "
+            "interval's offset if the frame is inside the interval and not altered"
         ),
         (("offset", ""),),
     ),
-    "parent_after": Symbol(r"q\mathrm{ʹ}_P", "twist", tr("P with δ taken off its twist")),
+    "parent_after": Symbol(
+        r"q\mathrm{ʹ}_P", "twist", tr("P's rotation after removing δ from its twist")
+    ),
     "child_after": Symbol(
-        r"q\mathrm{ʹ}_C", "azimuth", tr("C turned back, so that it stands as it stood")
+        r"q\mathrm{ʹ}_C", "azimuth", tr("C's rotation, turned so that C keeps its orientation")
     ),
     "check": Symbol(
-        r"q_P\,q_C", "bone", tr("C's rotation as P's parent sees it: it must not change")
+        r"q_P\,q_C", "bone", tr("C's rotation relative to P's parent, which must not change")
     ),
 }
 
 MARKS = SYMBOLS | {  # of Fig. 2, in 3D only
-    "P": Symbol("P", "bone", tr("the parent, whose twist is taken apart")),
+    "P": Symbol("P", "bone", tr("the parent, whose rotation is split")),
     "C": Symbol("C", "bone", tr("the child")),
-    "G": Symbol("G", "bone", tr("the grandchild, which shows where the child has turned to")),
-    "real": Symbol(r"G_\mathrm{real}", "azimuth", tr("where G is")),
-    "ideal": Symbol(r"G_\mathrm{ideal}", "error", tr("where G would be without the twist error")),
+    "G": Symbol("G", "bone", tr("the grandchild, which shows the direction of the child")),
+    "real": Symbol(r"G_\mathrm{real}", "azimuth", tr("the actual place of G")),
+    "ideal": Symbol(
+        r"G_\mathrm{ideal}", "error", tr("the place of G if the child had not turned back")
+    ),
 }
 
-_COLOURS = {  # of the families, light and dark; each at least 4.5:1 on every paper of the theme
+_COLOURS = {  # by family, for light and dark; contrast at least 4.5:1 on every background
     "swing": ("#00696b", "#4ecdc4"),
     "twist": ("#a3195b", "#ff86b8"),
     "azimuth": ("#6b5300", "#e6c44c"),
@@ -101,7 +117,7 @@ _COLOURS = {  # of the families, light and dark; each at least 4.5:1 on every pa
 
 
 def colour(family: str, theme: Theme) -> str:
-    """A family's colour as '#rrggbb'."""
+    """Return the colour of a family as '#rrggbb'."""
     if family == "bone":
         return theme.text
     if family == "error":

@@ -1,6 +1,6 @@
-"""What is being taught now: the frame's quantities, the what-if, the symbol that is lit.
+"""State of the teaching tab: the frame's quantities, the what-if, the highlighted symbol.
 
-Nothing here reaches the review: a what-if is a pose that is looked at, no command.
+A what-if only changes the displayed pose, never the review.
 """
 
 from __future__ import annotations
@@ -32,28 +32,28 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton, forward_kinematics
 from twistcore.skeleton.rotation import Array
 
-_ALONG = 1e-6  # how far off a line two vectors are one direction, in the file's unit
+_ALONG = 1e-6  # tolerance for parallel vectors, in the file's unit
 
 
 class FrameNumbers(NamedTuple):
-    """What the tab shows of a frame: the pose that is seen, and what is taken off for it."""
+    """The numbers of a frame in the tab: the displayed pose and its correction."""
 
     frame: Decomposition
     correction: FrameCorrection
-    own: bool = False  # the selected interval's own offset is taken off, no running sum
-    staged: bool = False  # the pose that is seen is on its way
+    own: bool = False  # removes the selected interval's offset, not the running sum
+    staged: bool = False  # the displayed pose is being animated
 
     @property
     def is_event(self) -> bool:
-        """Whether the pose that is seen passes the paper's test: opposed, and m ≥ τ."""
+        """True if the displayed pose passes the paper's test: opposite signs and m ≥ τ."""
         d, tau = self.frame, self.correction.tau
         return not self.staged and d.strength_is_defined and d.strength >= tau > 0.0
 
 
 class TaughtFrame(QObject):
-    """State of the teaching tab; it lasts while the tab is shown."""
+    """The state of the teaching tab while it is shown."""
 
-    changed = Signal()  # the quantities: another frame, chain, clip or what-if; or shown, hidden
+    changed = Signal()  # the quantities, or whether the tab is shown
     lit_changed = Signal()
     rows_changed = Signal()
 
@@ -63,33 +63,33 @@ class TaughtFrame(QObject):
         self.active = False
         self.what_if = WhatIf()
         self.lit = ""
-        self.rows: frozenset[str] = frozenset()  # symbols that are listed; none: all
-        self.stage: float | None = None  # None: the whole pose; else see `set_stage`
+        self.rows: frozenset[str] = frozenset()  # symbols to list, empty for all
+        self.stage: float | None = None  # None: the whole pose; see `set_stage`
         self._running: tuple[object, Array] | None = None
         self._known: tuple[object, ...] = ()
         self._numbers: FrameNumbers | None = None
-        document.opened.connect(self._afresh)
-        document.chain_changed.connect(self._afresh)
-        document.frame_changed.connect(self._tell)
-        document.interval_changed.connect(self._tell)
-        document.intervals_changed.connect(self._tell)
+        document.opened.connect(self._reset_all)
+        document.chain_changed.connect(self._reset_all)
+        document.frame_changed.connect(self._emit_changed)
+        document.interval_changed.connect(self._emit_changed)
+        document.intervals_changed.connect(self._emit_changed)
 
     # -- what views read ----------------------------------------------------------------------
 
     @property
     def chain(self) -> Chain | None:
-        """The chain that is taught, the selected one; none while a limb is selected."""
+        """The selected chain, or None while a limb is selected."""
         chain = selected_chain(self.document)
         return None if isinstance(chain, Limb) else chain
 
     @property
     def quantities(self) -> Decomposition | None:
-        """Eq. 1-13 of the pose that is seen: altered, corrected, at a stage; None: no chain."""
+        """Eq. 1-13 of the displayed pose, or None without a chain."""
         return None if (numbers := self.numbers) is None else numbers.frame
 
     @property
     def joints(self) -> dict[str, str]:
-        """What P, C and G are called in the file, to be shown; empty without a chain."""
+        """The names of P, C and G in the file, made legible; empty without a chain."""
         data, chain = self.document.data, self.chain
         if data is None or chain is None:
             return {}
@@ -99,7 +99,7 @@ class TaughtFrame(QObject):
 
     @property
     def numbers(self) -> FrameNumbers | None:
-        """All of section 3 at the frame; None without a chain."""
+        """All quantities of section 3 at the frame, or None without a chain."""
         data, chain, frame = self.document.data, self.chain, self.document.frame
         if data is None or chain is None:
             return None
@@ -120,7 +120,7 @@ class TaughtFrame(QObject):
 
     @property
     def interval(self) -> Judged | None:
-        """The selected interval, if it is this chain's and the frame, as captured, is in it."""
+        """The selected interval if it contains the frame, and the frame is not altered."""
         judged, frame = self.document.interval, self.document.frame
         altered_too = replace(self.what_if, applied=0.0).changes
         if judged is None or altered_too or judged.interval.chain != self.document.chain:
@@ -128,13 +128,13 @@ class TaughtFrame(QObject):
         return judged if judged.interval.start <= frame < judged.interval.stop else None
 
     def _own_offset(self) -> float | None:
-        """That of `interval`, radians; without one the paper's running sum is taken off."""
+        """Return the offset of `interval`, radians; None: use the paper's running sum."""
         if (judged := self.interval) is None:
             return None
         return float(judged.interval.offset[self.document.frame - judged.interval.start])
 
     def _running_offset(self, frame: int) -> float:
-        """offset(t) of the captured clip as the paper sums it up, with the review's τ."""
+        """Return offset(t) of the captured clip as in the paper, with the review's τ."""
         assert self.document.data is not None
         signals = self.document.data.signals[self.document.chain]
         key = (signals, self.tau)
@@ -144,15 +144,12 @@ class TaughtFrame(QObject):
 
     @property
     def tau(self) -> float:
-        """The review's τ of the chain, radians; 0 without one."""
+        """The review's τ of the chain, radians; 0 without a clip."""
         document = self.document
         return document.review.state.tau.get(document.chain, 0.0) if document.data else 0.0
 
     def pose(self) -> tuple[Array, Array] | None:
-        """Global rotations (joints, 4) and positions (joints, 3) of the what-if, if there is one.
-
-        Without position channels of its own the root's place is the captured one.
-        """
+        """Return global rotations (joints, 4) and positions (joints, 3) of the what-if, or None."""
         data, chain = self.document.data, self.chain
         numbers = self.numbers if self.what_if.changes or self.stage is not None else None
         if data is None or chain is None or numbers is None:
@@ -165,7 +162,7 @@ class TaughtFrame(QObject):
     # -- what a person does -------------------------------------------------------------------
 
     def set_active(self, on: bool) -> None:
-        """The tab is shown or hidden; hidden, the clip is seen as it is."""
+        """Set whether the tab is shown; while hidden, the clip is displayed unaltered."""
         if on != self.active:
             self.active = on
             self.changed.emit()
@@ -174,74 +171,74 @@ class TaughtFrame(QObject):
         """Alter the frame."""
         if what_if != self.what_if:
             self.what_if = what_if
-            self._tell()
+            self._emit_changed()
 
     def alter(self, **change: Any) -> None:
-        """Alter the frame in this too: fields of WhatIf."""
+        """Change fields of the what-if."""
         self.set_what_if(replace(self.what_if, **change))
 
     def set_stage(self, stage: float | None) -> None:
-        """Show P's rotation on its way: 0…1 so much of the swing, 1…2 so much of the twist too.
+        """Show a stage of P's rotation: 0…1 share of the swing, 1…2 share of the twist as well.
 
-        The children are carried; None: the whole pose.
+        The children are carried along. None: the whole pose.
         """
         if stage != self.stage:
             self.stage = stage
-            self._tell()
+            self._emit_changed()
 
     def reset(self) -> None:
-        """As captured, whole."""
+        """Show the frame as captured."""
         self.set_stage(None)
         self.set_what_if(WhatIf())
 
     def set_rows(self, symbols: Iterable[str]) -> None:
-        """List the rows of these symbols only; none: all."""
+        """List only the rows of these symbols; empty: all."""
         rows = frozenset(symbols)
         if rows != self.rows:
             self.rows = rows
             self.rows_changed.emit()
 
     def light(self, symbol: str) -> None:
-        """Light a symbol up everywhere; the lit one again: none."""
+        """Highlight a symbol everywhere; a second call for the same symbol ends it."""
         self.lit = "" if symbol == self.lit else symbol
         self.lit_changed.emit()
 
     def unlight(self) -> None:
-        """No symbol is lit."""
+        """End the highlighting."""
         if self.lit:
             self.light(self.lit)
 
-    def _afresh(self) -> None:
+    def _reset_all(self) -> None:
         self.what_if, self.stage = WhatIf(), None
-        self._tell()
+        self._emit_changed()
 
-    def _tell(self, *_: object) -> None:
+    def _emit_changed(self, *_: object) -> None:
         if self.active:
             self.changed.emit()
 
 
 def degree_text(angle: float) -> str:
-    """An angle in radians as every label of the tab shows it."""
+    """Return an angle in radians as text in degrees."""
     return f"{signed(np.degrees(angle), 2)}°"
 
 
 def joint_labels(skeleton: Skeleton, chain: Chain) -> dict[str, str]:
-    """What P, C and G are called in the file."""
+    """Return the names of P, C and G in the file."""
     names = skeleton.names
-    told = {"P": names[chain.parent], "C": names[chain.child]}
+    names_shown = {"P": names[chain.parent], "C": names[chain.child]}
     if chain.grandchild >= 0:
-        return told | {"G": names[chain.grandchild]}
+        return names_shown | {"G": names[chain.grandchild]}
     arm, end = np.atleast_2d(chain.arm)[0], skeleton.end_offsets.get(chain.child)
     at_end = end is not None and float(np.linalg.norm(np.cross(arm, end))) < _ALONG
-    return told | {"G": tr("its End Site") if at_end else tr("none (an axis of C)")}
+    return names_shown | {"G": tr("its End Site") if at_end else tr("none (an axis of C)")}
 
 
 def reliable(share: float) -> str:
-    """How far an angle near its singularity is to be trusted."""
+    """Return the reliability of an angle as text."""
     percent = tr("under 1") if share < 0.01 else f"{100.0 * share:.0f}"
     return tr("{percent} % reliable", percent=percent)
 
 
 def numbers(values: Array) -> str:
-    """A vector or quaternion as every label of the tab shows it."""
+    """Return a vector or quaternion as text."""
     return f"({', '.join(signed(v, 3) for v in values)})"

@@ -1,4 +1,4 @@
-"""The teaching tab: equations with live numbers over sliders that ask 'what if'."""
+"""The teaching tab: equations with live numbers, and what-if sliders."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from inspector.widgets.labels import Headline, as_rich
 from inspector.widgets.theme import Theme
 from inspector.widgets.typeset import Typesetter
 
-_EMPTY = tr("Open a clip and select a chain: its swing, twist and azimuth are taken apart here.")
-_FEW_ROWS = 110  # pixels: of the equations, some are always seen
+_EMPTY = tr("Open a clip and select a chain to see its swing, twist and azimuth here.")
+_FEW_ROWS = 110  # pixels, so that some equations are always visible
 
 
 class TeachingPanel(QWidget):
-    """Shows the taught frame; while it is seen, the 3D view has the gizmo."""
+    """The panel of the taught frame; while it is shown, the 3D view has the gizmo."""
 
-    least_width = Signal(int)  # pixels, known when its symbols are typeset
-    moved_far = Signal()  # a slider was let go that swings the limb: it may be out of view
+    least_width = Signal(int)  # pixels, known once the symbols are typeset
+    moved_far = Signal()  # a slider was released, and the limb may be out of view
 
     def __init__(
         self, taught: TaughtFrame, viewport: Viewport, timeline: Timeline, actions: list[QAction]
@@ -59,7 +59,7 @@ class TeachingPanel(QWidget):
         self.scroll_area.setWidget(self.listed)
         self.scroll_area.setFrameShape(QFrame.Shape.NoFrame)
         self.scroll_area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        # Where there is little room the equations give way: sliders and buttons stay whole.
+        # If room is short, the equations shrink; sliders and buttons stay whole.
         policy = QSizePolicy.Policy
         self.scroll_area.setSizePolicy(policy.Expanding, policy.Ignored)
         self.scroll_area.setMinimumHeight(_FEW_ROWS)
@@ -86,7 +86,7 @@ class TeachingPanel(QWidget):
         self.refresh()
 
     def refresh(self) -> None:
-        """Show the frame's numbers, and let the views show the rest."""
+        """Update the numbers, the plots and the gizmo."""
         self.equations.refresh()
         self.other_forms.refresh()
         self.what_if.refresh()
@@ -95,7 +95,7 @@ class TeachingPanel(QWidget):
         self._invite()
 
     def _invite(self) -> None:
-        """Let the gizmo be drawn while the tab is in front; a limb is shown as in a review."""
+        """Show the gizmo while the tab is in front; a limb is shown as in a review."""
         if self._taught.active:
             whole = selected_limb(self._taught.document) is not None
             self._viewport.invite(None if whole else self.gizmo)
@@ -112,8 +112,8 @@ class TeachingPanel(QWidget):
             self.title.setText(as_rich(whole))
             return
         frame = document.frame + document.first_frame
-        told = tr("{chain}, frame {frame}", chain=chain.label, frame=frame)
-        self.title.setText(as_rich(told))
+        title = tr("{chain}, frame {frame}", chain=chain.label, frame=frame)
+        self.title.setText(as_rich(title))
 
     def _lit(self) -> None:
         lit = self._taught.lit
@@ -125,7 +125,7 @@ class TeachingPanel(QWidget):
         if self.typesetter.trouble:
             self._taught.document.message.emit(self.typesetter.trouble, True)
         self.refresh()
-        # Its widest row, with its numbers, decides how narrow the tab may be.
+        # The widest row sets the minimum width of the tab.
         layout = self.equations.layout()
         assert layout is not None
         layout.activate()
@@ -135,9 +135,9 @@ class TeachingPanel(QWidget):
         self.least_width.emit(self.minimumSizeHint().width())
 
     def set_shown(self, on: bool) -> None:
-        """The tab comes to the front or goes; what it takes to typeset is loaded the first time.
+        """Activate or deactivate the tab; the first time, load the typesetter.
 
-        Told by the dock: Qt sends no show or hide event to what lies behind another tab.
+        The dock calls this, because Qt sends no show or hide event to a hidden tab.
         """
         if on == self._taught.active:
             return
@@ -148,10 +148,10 @@ class TeachingPanel(QWidget):
         else:
             self._viewport.invite(None)
             self._timeline.light(())
-            # A layout that is restored hides the tab and shows it again at once.
+            # Restoring a layout hides the tab and shows it again at once.
             QTimer.singleShot(0, self, self._left)
 
     def _left(self) -> None:
-        """Left for another tab, and not with the whole window, the what-if ends."""
+        """End the what-if if another tab is in front, but not if the window is minimised."""
         if not self._taught.active and not self.window().isMinimized():
             self._taught.reset()

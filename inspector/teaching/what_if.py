@@ -1,4 +1,4 @@
-"""Sliders that alter the shown frame, and words on what is then to be seen."""
+"""Sliders that alter the displayed frame, and a sentence about the result."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from inspector.widgets.theme import Colours, Theme, figures_font
 
 @dataclass(frozen=True)
 class _Knob:
-    """What stands before a slider, its range in `unit`, steps a unit, and what it is for."""
+    """A slider: its label, range in `unit`, steps per unit and tooltip."""
 
     text: str
     low: int
@@ -31,35 +31,35 @@ class _Knob:
     steps: int = 10
 
     def value(self, place: int) -> float:
-        """What the slider's place means: radians, or a share."""
+        """Return the value of a slider position: radians or a share."""
         at = place / self.steps
         return at / 100.0 if self.unit == " %" else float(np.radians(at))
 
     def shown(self, value: float) -> float:
-        """That in `unit`."""
+        """Return a value in `unit`."""
         return 100.0 * value if self.unit == " %" else float(np.degrees(value))
 
 
-_LEAST = 36  # pixels of a slider
+_LEAST = 36  # minimum width of a slider in pixels
 _KNOBS = {
-    "twist": _Knob(tr("Twist parent"), -180, 180, tr("Turns the parent about its bone")),
+    "twist": _Knob(tr("Twist parent"), -180, 180, tr("Turn the parent about its bone")),
     "swing": _Knob(
-        tr("Swing α"), 0, 180, tr("The angle between a and w; at 180° the twist is undefined")
+        tr("Swing α"), 0, 180, tr("The angle between a and w. At 180° the twist is undefined.")
     ),
-    "bend": _Knob(tr("Bend"), 0, 180, tr("The angle between v and a; at 0° the limb is straight")),
+    "bend": _Knob(tr("Bend"), 0, 180, tr("The angle between v and a. At 0° the limb is straight.")),
     "nudge": _Knob(
         tr("Nudge"),
         -3,
         3,
-        tr("Tips both bones sideways by up to 3°: little, but at a singularity"),
+        tr("Tip both bones sideways by up to 3°. At a singularity this changes the angles a lot."),
     ),
     "applied": _Knob(
         tr("Apply"),
         0,
         100,
         tr(
-            "How much of the offset is taken off (Eq. 14-15), from wrong to right: of the selected "
-            "interval’s own at a frame of it as captured, else of the paper’s running sum offset(t)"
+            "Remove a part of the offset (Eq. 14-15): of the selected interval’s offset if the "
+            "frame is inside it and not altered, or of the paper’s running sum offset(t)."
         ),
         " %",
         1,
@@ -67,44 +67,44 @@ _KNOBS = {
 }
 
 
-def _told(knob: _Knob, value: float) -> str:
+def _shown(knob: _Knob, value: float) -> str:
     number = signed if knob.low < 0 else plain
     return f"{number(knob.shown(value), len(str(knob.steps)) - 1)}{knob.unit}"
 
 
-class ToldSlider(QSlider):
-    """Beside its place, which counts steps, those who hear it are told its value with its unit."""
+class SpokenSlider(QSlider):
+    """A slider whose value with its unit is read by a screen reader, not only its position."""
 
     def __init__(self) -> None:
         super().__init__(Qt.Orientation.Horizontal)
-        self._told = ""
+        self._value = ""
 
-    def tell(self, value: str) -> None:
-        """Another value: said while the slider has the focus."""
-        self._told = value
+    def set_spoken(self, value: str) -> None:
+        """Set the value that a screen reader reads while the slider has the focus."""
+        self._value = value
         if self.hasFocus():
             self.setAccessibleDescription(value)
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """The value is heard with the name."""
-        self.setAccessibleDescription(self._told)
+        """Let a screen reader read the value."""
+        self.setAccessibleDescription(self._value)
         super().focusInEvent(event)
 
 
 class WhatIfBox(QWidget):
-    """Sliders, the player of the stages, what the child does, reset, and a sentence."""
+    """Sliders, stage player, buttons for the child, reset button, and a sentence."""
 
     def __init__(self, taught: TaughtFrame, colours: Colours) -> None:
         super().__init__()
         self._taught, self._colours = taught, colours
         self._role = ""
-        self.sliders: dict[str, ToldSlider] = {}
+        self.sliders: dict[str, SpokenSlider] = {}
         self.numbers: dict[str, QLabel] = {}
         grid = QGridLayout()
         grid.setHorizontalSpacing(6)
         grid.setVerticalSpacing(2)
         for k, (name, knob) in enumerate(_KNOBS.items()):
-            slider = ToldSlider()
+            slider = SpokenSlider()
             slider.setRange(knob.low * knob.steps, knob.high * knob.steps)
             slider.setPageStep(5 * knob.steps if knob.high > 10 else knob.steps)
             slider.setToolTip(knob.tip)
@@ -114,7 +114,7 @@ class WhatIfBox(QWidget):
             number = SteadyLabel(alignment=RIGHT)
             number.setFont(figures_font())
             widest = knob.low if knob.low < 0 else knob.high
-            number.keep_room(_told(knob, knob.value(widest * knob.steps)))
+            number.keep_room(_shown(knob, knob.value(widest * knob.steps)))
             row, column = k // 2, 4 * (k % 2)
             grid.addWidget(QLabel(knob.text), row, column)
             grid.addWidget(slider, row, column + 1)
@@ -126,8 +126,12 @@ class WhatIfBox(QWidget):
         grid.setColumnMinimumWidth(3, 8)
         self.follow = QPushButton(tr("Child goes along"))
         self.counter = QPushButton(tr("Child counter-twists"))
-        self.follow.setToolTip(tr("The parent's twist carries the child: a real movement"))
-        self.counter.setToolTip(tr("The child turns back by as much: an axial twist error"))
+        self.follow.setToolTip(
+            tr("The parent's twist carries the child along, as in a real movement")
+        )
+        self.counter.setToolTip(
+            tr("The child turns back by the same angle, as in an axial twist error")
+        )
         group = QButtonGroup(self)
         for button in (self.follow, self.counter):
             button.setCheckable(True)
@@ -135,7 +139,7 @@ class WhatIfBox(QWidget):
         self.follow.setChecked(True)
         self.counter.toggled.connect(lambda on: taught.alter(counter=on))
         self.reset = QPushButton(tr("Reset"))
-        self.reset.setToolTip(tr("The frame as captured"))
+        self.reset.setToolTip(tr("Show the frame as captured"))
         self.reset.clicked.connect(taught.reset)
         self.words = QLabel(wordWrap=True, alignment=Qt.AlignmentFlag.AlignTop)
         self.words.setMinimumHeight(2 * self.words.fontMetrics().lineSpacing() + 2)
@@ -157,7 +161,7 @@ class WhatIfBox(QWidget):
             )
 
     def refresh(self) -> None:
-        """Sliders where the taught frame is; an untouched one goes along with the clip."""
+        """Update the sliders, numbers and the sentence."""
         numbers = self._taught.numbers if self._taught.active else None
         self.setEnabled(numbers is not None)
         if numbers is None:
@@ -178,8 +182,8 @@ class WhatIfBox(QWidget):
             if place != slider.value():
                 with QSignalBlocker(slider):
                     slider.setValue(place)
-            self.numbers[name].setText(_told(knob, value))
-            slider.tell(_told(knob, value))
+            self.numbers[name].setText(_shown(knob, value))
+            slider.set_spoken(_shown(knob, value))
         for button, on in ((self.counter, what_if.counter), (self.follow, not what_if.counter)):
             if button.isChecked() != on:
                 with QSignalBlocker(button):

@@ -1,4 +1,4 @@
-"""What the plots are told of an altered frame: plain numbers."""
+"""Values of an altered frame for the plots."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 
 def plotted(taught: TaughtFrame) -> dict[str, float]:
-    """Angles of the what-if in radians, by the names of TwistSignals; {} as captured.
+    """Return the angles of a what-if in radians, by the names of TwistSignals; {} as captured.
 
-    What is undefined is missing. While a rotation is on its way nothing is compared.
+    Undefined angles are missing. During an animation the result is {}.
     """
     d = taught.quantities if taught.active and taught.what_if.changes else None
     if d is None or (taught.stage is not None and taught.stage < 2.0):

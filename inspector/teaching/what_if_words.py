@@ -1,4 +1,4 @@
-"""A sentence or two on what is to be seen in the taught frame, each true of its numbers."""
+"""One or two sentences that describe the taught frame by its numbers."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from inspector.teaching.taught_frame import FrameNumbers, reliable
 from inspector.widgets.signed_numbers import plain, signed
 from twistcore.analysis.decomposition import UNDEFINED, Decomposition, WhatIf
 
-_HINT = tr("The frame as captured. Move a slider: what if …? Nothing of it reaches the review.")
-_TIP = np.radians(1.0)  # the nudge whose effect is told
-_HALF_TURN = np.radians(120.0)  # a twist beyond which wrapping may turn a sign over
+_HINT = tr("The frame as captured. Move a slider to alter it. The review does not change.")
+_TIP = np.radians(1.0)  # the nudge whose effect is described
+_HALF_TURN = np.radians(120.0)  # beyond this twist, wrapping may flip a sign
 
 
 def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) -> tuple[str, str]:
-    """What is to be seen, and the theme's role for it."""
+    """Return a description of the frame, and the theme's role for its colour."""
     d = numbers.frame
     if stage is not None:
         return _on_its_way(d, stage), "soft"
@@ -30,81 +30,82 @@ def words(numbers: FrameNumbers, what_if: WhatIf, stage: float | None = None) ->
 
 
 def theta_per_tip(alpha: float) -> float:
-    """By how much θp changes when w is tipped sideways by 1° at a swing near 180°, radians."""
+    """Return the change of θp if w is tipped sideways by 1° near a swing of 180°, radians."""
     return float(2.0 * np.arctan2(_TIP, np.pi - alpha))
 
 
 def azimuth_per_tip(reliability: float) -> float:
-    """By how much v⊥ turns when v is tipped sideways by 1° in a limb nearly straight, radians."""
+    """Return the turn of v⊥ if v is tipped sideways by 1° in a nearly straight limb, radians."""
     return float(np.arctan2(_TIP, np.arcsin(min(reliability, 1.0))))
 
 
 def _on_its_way(d: Decomposition, stage: float) -> str:
     if stage <= 1.0:
         return tr(
-            "First the swing: {share} of it, α = {alpha}. It takes a to w.",
+            "{share} of the swing, α = {alpha}. The swing takes a to w.",
             share=_share(stage),
             alpha=_whole(d.alpha),
         )
     return tr(
-        "Then the twist: {share} of it, θp = {theta}. It rolls the bone about itself: w, n and α "
-        "stay.",
+        "The swing and {share} of the twist, θp = {theta}. The twist rolls the bone about itself: "
+        "w, n and α stay.",
         share=_share(stage - 1.0),
         theta=_tenths(d.theta_p),
     )
 
 
 def _singular(d: Decomposition) -> str:
-    """Words on the angles that are undefined, or nearly so."""
+    """Return a warning about undefined or unreliable angles, or ''."""
     turned, straight = d.swing_reliability < NEAR_SWING, d.azimuth_reliability < NEAR_STRAIGHT
     lies = tr("is straight") if d.bend < np.pi / 2.0 else tr("is folded flat")
     if turned and straight:
         return tr(
-            "Both singularities: θp is {theta}, Δθc {azimuth}. A nudge of 1° turns n and v⊥ by 5° "
-            "or more.",
+            "Both angles are singular: θp is {theta}, Δθc is {azimuth}. A nudge of 1° turns n and "
+            "v⊥ by 5° or more.",
             theta=_state(d.swing_reliability),
             azimuth=_state(d.azimuth_reliability),
         )
     if not d.swing_is_one:
         return tr(
-            "Singularity of θp: w points against a, θp is undefined. One pose has many (n, θp), "
-            "none better than another. Nudge, and there is one."
+            "θp is undefined because w points opposite to a. Many pairs (n, θp) give this pose. A "
+            "nudge makes θp unique."
         )
     if turned:
         return tr(
-            "Singularity of θp near: w points almost against a ({reliable}). Tipped sideways by "
-            "1°, θp would change by {angle}.",
+            "θp is nearly singular: w points almost opposite to a ({reliable}). Tipping w "
+            "sideways by 1° would change θp by {angle}.",
             reliable=reliable(d.swing_reliability),
             angle=_whole(theta_per_tip(d.alpha)),
         )
     if d.azimuth_reliability <= UNDEFINED:
         return tr(
-            "Singularity of θc: the limb {lies}, v⊥ has no direction, Δθc is undefined, and so is "
-            "m. Nudge, and there is one.",
+            "Δθc and m are undefined: the limb {lies}, so v⊥ has no direction. A nudge gives it "
+            "one.",
             lies=lies,
         )
     if straight:
         return tr(
-            "Singularity of θc near: the limb almost {lies} ({reliable}). Tipped sideways by 1°, "
-            "v⊥ would turn by {angle}.",
+            "Δθc is nearly singular: the limb almost {lies} ({reliable}). Tipping v sideways by "
+            "1° would turn v⊥ by {angle}.",
             lies=lies,
             reliable=reliable(d.azimuth_reliability),
             angle=_whole(azimuth_per_tip(d.azimuth_reliability)),
         )
     if not d.dtheta_p_is_defined:
         return tr(
-            "θp was undefined in the frame before, so Δθp, the product and m are undefined here."
+            "θp was undefined in the previous frame, so Δθp, the product and m are undefined here."
         )
     if not d.dtheta_c_is_defined:
         return tr(
-            "The limb was straight in the frame before, so Δθc, the product and m are undefined."
+            "The limb was straight in the previous frame, so Δθc, the product and m are undefined "
+            "here."
         )
     return ""
 
 
 def _applied(numbers: FrameNumbers) -> str:
     c = numbers.correction
-    told = {
+    fields = {
         "share": _share(c.applied),
         "whole": _tenths(c.whole),
         "before": _tenths(c.before.strength),
@@ -112,14 +113,14 @@ def _applied(numbers: FrameNumbers) -> str:
     }
     if numbers.own:
         return tr(
-            "{share} of the interval’s {whole} is off P’s twist: m was {before}, is {now}. C turns "
-            "back as far (15) and stands as it stood (14).",
-            **told,
+            "{share} of the interval’s {whole} is removed: m was {before}, now {now}. C turns "
+            "back equally (15), so its orientation stays (14).",
+            **fields,
         )
     return tr(
-        "{share} of offset(t) = {whole} is off P’s twist: m was {before}, is {now}. C turns back "
-        "as far (15) and stands as it stood (14).",
-        **told,
+        "{share} of offset(t) = {whole} is removed: m was {before}, now {now}. C turns back "
+        "equally (15), so its orientation stays (14).",
+        **fields,
     )
 
 
@@ -128,13 +129,13 @@ def _event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     passed = f"m = {_tenths(d.strength)} ≥ τ = {_tenths(c.tau)}"
     if what_if.counter and what_if == WhatIf(twist=what_if.twist, counter=True) and what_if.twist:
         return tr(
-            "P and C twist against each other, {passed}. Only P has turned; C and G stand as "
-            "captured: a twist error.",
+            "P and C twist against each other, {passed}: a twist error. Only P has turned; C and "
+            "G are as captured.",
             passed=passed,
         )
     return tr(
-        "Opposed, {passed}: an event, and err = {err} goes into offset(t). An edge of an error, or "
-        "motion as lively as one.",
+        "Opposite signs and {passed}: an event. err = {err} is added to offset(t). It is an edge "
+        "of an error or a very fast movement.",
         passed=passed,
         err=_signed(c.err),
     )
@@ -145,32 +146,34 @@ def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     small = f"m = {plain(np.degrees(d.strength), 2)}° < τ = {_tenths(c.tau)}"
     if what_if.counter and min(abs(d.dtheta_p), abs(d.dtheta_c)) > _HALF_TURN:
         return tr(
-            "C turns back as far, yet Δθp and Δθc have one sign: near ±180° wrapping turns one "
-            "over. The paper’s test is blind to this error."
+            "C turns back by the same angle, but wrapping at ±180° gives Δθp and Δθc the same "
+            "sign. The paper’s test misses this error."
         )
     if what_if == WhatIf(twist=what_if.twist) and what_if.twist:
         if d.strength >= LEAST:
             return tr(
-                "A pure twist: w, n, α and Δθc stay. Δθp·Δθc < 0 by the child’s own small motion "
-                "({small}): that is why there is a τ.",
+                "A pure twist: w, n, α and Δθc stay. Δθp·Δθc < 0 is the child’s own small motion "
+                "({small}). This is why there is a threshold τ.",
                 small=small,
             )
         return tr(
-            "A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc stays too: a "
-            "real movement, no error."
+            "A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc stays too. "
+            "This is a real movement, not an error."
         )
     if d.strength >= LEAST:
         return tr(
-            "Opposed, but {small}: no event. Natural motion often makes small opposed changes; "
-            "that is why there is a τ.",
+            "Opposite signs, but {small}: no event. Natural motion often has small opposite "
+            "changes. This is why there is a threshold τ.",
             small=small,
         )
     kept = WhatIf(swing=what_if.swing, toward=what_if.toward, counter=what_if.counter)
     if what_if.changes and what_if == kept:
-        return tr("Another swing with the same twist: w and q_swing change; θp, v and Δθc stay.")
+        return tr(
+            "A different swing with the same twist: w and q_swing change; θp, v and Δθc stay."
+        )
     if what_if.changes and what_if == WhatIf(bend=what_if.bend, counter=what_if.counter):
-        return tr("Another bend of the child: v changes, v⊥ keeps its direction; P and Δθc stay.")
-    return tr("No event: {small}.", small=small) if what_if.changes else _HINT
+        return tr("The child is bent differently: v changes; the direction of v⊥, P and Δθc stay.")
+    return tr("This is no event: {small}.", small=small) if what_if.changes else _HINT
 
 
 def _state(reliability: float) -> str:

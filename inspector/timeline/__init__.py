@@ -1,1 +1,1 @@
-"""The time line: curves, strength with τ, interval regions, the overview of the clip."""
+"""The time line: curves, strength with τ, intervals, and the overview of the clip."""

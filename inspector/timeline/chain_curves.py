@@ -1,4 +1,4 @@
-"""The values of one chain's curves: its twists before and after correction."""
+"""The values of a chain's curves before and after correction."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ ANGLES = (("p", "theta_p"), ("c", "theta_c"))
 class ChainCurves(Curves):
     """The curves of the document's selected chain.
 
-    before, after: its angles as captured and after correction; centres: where θp and θc are most of
-    the time, radians.
+    before, after: its angles as captured and after correction; centres: the usual values of θp and
+    θc, radians.
     """
 
     unreliable_words = tr("azimuth unreliable")
     unreliable_hint = tr(
-        "Limb nearly straight: the azimuth θc, and so the strength, is unreliable here."
+        "The limb is nearly straight here, so the azimuth θc and the strength are unreliable."
     )
 
     def __init__(self, document: Document) -> None:
@@ -43,14 +43,14 @@ class ChainCurves(Curves):
         self.after = self.document.corrected.angles(self._chain)
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """With θc, which is the sum of its changes: those of the clip up to the frame before."""
+        """Add θc: the clip's θc at the previous frame plus the altered change."""
         if "dtheta_c" not in values:
             return values
         sum_before = float(self.before.theta_c[frame] - self.before.dtheta_c[frame])
         return {**values, "theta_c": float(wrap(sum_before + values["dtheta_c"]))}
 
     def both_angles(self, prefix: str, frame: int) -> Title:
-        """θp and θc at a frame before and after correction, or with the prefix d their changes."""
+        """Return θp and θc at a frame, before and after correction; prefix 'd': their changes."""
         title: Title = []
         for k, name in ANGLES:
             symbol = ("Δ" if prefix else "") + "θ" + k + (" ╌" if k == "c" else "")

@@ -1,4 +1,4 @@
-"""The menu under the right button. It never deletes."""
+"""The context menu of the plots. No entry deletes anything."""
 
 from __future__ import annotations
 
@@ -24,10 +24,9 @@ def context_menu(
     judged: Judged | None,
     plots: Sequence[tuple[str, Callable[[], None]]] = (),
 ) -> QMenu:
-    """What can be done at a place of a plot; `judged`: the interval there, else the selected.
+    """Return the menu for a place in a plot; judged: the interval there, or None.
 
-    degrees: the τ that may be set there; 0 where the plot's height says nothing of τ; plots: what
-    can be done to the plots themselves.
+    degrees: the τ at this height, 0 in plots without τ; plots: entries for the plots themselves.
     """
     menu = QMenu(parent)
     at = max(0, min(document.frames - 1, round(frame)))

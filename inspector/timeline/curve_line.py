@@ -1,4 +1,4 @@
-"""A curve of a plot: nothing but a line, broken where there are no values."""
+"""A fast curve for plots: a line with gaps at missing values."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _NOTHING = np.zeros(0)
 
 
 class Line(pg.GraphicsObject):
-    """Points joined by a line; who changes it says when the plot is painted anew.
+    """A line through points; the caller repaints the plot after a change.
 
-    pyqtgraph's own curve can fill, step and export values as well, and looks through all its points
-    whenever it is asked how large it is. This one is as large as what is in view.
+    pyqtgraph's own curve has more features but scans all points for its bounding box. The bounding
+    box of this one is the visible range.
     """
 
     def __init__(self, view: pg.ViewBox) -> None:
@@ -30,22 +30,22 @@ class Line(pg.GraphicsObject):
         view.sigRangeChanged.connect(lambda *_: self.prepareGeometryChange())
 
     def show_points(self, x: Array, y: Array) -> None:
-        """Frames and heights, both (points,); NaN breaks the line."""
+        """Set frames and heights, both (points,); NaN breaks the line."""
         self._points = x, y
         self._path = None
 
     def points(self) -> tuple[Array, Array]:
-        """Frames and heights as they were given."""
+        """Return frames and heights."""
         return self._points
 
     def boundingRect(self) -> QRectF:
-        """What is in view."""
+        """Return the visible range."""
         return QRectF(self._view.viewRect())
 
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """The line."""
+        """Draw the line."""
         if self._path is None:
             x, y = self._points
             self._path = pg.arrayToQPath(x, y, connect="finite", finiteCheck=True)

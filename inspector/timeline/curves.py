@@ -1,4 +1,4 @@
-"""What the curves of a chain and of a limb have in common: values, ranges and numbers."""
+"""Values, ranges and numbers that the curves of chains and limbs have in common."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from inspector.timeline.pane import Pane
 from inspector.widgets.signed_numbers import plain
 from twistcore.skeleton.rotation import Array, wrap
 
-Title = list[tuple[str, str]]  # words and numbers above a plot, as (text, colour role)
-_HEADROOM = 2.2  # times τ that the strength plot reaches at least
+Title = list[tuple[str, str]]  # text above a plot, as (text, colour role)
+_HEADROOM = 2.2  # least range of the strength plot, in units of τ
 SAME = 1e-6  # radians
 NOTHING: Array = np.zeros(0)
 
@@ -22,8 +22,9 @@ NOTHING: Array = np.zeros(0)
 class Curves(ABC):
     """The curves of the document's selection.
 
-    strength: what τ is compared with, degrees, (frames,); unreliable: spans of frames in which an
-    angle says nothing, (spans, 2), what is written there and what a hint says of it.
+    strength: the signal that τ is compared with, degrees, (frames,); unreliable: spans of frames
+    with an unreliable angle, (spans, 2); unreliable_words are drawn there, unreliable_hint is the
+    tooltip.
     """
 
     unreliable_words: str
@@ -39,7 +40,7 @@ class Curves(ABC):
 
     @property
     def offset(self) -> Array:
-        """What is taken out, radians, (frames,)."""
+        """The offset that the review removes, radians, (frames,)."""
         return self.document.offset(self.document.chain)
 
     @abstractmethod
@@ -47,20 +48,20 @@ class Curves(ABC):
         """Take the values after correction by the review's intervals."""
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Angles of an altered frame, radians, with those that follow from them and the clip."""
+        """Return the angles of an altered frame, radians, with derived ones added."""
         return values
 
     def fit_tau(self, pane: Pane, degrees: float) -> None:
-        """The strength plot reaches from 0 over its peak and well over τ."""
+        """Set the range of the strength plot from 0 to above its peak and τ."""
         reach = (0.0, min(max(self._peak, _HEADROOM * degrees, 5.0), max(190.0, self._peak)))
         if reach != self._reach:
             self._reach = reach
             pane.show_values(*reach)
 
     def grow(self, pane: Pane, degrees: Array, least: float) -> None:
-        """Widen a plot's range where a curve leaves it; it never narrows under the hand.
+        """Widen a plot's range to fit a curve; it never narrows during a drag.
 
-        least: degrees that it spans at first.
+        least: smallest initial range in degrees.
         """
         seen = degrees[np.isfinite(degrees)]
         low, high = (float(seen.min()), float(seen.max())) if len(seen) else (0.0, 0.0)
@@ -77,7 +78,7 @@ class Curves(ABC):
 
 
 def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """One frame to either side too, where one line leaves the other."""
+    """Return a mask widened by one frame on either side."""
     wider = mask.copy()
     wider[1:] |= mask[:-1]
     wider[:-1] |= mask[1:]
@@ -85,10 +86,10 @@ def widened(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 def number(angle: Array, frame: int) -> str:
-    """An angle at a frame, from radians, as titles have it."""
+    """Return an angle at a frame, from radians, as text for titles."""
     return in_degrees(float(np.degrees(wrap(angle[frame]))))
 
 
 def in_degrees(value: float) -> str:
-    """Degrees as titles have them."""
+    """Return degrees as text for titles."""
     return f"{plain(value):>7}°"

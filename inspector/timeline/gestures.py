@@ -1,4 +1,4 @@
-"""What the mouse does in a plot: drag edges, bodies, the playhead; draw, click, zoom, pan."""
+"""Mouse gestures in a plot: drag edges, intervals and the playhead; draw, click, zoom, pan."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.session.why_here import peak_near, reason_here, told
 from inspector.timeline.context_menu import context_menu
-from inspector.timeline.layers import Scenery, Told
+from inspector.timeline.layers import DragLabel, Scenery
 from inspector.timeline.tau_line import set_tau_at
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.visible_range import VisibleRange
@@ -33,7 +33,7 @@ _PAN = 0.12  # of the visible range, per notch
 
 
 class Part(Enum):
-    """What lies under the cursor."""
+    """The part of a plot under the cursor."""
 
     START = "start"
     STOP = "stop"
@@ -47,22 +47,21 @@ _CURSORS = {Part.EMPTY: Qt.CursorShape.CrossCursor, Part.BODY: Qt.CursorShape.Op
 
 @dataclass(frozen=True)
 class Hit:
-    """A part, and the interval that it belongs to."""
+    """A part, and its interval."""
 
     part: Part
     judged: Judged | None = None
 
 
 class Gestures:
-    """Turns mouse events of all plots into what the document is asked for.
+    """Turns mouse events of all plots into changes of the document.
 
-    plots: what else a plot's menu can do, by the plot's key; tau_plot: the key of the plot with τ.
-
-    While an edge is dragged or an interval drawn, the playhead is at the cursor, so that the 3D
-    view shows what is there; then it goes back, or to the new interval.
+    plots: returns more menu entries for a plot's key; tau_plot: the key of the plot with τ. While
+    an edge is dragged or an interval is drawn, the playhead follows the cursor, so that the 3D
+    view shows that frame. Then it goes back, or to the new interval.
     """
 
-    draws = True  # a drag on empty ground draws an interval
+    draws = True  # a drag on empty space draws an interval
 
     def __init__(
         self,
@@ -73,9 +72,9 @@ class Gestures:
         repaint: Callable[[], None],
         parent: QWidget,
     ) -> None:
-        """refresh: draws what has changed now, so that nothing that is gone is gripped.
+        """refresh: applies pending changes, so that the mouse grips only current intervals.
 
-        repaint: paints the plots again.
+        repaint: repaints the plots.
         """
         self._document, self._scenery, self._visible = document, scenery, visible
         self._refresh, self._repaint, self._parent = refresh, repaint, parent
@@ -85,19 +84,19 @@ class Gestures:
         self._hit = Hit(Part.EMPTY)
         self._origin = 0.0
         self._grabbed: Interval | None = None
-        self._asked: tuple[int, int] | None = None
+        self._frames_set: tuple[int, int] | None = None
         self._drag = 0
         self._band: tuple[int, int] | None = None
         self._home = 0
         self.dragging = False
         document.opened.connect(self._give_up)
 
-    # -- what is where ------------------------------------------------------------------------
+    # -- hit test -----------------------------------------------------------------------------
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """What is at a place, in frames; pixel: frames per pixel.
+        """Return the part at a place in frames; pixel: frames per pixel.
 
-        Edges come before the playhead, which lies on one whenever an interval has been jumped to.
+        Edges take precedence over the playhead, which is on an edge after a jump to an interval.
         """
         reach = _REACH * pixel
         near = self._scenery.between(frame - reach, frame + reach)
@@ -109,7 +108,7 @@ class Gestures:
                 (Part.START, interval.start - 0.5, 1.0),
                 (Part.STOP, interval.stop - 0.5, -1.0),
             ):
-                depth = (frame - edge) * inward  # positive: inside the interval
+                depth = (frame - edge) * inward  # positive inside the interval
                 if -reach <= depth <= inside and (best is None or abs(depth) < best[0]):
                     best = abs(depth), Hit(part, judged)
             if best is not None and judged.id == self._scenery.selected:
@@ -122,7 +121,7 @@ class Gestures:
         return Hit(Part.BODY, body) if body else Hit(Part.EMPTY)
 
     def interval_at(self, frame: float) -> Judged | None:
-        """The interval at a place: the selected one, else the shortest."""
+        """Return the interval at a place: the selected one, or the shortest."""
         near = self._scenery.between(frame, frame)
         if not near:
             return None
@@ -133,7 +132,7 @@ class Gestures:
     # -- dragging -----------------------------------------------------------------------------
 
     def drag(self, view: TimeView, event: Any, *, pan: bool) -> None:
-        """One event of a drag."""
+        """Handle an event of a drag."""
         if not self._document.frames:
             return
         frame, button = view.frame_at(event.pos()), event.button()
@@ -146,7 +145,7 @@ class Gestures:
         if event.isStart():
             self._begin(view.frame_at(event.buttonDownPos()), view.viewPixelSize()[0])
         elif not self.dragging:
-            return  # what was gripped has gone with its clip
+            return  # its clip was closed
         height = event.pos().y()
         self._latest.ask(lambda: self._continue(view.key, frame, height))
         if event.isFinish():
@@ -155,22 +154,22 @@ class Gestures:
             self._end(self._band if moved else None)
 
     def _give_up(self) -> None:
-        """Another clip: what is dragged is about an interval, or frames, of the last one."""
+        """Cancel a drag, because its clip was closed."""
         self._latest.forget()
         self._hit = Hit(Part.EMPTY)
-        self._grabbed = self._band = self._scenery.told = None
+        self._grabbed = self._band = self._scenery.drag_label = None
         self.dragging = False
 
     def _begin(self, frame: float, pixel: float) -> None:
         self._refresh()
         self._hit = self.hit(frame, pixel)
         self._origin = frame
-        self._asked = self._band = None
+        self._frames_set = self._band = None
         self._home = self._document.frame
         self.dragging = True
         if self._hit.judged is not None:
             self._grabbed = self._hit.judged.interval
-            self._asked = (self._grabbed.start, self._grabbed.stop)
+            self._frames_set = (self._grabbed.start, self._grabbed.stop)
             self._drag = self._document.begin_drag()
             self._document.select_interval(self._hit.judged.id)
 
@@ -190,7 +189,7 @@ class Gestures:
             self._document.go_to(at)
         place = frame if part in (Part.BODY, Part.EMPTY) else at
         words = self._words(start, stop) if part in (Part.BODY, Part.EMPTY) else self._words(at)
-        self._scenery.told = Told(key, place, height, words, self._band)
+        self._scenery.drag_label = DragLabel(key, place, height, words, self._band)
         self._repaint()
 
     def _words(self, start: int, stop: int = 0) -> str:
@@ -201,10 +200,10 @@ class Gestures:
         return tr("frames {first}–{last} ({n})", first=start + first, last=stop, n=n)
 
     def _end(self, drawn: tuple[int, int] | None) -> None:
-        """Let go; drawn: the frames [start, stop) of a new interval."""
+        """End a drag; drawn: the frames [start, stop) of a new interval."""
         if self._hit.part is not Part.PLAYHEAD and (self._grabbed or self.draws):
-            self._document.go_to(self._home)  # without turning the page: the drag is not over
-        self._grabbed = self._band = self._scenery.told = None
+            self._document.go_to(self._home)  # during the drag, so without scrolling
+        self._grabbed = self._band = self._scenery.drag_label = None
         self.dragging = False
         self._repaint()
         data, chain = self._document.data, self._document.chain
@@ -213,14 +212,14 @@ class Gestures:
             if (judged := self._document.interval) is not None:
                 self._document.go_to(judged.interval.seen_at)
 
-    def _resize(self, judged: Judged, grabbed: Interval, asked: tuple[int, int]) -> None:
-        if asked == self._asked:
+    def _resize(self, judged: Judged, grabbed: Interval, frames: tuple[int, int]) -> None:
+        if frames == self._frames_set:
             return
-        self._asked = asked
+        self._frames_set = frames
         if self._hit.part is Part.BODY:
-            new = grabbed.with_offset(asked[0], grabbed.offset)
-        else:  # from the interval as it was grabbed, so that dragging back gives it back
-            new = resized(grabbed, *asked)
+            new = grabbed.with_offset(frames[0], grabbed.offset)
+        else:  # from the original interval, so that dragging back restores it
+            new = resized(grabbed, *frames)
         self._document.edit(judged.id, new, self._drag)
 
     def _frames_of(self, grabbed: Interval, frame: float) -> tuple[int, int]:
@@ -233,10 +232,12 @@ class Gestures:
         by = int(np.clip(by, -grabbed.start, last - grabbed.stop))
         return grabbed.start + by, grabbed.stop + by
 
-    # -- the rest -----------------------------------------------------------------------------
+    # -- clicks, wheel and hover --------------------------------------------------------------
 
     def click(self, view: TimeView, event: Any) -> None:
-        """Select an interval or move the playhead; on the strength curve also: see there."""
+        """Select an interval or move the playhead; on the strength plot, also explain a peak or
+        set τ.
+        """
         if not self._document.frames:
             return
         self._refresh()
@@ -252,10 +253,12 @@ class Gestures:
             return
         else:
             self._document.go_to(round(frame))
-            self._visible.let_go_of_unseen()
+            self._visible.deselect_hidden()
 
     def _ask_peak(self, frame: float, pixel: float) -> bool:
-        """At a peak past τ in no interval: go there, and say why; False where there is none."""
+        """Go to a nearby peak above τ outside all intervals and explain it; False if there is
+        none.
+        """
         near = peak_near(self._document, round(frame), max(_REACH * pixel, 0.5))
         if near is None or (reason := reason_here(self._document, near)) is None:
             return False
@@ -264,7 +267,7 @@ class Gestures:
         return True
 
     def open_menu(self, key: str, frame: float, place: float, position: QPoint) -> QMenu:
-        """Open the menu of a place; non-blocking."""
+        """Open the context menu of a place without blocking."""
         judged = self.interval_at(frame)
         if judged is not None:
             self._document.select_interval(judged.id)
@@ -273,12 +276,12 @@ class Gestures:
             self._parent, self._document, self._visible, frame, degrees, judged, self.plots(key)
         )
         menu.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
-        self._document.opened.connect(menu.close)  # it is about a place in this clip
+        self._document.opened.connect(menu.close)  # its place belongs to this clip
         menu.popup(position)
         return menu
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
-        """Zoom in time at a frame, or pan."""
+        """Zoom in time around a frame, or pan."""
         first, last = self._visible.ends
         if pan:
             self._visible.pan(-notches * _PAN * (last - first))
@@ -287,7 +290,7 @@ class Gestures:
             self._visible.show(frame - (frame - first) * scale, frame + (last - frame) * scale)
 
     def hover(self, view: TimeView, event: Any) -> None:
-        """Cursor and hint for what is under the mouse."""
+        """Set cursor and tooltip for the part under the mouse."""
         if not self._document.frames:
             return
         hit = self.hit(view.frame_at(event.pos()), view.viewPixelSize()[0])
@@ -298,7 +301,7 @@ class Gestures:
         view.setToolTip(as_tip(self._hint(hit.judged, view.frame_at(event.pos()))))
 
     def _hint(self, judged: Judged | None, frame: float) -> str:
-        """What a tool tip says of a place."""
+        """Return the tooltip of a place."""
         if judged is not None:
             i = judged.interval
             kind, decision = of_core(i.kind), of_core(judged.decision)
@@ -308,7 +311,7 @@ class Gestures:
             ]
             if not judged.supported:
                 lines.append(
-                    tr("No longer found at this τ; kept because you decided or edited it.")
+                    tr("No longer found at this τ, but kept because you decided or edited it.")
                 )
             if judged.note:
                 lines.append(judged.note)

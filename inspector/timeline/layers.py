@@ -1,7 +1,7 @@
-"""What lies behind and before the curves: regions, shading, playhead; the words around them.
+"""Layers behind and in front of the curves: intervals, shading, playhead, titles.
 
-Each is one graphics item per plot that paints what is in view, in pixels. Thousands of intervals
-cost no more than those on screen; one item per region would be slow.
+Each layer is one graphics item per plot that paints the visible part in pixels. So thousands of
+intervals are no slower than the visible ones; one item per interval would be slow.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from twistcore.review import Judged
 from twistcore.skeleton.rotation import Array
 
 _TITLE_HEIGHT = 17.0
-_REMEMBERED = 8  # pictures of regions kept: every plot asks for the same one or two
+_REMEMBERED = 8  # cached regions; all plots use the same one or two
 
 
 @dataclass(frozen=True)
-class Told:
-    """Words beside the cursor of a drag.
+class DragLabel:
+    """The label next to the cursor during a drag.
 
-    key: of the plot that it is in; frame, pixel: where, from the plot's top; band: the frames
-    [start, stop) that are being drawn, in every plot.
+    key: of its plot; frame, pixel: its place, from the plot's top; band: the frames [start, stop)
+    being drawn, shown in every plot.
     """
 
     key: str
@@ -43,61 +43,61 @@ class Told:
 
 @dataclass
 class Scenery:
-    """What all plots show besides their curves; the time line fills it in, the layers read it."""
+    """Data for all plots apart from the curves; the time line sets it, the layers read it."""
 
     colours: Colours
-    scale: float = 1.0  # of type and lines: larger in a presentation
-    still: bool = False  # in a figure: no number changes, none needs a column of its own
-    title_lines: int = 1  # there is room for, above every plot
+    scale: float = 1.0  # of text and lines, larger in a presentation
+    still: bool = False  # in a figure, where numbers do not change and need no fixed columns
+    title_lines: int = 1  # lines of text above every plot
     frames: int = 0
     frame: int = 0
     intervals: tuple[Judged, ...] = ()  # of the selected chain, by start
     selected: int | None = None
-    told: Told | None = None
+    drag_label: DragLabel | None = None
     unreliable: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64))
-    unreliable_words: str = ""  # written there
-    unreliable_hint: str = ""  # told of it
+    unreliable_words: str = ""  # drawn there
+    unreliable_hint: str = ""  # tooltip there
     starts: Array = field(default_factory=lambda: np.zeros(0))
     stops: Array = field(default_factory=lambda: np.zeros(0))
     _regions: dict[object, Regions] = field(default_factory=dict)
 
     @property
     def theme(self) -> Theme:
-        """The colours that everything is painted in."""
+        """The theme with all colours."""
         return self.colours.theme
 
     @property
     def title_height(self) -> float:
-        """Pixels of the words above a plot."""
+        """Height of a plot's title in pixels."""
         return self.line_height * self.title_lines
 
     @property
     def line_height(self) -> float:
-        """Pixels of a line of them."""
+        """Height of a line of the title in pixels."""
         return _TITLE_HEIGHT * self.scale
 
     def font(self, *, bold: bool = False) -> QFont:
-        """The type of words and numbers in plots."""
+        """Return the font of text in plots."""
         font = figures_font(8.0 * self.scale)
         font.setBold(bold)
         return font
 
     def set_intervals(self, intervals: tuple[Judged, ...]) -> None:
-        """Other intervals."""
+        """Set the intervals."""
         self.intervals = intervals
         self._regions.clear()
         self.starts = np.array([j.interval.start for j in intervals], dtype=np.float64)
         self.stops = np.array([j.interval.stop for j in intervals], dtype=np.float64)
 
     def between(self, first: float, last: float) -> list[Judged]:
-        """Intervals that reach into a range of frames, the selected one last."""
+        """Return the intervals in a range of frames, the selected one last."""
         seen = np.flatnonzero((self.stops - 0.5 > first) & (self.starts - 0.5 < last))
         chosen = [self.intervals[k] for k in seen]
         chosen.sort(key=lambda j: j.id == self.selected)
         return chosen
 
     def regions(self, first: float, last: float, width: int) -> Regions:
-        """The regions in a range of frames on a width in pixels, the same for every plot."""
+        """Return the regions for a range of frames and a width in pixels, shared by all plots."""
         key = (first, last, width, self.selected)
         if key not in self._regions:
             if len(self._regions) >= _REMEMBERED:
@@ -108,10 +108,10 @@ class Scenery:
 
 
 class Layer(QGraphicsItem):
-    """An item over a view's whole rectangle, in its pixels."""
+    """A graphics item that covers a view, in pixel coordinates."""
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, z: float) -> None:
-        # Not a child of the view: that clips its children to a path, which makes fills slow.
+        # Not a child of the view, which clips its children to a path and makes fills slow.
         super().__init__(view.parentItem())
         self._view = view
         self.scenery = scenery
@@ -125,17 +125,17 @@ class Layer(QGraphicsItem):
         self.setPos(self._view.pos())
 
     def boundingRect(self) -> QRectF:
-        """The view's rectangle."""
+        """Return the view's rectangle."""
         return QRectF(self._view.rect())
 
     def place(self, frame: float) -> float:
-        """Pixel of a place in frames."""
+        """Return the pixel of a place in frames."""
         first, last = self._view.viewRange()[0]
         return float((frame - first) / (last - first) * self._view.width())
 
 
 class BackLayer(Layer):
-    """Spans without a reliable angle and interval regions, behind the curves."""
+    """The layer behind the curves: unreliable spans and intervals."""
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery, *, shade: bool, glyphs: bool) -> None:
         super().__init__(view, scenery, -200.0)  # behind the view itself
@@ -144,7 +144,7 @@ class BackLayer(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Everything that is in view."""
+        """Paint the visible part."""
         painter.save()
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         if self._shade:
@@ -175,10 +175,10 @@ class BackLayer(Layer):
 
 
 class FrontLayer(Layer):
-    """Playhead and what is told of a drag, before the curves; around them the plot's words.
+    """The layer in front of the curves: playhead, drag label, title and axis labels.
 
-    title: the line above, as (text, the theme's colour role); values, time: what the axes show; τ:
-    where its line stands, in the plot's values, and what it says.
+    title: as (text, colour role); values, time: labels of the axes; tau: the place of the τ line in
+    the plot's values, and its label.
     """
 
     def __init__(self, view: TimeView, scenery: Scenery) -> None:
@@ -189,20 +189,20 @@ class FrontLayer(Layer):
         self.tau: tuple[float, str] | None = None
 
     def boundingRect(self) -> QRectF:
-        """The whole plot with its axes."""
+        """Return the rectangle of the whole plot with its axes."""
         parent = self.parentItem()
         return QRectF(parent.boundingRect()).translated(-self.pos()) if parent else QRectF()
 
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Only what is inside the view is cut at its edges."""
+        """Paint the exposed parts."""
         painter.save()
         painter.setFont(self.scenery.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         self._paint_playhead(painter)
-        if self.scenery.told is not None:
-            self._paint_told(painter, self.scenery.told)
+        if self.scenery.drag_label is not None:
+            self._paint_drag_label(painter, self.scenery.drag_label)
         if option.exposedRect.left() < 0.0:
             self._paint_axis_words(painter)
             self._paint_tau(painter)
@@ -218,27 +218,27 @@ class FrontLayer(Layer):
             painter.setPen(pen)
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
 
-    def _paint_told(self, painter: QPainter, told: Told) -> None:
+    def _paint_drag_label(self, painter: QPainter, label: DragLabel) -> None:
         theme, view = self.scenery.theme, QRectF(self._view.rect())
-        if told.band is not None:
-            left, right = (self.place(frame - 0.5) for frame in told.band)
+        if label.band is not None:
+            left, right = (self.place(frame - 0.5) for frame in label.band)
             band = QRectF(left, 0.0, max(2.0, right - left), view.height()).intersected(view)
             ink = QColor(theme.accent)
             ink.setAlpha(70)
             painter.fillRect(band, ink)
-        if told.key == self._key:
-            size = QFontMetricsF(painter.font()).size(0, told.words)
-            box = QRectF(self.place(told.frame) + 8.0, told.pixel - 1.4 * size.height(),
+        if label.key == self._key:
+            size = QFontMetricsF(painter.font()).size(0, label.words)
+            box = QRectF(self.place(label.frame) + 8.0, label.pixel - 1.4 * size.height(),
                          size.width() + 8.0, size.height() + 2.0)  # fmt: skip
             if box.right() > view.right():
-                box.moveRight(self.place(told.frame) - 8.0)
+                box.moveRight(self.place(label.frame) - 8.0)
             box.moveTop(min(max(box.top(), 0.0), view.height() - box.height()))
             painter.fillRect(box, QColor(theme.accent))
             painter.setPen(QColor(theme.surface))
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, told.words)
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, label.words)
 
     def _paint_axis_words(self, painter: QPainter) -> None:
-        """Beside the numbers of the left axis, and in the corner below it."""
+        """Paint the labels of the left and the bottom axis."""
         theme, metrics = self.scenery.theme, QFontMetricsF(painter.font())
         painter.setPen(QColor(theme.soft))
         edge, high = self.boundingRect().left(), metrics.height()
@@ -251,12 +251,14 @@ class FrontLayer(Layer):
             painter.drawText(box, Qt.AlignmentFlag.AlignCenter, self.values)
             painter.restore()
         if self.time:
-            # Level with the numbers: as far below the line as they are.
+            # On the same level as the numbers.
             box = QRectF(edge, self._view.height() + 3.0 * self.scenery.scale, -edge - 6.0, high)
             painter.drawText(box, Qt.AlignmentFlag.AlignRight, self.time)
 
     def _beside_tau(self, metrics: QFontMetricsF, edge: float) -> tuple[float, float]:
-        """Top and bottom of the room for words left of `edge`: where τ is said there, the rest."""
+        """Return top and bottom of the free space for a label left of `edge`, apart from the τ
+        label.
+        """
         tall, box = self._view.height(), self._tau_box(metrics)
         if box is None or box.left() >= edge:
             return 0.0, tall
@@ -267,7 +269,7 @@ class FrontLayer(Layer):
         return (0.0, box.top()) if box.center().y() > 0.5 * tall else (box.bottom(), tall)
 
     def _tau_box(self, metrics: QFontMetricsF) -> QRectF | None:
-        """Where τ is said, on the axis beside its line; None where that is out of view."""
+        """Return the box of the τ label on the axis, or None if it is not visible."""
         low, high = self._view.viewRange()[1]
         if self.tau is None or not low <= self.tau[0] <= high:
             return None
@@ -277,7 +279,7 @@ class FrontLayer(Layer):
         return QRectF(-wide, top, wide, tall)
 
     def _paint_tau(self, painter: QPainter) -> None:
-        """On the axis, where no curve runs."""
+        """Paint the τ label on the axis."""
         theme, box = self.scenery.theme, self._tau_box(QFontMetricsF(painter.font()))
         if box is None or self.tau is None:
             return
@@ -287,7 +289,7 @@ class FrontLayer(Layer):
         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, words)
 
     def title_lines(self) -> list[list[tuple[str, str]]]:
-        """The title: one line, in a figure as many as it needs."""
+        """Return the title's lines: one, or in a figure as many as needed."""
         if not self.scenery.still:
             return [self.title]
         advance = QFontMetricsF(self.scenery.font()).horizontalAdvance

@@ -1,4 +1,4 @@
-"""The values of one limb's curves: its swivel, its jumps, how far it is bent."""
+"""The values of a limb's curves: its swivel, its jumps and its bend."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from twistcore.skeleton.limb import Limb
 class LimbCurves(Curves):
     """The curves of the document's selected limb.
 
-    swivel: as captured; after: its angle after correction; height: of the middle joint over the
-    line, percent; departures: jumps of the swivel that are left, radians; seam: where a line is
-    broken.
+    swivel: as captured; after: the angle after correction; height: distance of the middle joint
+    from the line, percent; departures: remaining jumps of the swivel, radians; seam: the angle at
+    which lines are broken.
     """
 
     unreliable_words = tr("φ unreliable")
-    unreliable_hint = tr("Limb nearly straight: its swivel φ means nothing here.")
+    unreliable_hint = tr("The limb is nearly straight here, so its swivel φ is unreliable.")
 
     def __init__(self, document: Document) -> None:
         limb, flips = document.find_chain(document.chain), document.limb
@@ -33,7 +33,7 @@ class LimbCurves(Curves):
         self.height = 100.0 * flips.swivel.height
         self.departures = flips.departures
         self.after = flips.swivel.angle
-        # Flipped or not, on one side of a place where it seldom stands: jumps stay whole.
+        # Break lines at an angle that is rare with and without flips, so that jumps stay whole.
         usual = document.detector.intervals(limb.name, document.detector.automatic_tau(limb.name))
         expected = flips.swivel.angle.copy()
         for flip in usual:

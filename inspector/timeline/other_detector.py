@@ -1,4 +1,4 @@
-"""The other detector beside the one in use: its strength, its τ and its intervals, to compare."""
+"""A plot of another detector for comparison: its strength, τ and intervals."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from twistcore.detection import DETECTORS
 from twistcore.review import Judged
 from twistcore.skeleton.helper import Helper
 
-_HEADROOM = 2.2  # times τ that the plot reaches at least
+_HEADROOM = 2.2  # least range of the plot, in units of τ
 
 
 class Onlooker(Gestures):
-    """Time can be moved and zoomed; what the other detector found is not for editing."""
+    """Gestures that move and zoom in time, but do not edit."""
 
     draws = False
 
     def hit(self, frame: float, pixel: float) -> Hit:
-        """The playhead, or nothing."""
+        """Return the playhead, or the empty part."""
         hit = super().hit(frame, pixel)
         return hit if hit.part is Part.PLAYHEAD else Hit(Part.EMPTY)
 
 
 class OtherDetector(Pane):
-    """A plot of what the detector that is not in use says of the selected chain.
+    """A plot of the selected chain with another detector at its automatic τ.
 
-    It is analysed in the background the first time it is seen, at its own automatic τ.
+    The analysis runs in the background when the plot is first shown.
     """
 
     def __init__(self, document: Document, colours: Colours, parent: QWidget | None = None) -> None:
@@ -46,8 +46,8 @@ class OtherDetector(Pane):
         super().__init__(
             "other", (CurveStyle("strength", "before"),), self.scenery, root=True, parent=parent
         )
-        self._clip: ClipAnalysis | None = None  # what the task is about
-        self._used = ["", ""]  # the detector in use, and the one before it
+        self._clip: ClipAnalysis | None = None  # the clip being analysed
+        self._used = ["", ""]  # the detector in use, and the previous one
         self._task = OneTask(self)
         self._line = pg.InfiniteLine(angle=0)
         self.addItem(self._line)
@@ -55,7 +55,7 @@ class OtherDetector(Pane):
 
     @property
     def method(self) -> str:
-        """The detector that was in use before the present one; at first any other."""
+        """The detector that was used before the current one; at first any other."""
         if self._used[0] != (now := self._document.method):
             self._used = [now, self._used[0]]
         before = self._used[1]
@@ -68,25 +68,25 @@ class OtherDetector(Pane):
 
     @property
     def intervals(self) -> tuple[Judged, ...]:
-        """What it found in the selected chain; empty while it is at work."""
+        """The intervals that it found in the selected chain; empty during the analysis."""
         return self.scenery.intervals
 
     def _colour_line(self, theme: Theme) -> None:
         colour_tau(self._line, theme)
 
     def move_playhead(self, before: int, after: int) -> None:
-        """Repaint where it was and where it is, in frames."""
+        """Repaint the old and the new place, in frames."""
         self.scenery.frame = after
         super().move_playhead(before, after)
 
     def refresh(self) -> None:
-        """Show the selected chain; analyse the clip first where that is still to do."""
+        """Show the selected chain; analyse the clip first if necessary."""
         data = self._document.data
         if data is None or not self._document.chain or self._document.limb is not None:
-            return  # flips of a limb have one detector
+            return  # limb flips have only one detector
         if isinstance(self._document.find_chain(self._document.chain), Helper):
             self.forget()
-            self.show_title([(tr("The roll of a twist bone has one detector"), "soft")])
+            self.show_title([(tr("There is only one detector for twist bones"), "soft")])
             self.touch()
             return
         analysis = data.analysis.kept(self.method)
@@ -123,7 +123,7 @@ class OtherDetector(Pane):
         self.refresh()
 
     def forget(self) -> None:
-        """Let the clip go; an analysis under way is not waited for."""
+        """Drop the clip and cancel a running analysis."""
         self._task.cancel()
         self._clip = None
         self.scenery.set_intervals(())

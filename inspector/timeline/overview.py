@@ -1,4 +1,4 @@
-"""The whole clip in one strip: every interval of every chain, what is in view, the playhead."""
+"""The overview of the clip: intervals of all chains, the visible range and the playhead."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from inspector.widgets.theme import Colours, mixed
 from twistcore.review import Decision, Judged
 
 HEIGHT = 26
-_SELECTED_SHARE = 0.46  # of the strip's height, for the selected chain's row
+_SELECTED_SHARE = 0.46  # share of the strip's height for the selected chain
 _EDGE = 3.0
-_NEAR = 4.0  # pixels from what is gripped or hit
+_NEAR = 4.0  # pixels within which the mouse grips or hits
 
 
 class _Grip(Enum):
-    """What a drag in the strip moves."""
+    """The part that a drag in the strip moves."""
 
     PLAYHEAD = "playhead"
-    WINDOW = "window"  # the range that the plots show
+    WINDOW = "window"  # the visible range of the plots
     FIRST = "first"  # its ends
     LAST = "last"
 
@@ -38,12 +38,15 @@ _CURSORS = {
 
 
 class OverviewStrip(QWidget):
-    """Marks by decision: accepted full height, undecided lower half, rejected a thin line."""
+    """A strip with a mark for every interval.
 
-    moved = Signal(int)  # the person drags the playhead to this frame
-    clicked = Signal(int, object)  # and clicks at one, at this interval or None
-    ranged = Signal(float, float)  # and wants the plots to show this range of frames
-    dropped = Signal()  # a drag is over
+    Accepted intervals have full height, undecided ones the lower part, rejected ones a thin line.
+    """
+
+    moved = Signal(int)  # the playhead was dragged to a frame
+    clicked = Signal(int, object)  # a click at a frame, on an interval or None
+    ranged = Signal(float, float)  # the visible range was dragged
+    dropped = Signal()  # a drag has ended
 
     def __init__(self, colours: Colours, parent: QWidget | None = None) -> None:
         super().__init__(parent)
@@ -66,14 +69,14 @@ class OverviewStrip(QWidget):
         self.setAccessibleName(tr("Overview of the clip"))
         self.setToolTip(
             tr(
-                "Whole clip: intervals of every chain, the selected chain large.\n"
-                "Click an interval to select it, elsewhere to move the playhead.\n"
-                "Drag the window of what the plots show, or its edges; beside it the playhead."
+                "The whole clip with the intervals of all chains; the selected chain is larger.\n"
+                "Click an interval to select it. Click anywhere else to move the playhead.\n"
+                "Drag the frame around the visible range, its edges, or the playhead."
             )
         )
         colours.changed.connect(self._redraw)
 
-    # -- what it shows ------------------------------------------------------------------------
+    # -- content ------------------------------------------------------------------------------
 
     def show_review(
         self,
@@ -83,25 +86,25 @@ class OverviewStrip(QWidget):
         intervals: Sequence[Judged],
         selected: int | None,
     ) -> None:
-        """All intervals of a clip; `chain` is the selected one, `selected` an interval's id."""
+        """Show all intervals of a clip; chain: the selected one; selected: an interval's id."""
         self._frames, self._chains, self._chain = frames, chains, chain
         self._intervals, self._selected = intervals, selected
         self._redraw()
 
     def show_frame(self, frame: int) -> None:
-        """The playhead."""
+        """Move the playhead."""
         for at in (self._frame, frame):
             self.update(round(self._x(at)) - 5, 0, 11, self.height())
         self._frame = frame
 
     def show_view(self, first: float, last: float) -> None:
-        """The range of frames that the plots show."""
+        """Show the visible range of the plots."""
         if (first, last) != self._view:
             self._view = (first, last)
             self.update()
 
     def sizeHint(self) -> QSize:
-        """Thin and as wide as it may be."""
+        """Return a preferred size."""
         return QSize(400, HEIGHT)
 
     # -- places -------------------------------------------------------------------------------
@@ -116,7 +119,7 @@ class OverviewStrip(QWidget):
         return max(0, min(self._frames - 1, frame))
 
     def _rows(self) -> dict[str, tuple[float, float]]:
-        """Top and height of every chain's row, the selected chain's the highest."""
+        """Return top and height of every chain's row; the selected chain's row is the highest."""
         space = self.height() - 4.0
         others = max(1, len(self._chains) - 1)
         large = space * _SELECTED_SHARE if len(self._chains) > 1 else space
@@ -135,11 +138,11 @@ class OverviewStrip(QWidget):
         self.update()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Marks are painted for one size."""
+        """Repaint the marks for the new size."""
         self._redraw()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Marks from the cache; the view's frame and the playhead on top."""
+        """Paint the cached marks, the visible range and the playhead."""
         if self._marks is None:
             self._marks = self._painted_marks()
         painter = QPainter(self)
@@ -152,7 +155,7 @@ class OverviewStrip(QWidget):
         painter.end()
 
     def _painted_marks(self) -> QPixmap:
-        """All marks; those of the other chains from a cache, as τ moves those of one."""
+        """Return all marks; those of other chains are cached, because τ only moves one chain's."""
         rows = self._rows()
         others = [j for j in self._intervals if j.interval.chain != self._chain]
         state = (
@@ -199,7 +202,7 @@ class OverviewStrip(QWidget):
             width = max(2.0, self._x(judged.interval.stop - 0.5) - left)
             key = (judged.interval.chain, round(left), round(width), judged.decision)
             if key in seen and judged.id != self._selected:
-                continue  # thousands of intervals fall on hundreds of pixels
+                continue  # many intervals share a pixel
             seen.add(key)
             top, height = rows[judged.interval.chain]
             self._paint_mark(painter, judged, QRectF(left, top, width, height))
@@ -229,7 +232,7 @@ class OverviewStrip(QWidget):
         left = max(0.0, self._x(max(self._view[0], -0.5)))
         right = min(float(self.width()), self._x(min(self._view[1], self._frames - 0.5)))
         if self._shows_all():
-            return  # everything is in view: a frame round everything says nothing
+            return  # all is visible, so no frame is needed
         veil = QColor(self._colours.theme.window)
         veil.setAlpha(150)
         painter.fillRect(QRectF(0, 0, left, self.height()), veil)
@@ -240,7 +243,7 @@ class OverviewStrip(QWidget):
     # -- the mouse ----------------------------------------------------------------------------
 
     def interval_at(self, at: QPointF) -> Judged | None:
-        """The interval at a place in the strip: of those there, that of the nearest row."""
+        """Return the interval at a place in the strip, in the nearest row."""
         rows = self._rows()
         found: list[tuple[float, float, Judged]] = []
         for judged in self._intervals:
@@ -254,7 +257,7 @@ class OverviewStrip(QWidget):
         return min(found, key=lambda f: f[:2])[2] if found else None
 
     def _grip_at(self, x: float) -> _Grip:
-        """What a drag from a place would move."""
+        """Return the part that a drag from a place would move."""
         if abs(x - self._x(self._frame)) <= _NEAR or self._shows_all():
             return _Grip.PLAYHEAD
         left, right = (self._x(f) for f in self._view)
@@ -264,13 +267,13 @@ class OverviewStrip(QWidget):
         return _Grip.WINDOW if left < x < right else _Grip.PLAYHEAD
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
-        """What is gripped is known; whether it is dragged is not."""
+        """Grip the part under the mouse."""
         if event.button() == Qt.MouseButton.LeftButton and self._frames:
             x = event.position().x()
             self._pressed, self._from, self._dragged = self._grip_at(x), (x, *self._view), False
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """The playhead, the window or its edge follows the cursor, which says which it would be."""
+        """Drag the gripped part, or set the cursor for the part under the mouse."""
         x = event.position().x()
         if not self._frames:
             return
@@ -293,7 +296,7 @@ class OverviewStrip(QWidget):
         self.ranged.emit(first, last)
 
     def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """Without a drag it was a click."""
+        """End the drag, or handle a click."""
         if event.button() != Qt.MouseButton.LeftButton or self._pressed is None:
             return
         self._pressed = None

@@ -1,4 +1,4 @@
-"""One plot of the time line: axes, curves, layers."""
+"""A plot of the time line: axes, curves and layers."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ from twistcore.skeleton.rotation import Array
 AXIS_WIDTH = 58
 _AXIS_HEIGHT = 17
 _RIGHT_MARGIN = 8
-_HEADROOM = {True: 0.14, False: 0.07}  # of the range: above the curves, with signs there
-_SMOOTH = 4_000  # frames in view up to which lines are antialiased
+_HEADROOM = {True: 0.14, False: 0.07}  # share above the curves; True: with glyphs
+_SMOOTH = 4_000  # most visible frames with antialiased lines
 _NO_SEAMS = np.zeros(0, dtype=np.int64)
 _LIT_WIDTH = 3.0
 
 
 @dataclass(frozen=True)
 class CurveStyle:
-    """name; role: the theme's colour; dashed: θc."""
+    """The look of a curve; role: the theme's colour."""
 
     name: str
     role: str
@@ -48,9 +48,9 @@ BEFORE_AND_AFTER = (  # of θp and θc
 
 
 class Pane(Canvas):
-    """A plot with its curves. It shows what it is given and asks nobody."""
+    """A plot with curves; others give it its values."""
 
-    enlarged = Signal()  # a person wants to see this one alone, or all again
+    enlarged = Signal()  # show this plot alone, or all again
 
     def __init__(
         self,
@@ -93,13 +93,13 @@ class Pane(Canvas):
         self.colour()
 
     def refresh(self) -> None:
-        """Bring up to date what it shows besides the curves that it is given."""
+        """Update the content that is not given from outside."""
 
     def forget(self) -> None:
-        """Let go of what it knows of the clip: another clip or detector is there."""
+        """Drop all data of the clip, because the clip or the detector has changed."""
 
     def set_scale(self) -> None:
-        """Take the scenery's scale of type and lines."""
+        """Apply the scenery's scale to text and lines."""
         scale = self.scenery.scale
         for axis in self.axes.values():
             axis.type_scale = scale
@@ -109,7 +109,7 @@ class Pane(Canvas):
         self.set_bottom(shown=self._bottom_shown)
 
     def colour(self) -> None:
-        """Give paper, axes and lines the scenery's colours."""
+        """Apply the scenery's colours."""
         theme = self.scenery.theme
         self.colour_ground(theme)
         self._zero.setPen(pg.mkPen(theme.line))
@@ -117,13 +117,13 @@ class Pane(Canvas):
         self.touch()
 
     def show_title(self, title: list[tuple[str, str]]) -> None:
-        """Words and numbers above it, as (text, colour role)."""
+        """Show the title, as (text, colour role)."""
         if title != self.front.title:
             self.front.title = title
             self.viewport().update(0, 0, self.width(), self._title_height)
 
     def show_tau(self, place: float, words: str) -> None:
-        """What is said at the axis where the τ line stands, a place in the plot's own values."""
+        """Show a label for the τ line at the axis; place: in the plot's own values."""
         if self.front.tau != (place, words):
             self.front.tau = place, words
             if isinstance(axis := self.axes["left"], RootAxis):
@@ -152,27 +152,27 @@ class Pane(Canvas):
             curve.pen, curve.smooth = pen, self._smooth
 
     def light(self, first: str | None) -> None:
-        """Draw the curves whose names begin so boldly; None: none of them."""
+        """Highlight the curves whose names begin with `first`; None: no curve."""
         if first != self._lit:
             self._lit = first
             self._set_pens()
             self.touch()
 
     def look_like(self, other: Pane) -> None:
-        """Show the values that another one shows, the same curves boldly."""
+        """Take the value range and highlighted curves of another pane."""
         self.time.look_like(other.time)
         self.light(other._lit)
 
     def set_curve(self, name: str, y: Array, seams: NDArray[np.int64] = _NO_SEAMS) -> None:
-        """Give a line its values, degrees, (frames,), NaN where nothing is drawn.
+        """Set the values of a curve, degrees, (frames,), NaN for gaps.
 
-        It is broken behind the frames `seams`.
+        The line is broken after the frames `seams`.
         """
         self.values[name] = root_scale(y) if self.root else y, seams
         self._thin(name)
 
     def _thin(self, name: str) -> None:
-        """Hand over what is in view only: pyqtgraph's own thinning drops what lies by a gap."""
+        """Pass on the visible points; pyqtgraph's own thinning would drop points next to gaps."""
         y, seams = self.values[name]
         first, last = self.view.viewRange()[0]
         self.curves[name].show_points(*thinned(y, seams, first, last, int(self.view.width())))
@@ -182,7 +182,7 @@ class Pane(Canvas):
             self._thin(name)
 
     def show_values(self, low: float, high: float) -> None:
-        """Range in degrees, with some room; a range from 0 keeps 0 at the foot."""
+        """Set the range in degrees, with a margin; a range from 0 keeps 0 at the bottom."""
         if self.root:
             low, high = float(root_scale(low)), float(root_scale(high))
         span = high - low
@@ -191,7 +191,7 @@ class Pane(Canvas):
         self.touch()
 
     def show_frames(self, first: float, last: float) -> None:
-        """Range in time."""
+        """Set the range in time."""
         smooth = last - first <= _SMOOTH
         if smooth != self._smooth:
             self._smooth = smooth
@@ -202,7 +202,7 @@ class Pane(Canvas):
             self.touch()
 
     def set_bottom(self, *, shown: bool) -> None:
-        """Frame numbers, for the lowest plot of a column; the others keep only the line."""
+        """Show or hide frame numbers, which only the lowest plot of a column has."""
         axis = self.axes["bottom"]
         axis.setStyle(showValues=shown)
         axis.setHeight(_AXIS_HEIGHT * self.scenery.scale if shown else 3)
@@ -210,7 +210,7 @@ class Pane(Canvas):
         self._bottom_shown = shown
 
     def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """On the title: this plot alone, or all again; on the left axis: all values."""
+        """On the title, show this plot alone or all again; on the left axis, fit all values."""
         if event.button() == Qt.MouseButton.LeftButton and self.view.width() > 0:
             if event.position().y() < self._title_height:
                 self.enlarged.emit()
@@ -221,6 +221,6 @@ class Pane(Canvas):
         super().mouseDoubleClickEvent(event)
 
     def leaveEvent(self, event: QEvent) -> None:
-        """No hint outlives the cursor's leaving."""
+        """Remove the tooltip."""
         self.view.setToolTip("")
         super().leaveEvent(event)

@@ -1,4 +1,4 @@
-"""The panes below each other, in columns where height is short; or a hint in their place."""
+"""The grid of panes, with more columns if height is short, or a hint instead."""
 
 from __future__ import annotations
 
@@ -12,31 +12,31 @@ from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
 from inspector.widgets.building import hint
 
-_ROW, _COLUMN = 88, 440  # pixels that a pane needs to be read
+_ROW, _COLUMN = 88, 440  # pixels that a pane needs to be readable
 
 
 class PaneGrid(QStackedWidget):
-    """`panes` from top to bottom, by key; `shown`: the keys of those that are seen.
+    """The panes from top to bottom; shown: the keys of the visible ones.
 
-    They are those that a person wants of those that mean something for what is selected, as many as
-    there is room for; or the one that a person wants to see alone.
+    Visible are the panes that the person has chosen and that apply to the selection, as many as
+    fit, or one enlarged pane.
     """
 
-    arranged = Signal()  # others are seen, or elsewhere
+    arranged = Signal()  # the set or the place of visible panes has changed
 
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], parent: QWidget | None = None
     ) -> None:
-        """`plots`: what the panes are, by the same keys."""
+        """`plots`: descriptions of the panes, by the same keys."""
         super().__init__(parent)
         self._panes, self._plots = panes, plots
-        self._wanted = frozenset(key for key, plot in plots.items() if plot.at_first)
-        self._kept = sorted(plots, key=lambda key: plots[key].priority)  # where room is short
-        self._meant = frozenset(panes)
+        self._chosen = frozenset(key for key, plot in plots.items() if plot.at_first)
+        self._kept = sorted(plots, key=lambda key: plots[key].priority)  # by priority
+        self._applicable = frozenset(panes)
         self._alone = ""
         self.shown: list[str] = []
         self._columns = 0
-        self._told: list[str] = []  # what was wanted when it was last said that they changed
+        self._announced: list[str] = []  # chosen panes at the last signal
         page = QWidget(self)
         self._grid = QGridLayout(page)
         self._grid.setContentsMargins(0, 0, 0, 0)
@@ -50,60 +50,60 @@ class PaneGrid(QStackedWidget):
         self.arrange()
 
     def show_hint(self, text: str) -> None:
-        """Words instead of the panes."""
+        """Show a hint instead of the panes."""
         self.hint.setText(text)
         self.setCurrentIndex(1)
 
     @property
-    def wanted(self) -> list[str]:
-        """The keys of the panes that are wanted and mean something, from top to bottom."""
-        return [k for k in self._panes if k in self._wanted & self._meant]
+    def chosen(self) -> list[str]:
+        """The keys of the chosen panes that apply to the selection, from top to bottom."""
+        return [k for k in self._panes if k in self._chosen & self._applicable]
 
     @property
     def alone(self) -> bool:
-        """Whether one is seen alone by a person's wish."""
-        return self._alone in self.wanted
+        """True while one pane is enlarged."""
+        return self._alone in self.chosen
 
-    def show_panes(self, meant: Collection[str]) -> None:
-        """The panes again, those that mean something."""
-        self._meant = frozenset(meant)
+    def show_panes(self, applicable: Collection[str]) -> None:
+        """Show the panes that apply to the selection, and no hint."""
+        self._applicable = frozenset(applicable)
         self.arrange()
         self.setCurrentIndex(0)
 
     def show_pane(self, key: str, *, shown: bool) -> None:
-        """Show or hide one of them."""
-        self._wanted = self._wanted | {key} if shown else self._wanted - {key}
+        """Show or hide a pane."""
+        self._chosen = self._chosen | {key} if shown else self._chosen - {key}
         self._alone = ""
         self.arrange()
 
     def enlarge(self, key: str = "") -> None:
-        """Show one of them alone, that under the mouse if none is named; or all again."""
+        """Show one pane alone, by default the one under the mouse, or all again."""
         under = (k for k in self.shown if self._panes[k].underMouse())
         chosen = key or next(under, next((k for k in self._kept if k in self.shown), ""))
         self._alone = "" if self.alone else chosen
         self.arrange()
 
     def height_for(self, width: float) -> float:
-        """Pixels that all that are wanted need to be read, on such a width."""
-        count = 1 if self.alone else len(self.wanted)
+        """Return the height in pixels that all chosen panes need at a width."""
+        count = 1 if self.alone else len(self.chosen)
         return _ROW * float(-(-count // max(1, int(width / _COLUMN))))
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """More or less room may change the number of columns."""
+        """Arrange the panes for the new size."""
         super().resizeEvent(event)
         self.arrange()
 
     def arrange(self) -> None:
-        """As few columns as there is height for; where width is short too, fewer panes."""
-        wanted = [self._alone] if self.alone else self.wanted
+        """Use as few columns as the height allows, and fewer panes if the width is short."""
+        wanted = [self._alone] if self.alone else self.chosen
         scale = max((pane.scenery.scale for pane in self._panes.values()), default=1.0)
         rows = max(1, int(self.height() / (_ROW * scale)))
         most = max(1, int(self.width() / (_COLUMN * scale)))
         kept = [k for k in self._kept if k in wanted][: rows * most]
         shown = [k for k in wanted if k in kept]
         columns = max(1, -(-len(shown) // rows))
-        if (columns, shown, self.wanted) != (self._columns, self.shown, self._told):
-            self._columns, self.shown, self._told = columns, shown, self.wanted
+        if (columns, shown, self.chosen) != (self._columns, self.shown, self._announced):
+            self._columns, self.shown, self._announced = columns, shown, self.chosen
             self._place()
             self.arranged.emit()
 
@@ -117,7 +117,7 @@ class PaneGrid(QStackedWidget):
         rest = self.shown
         rows = -(-len(rest) // self._columns)
         for column in range(self._columns):
-            # An odd one goes to the right: the detectors stay together.
+            # An odd pane goes to the right, so that the detectors stay together.
             count = len(rest) // (self._columns - column)
             for row, key in enumerate(rest[:count]):
                 last = row == count - 1

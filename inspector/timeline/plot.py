@@ -1,7 +1,7 @@
-"""What a pane of the time line is: its words, its place, what it draws, what it says of a frame.
+"""The description of a pane: its texts, its place and its drawing functions.
 
-A pane is one object of :class:`Plot`, named `plot`, in a file of its own in `panes/`. All files of
-that folder are found by themselves.
+A pane is an object of :class:`Plot`, named `plot`, in its own file in `panes/`. All files of that
+folder are found automatically.
 """
 
 from __future__ import annotations
@@ -31,18 +31,26 @@ def _in_degrees(_: Curves, __: str, angle: float) -> float:
 class Plot:
     """A pane of the time line.
 
-    title: in the menu of plots, and for those who hear it; place: a smaller one is higher up;
-    weight: its share of the height; priority: where room is short, a smaller one is kept longer;
-    at_first: shown until a person chooses; styles: its curves; root: degrees on a root scale;
-    shade: frames are marked in which an angle means nothing; glyphs: with the signs of verdicts;
-    unit: behind the numbers of its axis; dots: what a what-if adds, as the value's name, its symbol
-    and whether it is a ring; takes_tau: the line of τ is in it; no_limb: said where it is asked for
-    and a limb is selected, which it cannot show.
-
-    axis: the words at its left axis for a selection, '' where it means nothing for it; draw: what
-    a decision may change; draw_clip: what none changes; describe: the words and numbers above it at
-    a frame; height: degrees at which an altered angle, by its name, is; gestures: what the mouse
-    does in it; build: makes the widget, by default an empty pane with these styles.
+    - title: in the menu of plots and for screen readers
+    - place: panes with smaller numbers are higher up
+    - weight: share of the height
+    - priority: if room is short, panes with smaller numbers stay longer
+    - axis: returns the label of the left axis, '' if the pane does not apply to the selection
+    - draw: draws the curves that decisions change
+    - draw_clip: draws the curves that decisions do not change
+    - describe: returns the title at a frame
+    - height: returns the height of an altered angle, degrees
+    - at_first: shown by default
+    - styles: its curves
+    - root: degrees on a root scale
+    - shade: frames with an unreliable angle are shaded
+    - glyphs: intervals have the glyphs of decisions
+    - unit: after the numbers of the axis
+    - dots: values of a what-if, as (name, symbol, drawn as a ring)
+    - takes_tau: has the τ line
+    - no_limb: the message if a person wants to see it for a limb, which it cannot show
+    - gestures: the class of its mouse gestures
+    - build: makes the widget, by default an empty pane with these styles
     """
 
     key: str
@@ -68,7 +76,7 @@ class Plot:
     build: Callable[[Document, Scenery, QWidget], Pane] | None = None
 
     def pane(self, document: Document, scenery: Scenery, parent: QWidget) -> Pane:
-        """Return a widget for it, with nothing drawn yet."""
+        """Return an empty widget for the pane."""
         if self.build is not None:
             return self.build(document, scenery, parent)
         return Pane(

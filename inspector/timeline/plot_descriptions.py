@@ -1,4 +1,4 @@
-"""What the plots show, in words for those who do not see them."""
+"""Descriptions of the plots for screen readers."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from inspector.language import of_core, tr
 from inspector.session.document import Document
 from inspector.timeline.pane import Pane
 
-_REST_MS = 400  # a playhead that runs is not told of
+_REST_MS = 400  # no description while the playhead runs
 
 
 class PlotDescriptions(QObject):
-    """Gives every plot its name, and once the playhead rests what stands at it."""
+    """Sets the accessible name of every plot, and its description once the playhead rests."""
 
     def __init__(self, document: Document, panes: Mapping[str, Pane], parent: QObject) -> None:
-        """panes: by what they are called."""
+        """panes: by title."""
         super().__init__(parent)
         self._document, self._panes = document, tuple(panes.values())
         for name, pane in panes.items():
             pane.setAccessibleName(name)
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
-        self._rest.timeout.connect(self.tell)
+        self._rest.timeout.connect(self.describe)
         for signal in (
             document.opened,
             document.frame_changed,
@@ -33,8 +33,8 @@ class PlotDescriptions(QObject):
         ):
             signal.connect(lambda *_: self._rest.start())
 
-    def tell(self) -> None:
-        """Chain, frame, and the words and numbers of each plot's title."""
+    def describe(self) -> None:
+        """Describe each plot: chain, frame and the values of its title."""
         document = self._document
         shown = document.data is not None and bool(document.chain)
         for pane in self._panes:

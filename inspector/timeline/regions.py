@@ -1,4 +1,4 @@
-"""Interval regions of a plot: placed in pixels once for all plots, then drawn by each."""
+"""Intervals as regions in pixels, computed once for all plots."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from PySide6.QtGui import QBrush, QColor, QFont, QPainter, QPainterPath, QPen
 from inspector.widgets.theme import Theme, mixed
 from twistcore.review import Decision, Judged
 
-_CROWDED = 4  # pixels for each region in view below which borders and glyphs are left out
+_CROWDED = 4  # with fewer pixels per region, borders and glyphs are omitted
 _GLYPH_ROOM = 11  # pixels
 _GLYPHS = {Decision.ACCEPTED: "✓", Decision.REJECTED: "✗", Decision.UNDECIDED: "?"}
 _BORDERS = {
@@ -22,24 +22,24 @@ _BORDERS = {
     Decision.UNDECIDED: Qt.PenStyle.DashLine,
 }
 
-_Spans = list[list[int]]  # left and right pixel of each
+_Spans = list[list[int]]  # left and right pixels
 
 
 @dataclass(frozen=True)
 class _Group:
-    """The regions of one decision: what they cover together, and each by itself."""
+    """The regions of one decision: their union, and each one."""
 
     decision: Decision
     selected: bool
     covered: _Spans
-    each: _Spans  # none where they are too many to be told apart
+    each: _Spans  # empty if there are too many to draw
 
 
 class Regions:
-    """The regions over one range of frames on one width, ready to be painted at any height.
+    """The regions of a range of frames and a width, to be painted at any height.
 
-    seen: the intervals that reach into the range, `selected` the id of the one drawn strongly;
-    first, last: the range in frames; width: pixels.
+    seen: the intervals in the range; selected: the id of the emphasised one; first, last: the range
+    in frames; width: in pixels.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class Regions:
         self._shapes: list[tuple[_Group, list[QRect], QPainterPath]] = []
 
     def paint(self, painter: QPainter, theme: Theme, height: int, glyphs: QFont | None) -> None:
-        """Fills, borders, and with a font the signs of the decisions at the top."""
+        """Paint fills and borders, and with a font the glyphs of the decisions."""
         painter.setClipRect(QRect(0, 0, self._width, height))
         for group, rects, lines in self._shapes_of(height):
             _paint_group(painter, theme, group, rects, lines, self._width, height)
@@ -75,7 +75,7 @@ class Regions:
                         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, sign)
 
     def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
-        """Fills and borders of at least this height: lower plots cut those of higher ones off."""
+        """Return fills and borders of at least this height; lower plots clip them."""
         if height > self._height:
             self._height = height
             self._shapes = [
@@ -120,9 +120,9 @@ def _paint_group(
 
 
 def _places(regions: Sequence[Judged], first: float, last: float, width: int) -> _Spans:
-    """Left and right pixel of each region, kept inside the view.
+    """Return the left and right pixel of each region, limited to the view.
 
-    By hand: a clip in fractions of pixels makes every fill slow.
+    Limited here, because clipping at fractions of pixels makes fills slow.
     """
     frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
     places = np.rint((frames - first) / (last - first) * width).astype(np.int64)
@@ -132,19 +132,19 @@ def _places(regions: Sequence[Judged], first: float, last: float, width: int) ->
 
 
 def _inside(places: _Spans, width: int) -> list[int]:
-    """The borders that are not the view's own."""
+    """Return the borders inside the view."""
     return [x for pair in places for x in pair if 0 < x < width - 1]
 
 
 def _uprights(at: Sequence[int], height: int) -> QPainterPath:
-    """Upright lines, made in one go: an object for each would take longer than drawing it."""
+    """Return vertical lines as one path, which is faster than separate lines."""
     x = np.repeat(np.array(at, dtype=np.float64), 2)
     path: QPainterPath = pg.arrayToQPath(x, np.tile([0.0, float(height)], len(at)), connect="pairs")
     return path
 
 
 def _united(places: _Spans, width: int) -> _Spans:
-    """The columns that the regions cover together: no more than there are pixels."""
+    """Return the union of the regions as pixel spans."""
     steps = np.zeros(width + 2, dtype=np.int64)
     starts, ends = np.array(places).T
     np.add.at(steps, starts, 1)

@@ -1,4 +1,4 @@
-"""The τ line of the strength plot: dragged, it sets τ of the selected chain."""
+"""The τ line of the strength plot; dragging it sets τ of the selected chain."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ SMALLEST_TAU, LARGEST_TAU = 0.1, 180.0  # degrees
 
 
 class ChainTauLine(TauLine):
-    """Stands at τ of the document's selected chain on a root scale; a drag is one undo step."""
+    """A line at the τ of the selected chain on a root scale; a drag is one undo step."""
 
     dropped = Signal()
 
@@ -30,7 +30,7 @@ class ChainTauLine(TauLine):
         self.setZValue(30)
         self.setCursor(Qt.CursorShape.SizeVerCursor)
         plot.addItem(self)
-        self.changed.connect(self._say)
+        self.changed.connect(self._update_label)
         colours.follow(self._colour)
         self.setBounds([float(root_scale(d)) for d in (SMALLEST_TAU, LARGEST_TAU)])
         self.sigDragged.connect(self._dragged)
@@ -42,20 +42,20 @@ class ChainTauLine(TauLine):
 
     @property
     def held(self) -> bool:
-        """Whether it is being dragged."""
+        """True while the line is being dragged."""
         return bool(self._drag)
 
     def show_tau(self, degrees: float) -> None:
-        """Say this τ and stand at it, unless a hand holds the line."""
+        """Show a τ, unless the line is being dragged."""
         self.words = tau_words(degrees)
         place = float(root_scale(degrees))
         if not self.held and self.value() != place:
             self.setValue(place)
-        self._say()
+        self._update_label()
 
-    def _say(self) -> None:
+    def _update_label(self) -> None:
         self._plot.show_tau(self.value(), self.words)
-        self._plot.touch()  # the line may be thicker under the mouse
+        self._plot.touch()  # the line is thicker under the mouse
 
     def _dragged(self) -> None:
         if not self._drag:
@@ -64,7 +64,7 @@ class ChainTauLine(TauLine):
         self._latest.ask(lambda: set_tau_at(self._document, place, self._drag))
 
     def _give_up(self) -> None:
-        """Another clip: the hand holds the last one's τ."""
+        """Cancel a drag, because its clip was closed."""
         self._latest.forget()
         self._drag = 0
         self.let_go()
@@ -76,22 +76,22 @@ class ChainTauLine(TauLine):
 
 
 def set_tau_at(document: Document, place: float, drag: int = 0) -> None:
-    """Set τ of the selected chain to a height on the root scale."""
+    """Set τ of the selected chain from a height on the root scale."""
     set_tau_degrees(document, round(from_root_scale(place), 1), drag)
 
 
 def set_tau_degrees(document: Document, degrees: float, drag: int = 0) -> None:
-    """Set τ of the selected chain."""
+    """Set τ of the selected chain in degrees."""
     degrees = min(max(degrees, SMALLEST_TAU), LARGEST_TAU)
     document.set_tau(float(np.radians(degrees)), document.chain, drag)
 
 
 def tau_words(degrees: float) -> str:
-    """What stands at the axis beside a τ line."""
+    """Return the label of a τ line."""
     return f"τ {degrees:.1f}°"
 
 
 def colour_tau(line: pg.InfiniteLine, theme: Theme) -> None:
-    """A τ line in a theme's colour."""
+    """Colour a τ line."""
     line.setPen(pg.mkPen(theme.tau, width=1.6))
     line.setHoverPen(pg.mkPen(theme.tau, width=3.0))

@@ -1,4 +1,4 @@
-"""The part of a plot with the curves: what of time and of values is in view, and its mouse."""
+"""The view of a plot: its visible range of time and values, and its mouse events."""
 
 from __future__ import annotations
 
@@ -10,44 +10,45 @@ from PySide6.QtWidgets import QGraphicsSceneWheelEvent
 
 _NOTCH = 120.0
 _ZOOM = 1.25  # per notch of the wheel
-_DEEPEST, _WIDEST = 1e-3, 3.0  # of the range that shows all values
+_DEEPEST, _WIDEST = 1e-3, 3.0  # zoom limits, relative to the range of all values
 
 
 class Mouse(Protocol):
-    """Who knows what the mouse does in a plot."""
+    """The interface for mouse gestures in a plot."""
 
     def wheel(self, frame: float, notches: float, *, pan: bool) -> None:
-        """Zoom in time at a place in frames, or pan."""
+        """Zoom in time around a place in frames, or pan."""
 
     def drag(self, view: TimeView, event: Any, *, pan: bool) -> None:
-        """One event of a drag."""
+        """Handle an event of a drag."""
 
     def click(self, view: TimeView, event: Any) -> None:
-        """A button was pressed and released at one place."""
+        """Handle a click."""
 
     def hover(self, view: TimeView, event: Any) -> None:
-        """The mouse moves, no button down."""
+        """Handle a mouse movement without a button."""
 
 
 class TimeView(pg.ViewBox):
-    """A view whose mouse belongs to the time line; only a person changes its range of values.
+    """A view whose mouse events go to the time line's gestures.
 
-    Until one does, it shows the range that it was last told to `fit`. Time is the time line's.
+    Values are shown in the range of `fit_to` until a person zooms. The time line sets the range in
+    time.
     """
 
     def __init__(self, key: str) -> None:
-        """`key`: of its plot."""
+        """`key`: the key of its plot."""
         super().__init__(enableMenu=False, enableMouse=False, defaultPadding=0.0)
         self.key = key
         self.gestures: Mouse | None = None
-        self.zoomed = False  # in values, by a person
+        self.zoomed = False  # a person has zoomed the values
         self._all = (0.0, 1.0)
-        self._beyond: tuple[float, float] | None = None  # shown as well, for a while
+        self._beyond: tuple[float, float] | None = None  # an additional temporary range
 
     # -- values -------------------------------------------------------------------------------
 
     def fit_to(self, low: float, high: float) -> None:
-        """What shows all values: shown now, unless a person looks closer."""
+        """Set the range of all values and show it, unless a person has zoomed."""
         self._all = (low, high)
         if not self.zoomed:
             self.fit()
@@ -61,9 +62,9 @@ class TimeView(pg.ViewBox):
         self.setYRange(low, high, padding=0.0)
 
     def include(self, values: tuple[float, float] | None, spare: float) -> None:
-        """Show lowest and highest values as well, unless a person looks closer; None: no more.
+        """Extend the range to (lowest, highest), unless a person has zoomed; None ends this.
 
-        spare: room beyond them, of the range. It never narrows in between.
+        spare: margin as a share of the range. Until None, the range never narrows.
         """
         seen = self._beyond or self._all
         if values is None:
@@ -81,12 +82,12 @@ class TimeView(pg.ViewBox):
             self.fit()
 
     def look_like(self, other: TimeView) -> None:
-        """Show the values that a person chose to see in another one."""
+        """Take the value range of another view that a person has zoomed."""
         if other.zoomed:
             self._show_values(*other.viewRange()[1])
 
     def zoom_values(self, at: float, notches: float) -> None:
-        """See more of few values or less of many, around one of them."""
+        """Zoom the values around one of them."""
         low, high = self.viewRange()[1]
         whole = self._all[1] - self._all[0]
         wanted = (high - low) * _ZOOM**-notches
@@ -94,7 +95,7 @@ class TimeView(pg.ViewBox):
         self._show_values(at - (at - low) * scale, at + (high - at) * scale)
 
     def pan_values(self, by: float) -> None:
-        """See higher (+) or lower (−) values, of those that there are."""
+        """Pan to higher (+) or lower (−) values, within the range of all values."""
         low, high = self.viewRange()[1]
         by = min(max(by, self._all[0] - high), self._all[1] - low)
         self._show_values(low + by, high + by)
@@ -117,10 +118,10 @@ class TimeView(pg.ViewBox):
             self.gestures.wheel(float(at.x()), notches, pan=shift)
 
     def mouseDragEvent(self, event: Any, axis: int | None = None) -> None:
-        """Left drags what is under it; middle, left with Shift or at an axis, pans."""
+        """Drag with the left button; pan with the middle button, with Shift, or at an axis."""
         event.accept()
         if axis == 1:
-            places = event.lastScenePos(), event.scenePos()  # its own are the axis's
+            places = event.lastScenePos(), event.scenePos()  # `pos` is in the axis's coordinates
             there, here = (self.mapSceneToView(place).y() for place in places)
             self.pan_values(float(there - here))
         elif self.gestures:
@@ -133,10 +134,10 @@ class TimeView(pg.ViewBox):
             self.gestures.click(self, event)
 
     def hoverEvent(self, event: Any) -> None:
-        """Say by the cursor what a drag would do."""
+        """Set the cursor for the part under the mouse."""
         if self.gestures and not event.isExit():
             self.gestures.hover(self, event)
 
     def frame_at(self, position: QPointF) -> float:
-        """Place in frames of a position in this view."""
+        """Return the place in frames of a position in this view."""
         return float(self.mapToView(position).x())

@@ -1,4 +1,4 @@
-"""The time line: plots of the selected chain, linked in time, under an overview of the clip."""
+"""The time line: linked plots of the selected chain, and an overview of the clip."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from twistcore.review import Judged
 
 
 class Timeline(QWidget):
-    """Plots of the document's selected chain. It draws the document and asks it for changes."""
+    """The plots of the document's selected chain."""
 
     def __init__(self, document: Document, colours: Colours) -> None:
         super().__init__()
@@ -42,8 +42,8 @@ class Timeline(QWidget):
         self.visible = VisibleRange(document, self)
         self.visible.changed.connect(self._show_range)
         self._curves: Curves | None = None
-        self._meant: list[str] = []  # the plots that mean something for what is selected
-        self._stale = Stale(self)  # most changes leave the clip's own curves as they are
+        self._applicable: list[str] = []  # the plots that apply to the selection
+        self._stale = Stale(self)  # most changes do not affect the clip's own curves
         self._stale.due.connect(self.refresh)
         self._build(colours)
         colours.follow(self._colour)
@@ -64,7 +64,7 @@ class Timeline(QWidget):
         self.overview = OverviewStrip(colours, self)
         self.overview.moved.connect(self.document.go_to)
         self.overview.clicked.connect(self._pick)
-        self.overview.dropped.connect(self.visible.let_go_of_unseen)
+        self.overview.dropped.connect(self.visible.deselect_hidden)
         self.overview.ranged.connect(self.visible.show)
         self.readout = SteadyLabel(self)
         self.readout.setFont(figures_font(9.0))
@@ -112,13 +112,13 @@ class Timeline(QWidget):
         PlotDescriptions(self.document, titled, self)
 
     def show_plot(self, key: str, *, shown: bool) -> None:
-        """Show or hide a plot, by its key; some mean something of a limb only, some of a chain."""
+        """Show or hide a plot; some apply only to limbs or only to chains."""
         self.grid.show_pane(key, shown=shown)
-        if shown and self.document.limb is not None and (told := self.plots[key].no_limb):
-            self.document.message.emit(told, False)
+        if shown and self.document.limb is not None and (hint := self.plots[key].no_limb):
+            self.document.message.emit(hint, False)
 
     def look_like(self, other: Timeline) -> None:
-        """Take over how another time line of the same clip looks at it: plots, frames, values."""
+        """Take the plots, visible frames and value ranges of another time line."""
         for key, toggle in other.toggles.items():
             self.toggles[key].setChecked(toggle.isChecked())
         if other.grid.alone:
@@ -128,17 +128,17 @@ class Timeline(QWidget):
         self.visible.show(*other.visible.ends)
 
     def become_figure(self) -> None:
-        """Nothing to press or drag: plots with their words and the number of the frame."""
+        """Turn into a figure: plots with titles and the frame number, without controls."""
         for part in (self.overview, self.plots_button):
             part.hide()
         self._head.setAlignment(self.readout, Qt.AlignmentFlag.AlignLeft)
         for scenery in self._sceneries:
             scenery.still = True
         for pane in self.panes.values():
-            pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # of the ground: that is a picture
+            pane.setCacheMode(pane.CacheModeFlag.CacheNone)  # it would be a bitmap
 
     def fit_titles(self) -> None:
-        """In a figure, room for all lines of the longest title."""
+        """Make room for all lines of the longest title in a figure."""
         lines = max(len(self.panes[key].front.title_lines()) for key in self.grid.shown)
         if lines != self.scenery.title_lines:
             for scenery in self._sceneries:
@@ -147,12 +147,12 @@ class Timeline(QWidget):
                 pane.set_scale()
 
     def height_for(self, width: float) -> float:
-        """Pixels that it needs for all its plots to be read, on such a width."""
+        """Return the height in pixels that all plots need at a width."""
         return self._head.sizeHint().height() + self.grid.height_for(width) + 1.0
 
     @property
     def _sceneries(self) -> list[Scenery]:
-        """Its own, and those of panes with one of their own."""
+        """All sceneries, including those of panes with their own."""
         return [self.scenery, *(pane.scenery for pane in self.panes.values())]
 
     def _refresh_shown(self) -> None:
@@ -160,26 +160,26 @@ class Timeline(QWidget):
             self.panes[key].refresh()
 
     def _menu_rows(self, key: str) -> tuple[tuple[str, Callable[[], None]], ...]:
-        """What the menu of a plot can do to it."""
+        """Return the menu entries for a plot."""
         alone = tr("All plots") if self.grid.alone else tr("This plot alone")
-        fit = tr("Fit its height"), self.panes[key].time.fit
+        fit = tr("Fit the height"), self.panes[key].time.fit
         return fit, (alone, partial(self.grid.enlarge, key))
 
     def fit(self) -> None:
-        """All values in every plot, however close a person looked."""
+        """Show all values in every plot."""
         for pane in self.panes.values():
             pane.time.fit()
 
     def _arranged(self) -> None:
-        """What has come into sight is painted as things are; the button says what has not."""
+        """Update newly visible plots, and show on the button how many are hidden."""
         self._repaint()
         self._refresh_shown()
-        seen, wanted = len(self.grid.shown), len(self.grid.wanted)
+        seen, wanted = len(self.grid.shown), len(self.grid.chosen)
         hidden = seen < wanted and self.document.data is not None
         some = tr("Plots {seen} of {wanted}", seen=seen, wanted=wanted) if hidden else tr("Plots")
         self.plots_button.setText(f"{some} ▾")
         tip = tr("Choose which plots are shown")
-        room = tr("A higher panel has room for the others.")
+        room = tr("Make the panel higher to see the others.")
         self.plots_button.setToolTip(tip if self.grid.alone or not hidden else f"{tip}. {room}")
 
     def _colour(self, theme: Theme) -> None:
@@ -195,13 +195,13 @@ class Timeline(QWidget):
         self.setAutoFillBackground(True)
 
     def light(self, curves: tuple[tuple[str, str], ...]) -> None:
-        """Draw curves boldly, by plot and the first letters of their names; the others as ever."""
+        """Highlight curves, given by plot and the first letters of their names."""
         wanted = dict(curves)
         for key, pane in self.panes.items():
             pane.light(wanted.get(key))
 
     def show_what_if(self, values: Mapping[str, float]) -> None:
-        """Dots at the playhead for an altered frame: angles by name, radians; {}: no dots."""
+        """Show dots at the playhead for an altered frame; values: angles by name, radians."""
         if values or self._what_if:
             self._what_if = values
             self._show_dots()
@@ -211,7 +211,7 @@ class Timeline(QWidget):
         self.dots.show(self._curves, self.document.frame, self._what_if)
 
     def set_scale(self, scale: float) -> None:
-        """Larger type and lines, 1 as usual."""
+        """Scale text and lines; 1 is the normal size."""
         self.readout.setFont(figures_font(9.0 * scale))
         for scenery in self._sceneries:
             scenery.scale = scale
@@ -223,7 +223,7 @@ class Timeline(QWidget):
     # -- following the document ---------------------------------------------------------------
 
     def _opened(self) -> None:
-        self._curves = None  # those of the clip before must not answer for a frame of this one
+        self._curves = None  # do not use the curves of the last clip
         self._method_changed()
         self.visible.show_all()
 
@@ -233,7 +233,7 @@ class Timeline(QWidget):
         self._stale.mark_all()
 
     def refresh(self) -> None:
-        """Draw what has changed now."""
+        """Apply all pending changes."""
         anything, everything = self._stale.take()
         if not anything:
             return
@@ -246,11 +246,11 @@ class Timeline(QWidget):
             state = document.review.state
             scenery.set_intervals(state.of_chain(document.chain))
             self._curves.follow_review()
-            for key in self._meant:
+            for key in self._applicable:
                 self.plots[key].draw(self._curves, self.panes[key])
             degrees = float(np.degrees(state.tau.get(document.chain, 0.0)))
             self.tau_line.show_tau(degrees)
-            if not self.tau_line.held:  # a scale must not move under a drag
+            if not self.tau_line.held:  # no rescaling during a drag
                 self._curves.fit_tau(self._tau_pane, degrees)
             self._show_dots()
             self._show_titles()
@@ -267,7 +267,7 @@ class Timeline(QWidget):
         if data is None or not document.chain:
             self.scenery.set_intervals(())
             self.grid.show_hint(
-                tr("No chain in this skeleton: nothing twists against its parent.")
+                tr("This skeleton has no chain, so there is no twist to show.")
                 if data is not None
                 else tr("Open a clip to see its twist over time.")
             )
@@ -278,13 +278,13 @@ class Timeline(QWidget):
         scenery.unreliable_words = curves.unreliable_words
         scenery.unreliable_hint = curves.unreliable_hint
         words = {key: plot.axis(curves) for key, plot in self.plots.items()}
-        self._meant = [key for key, axis in words.items() if axis]
-        self.grid.show_panes(self._meant)
+        self._applicable = [key for key, axis in words.items() if axis]
+        self.grid.show_panes(self._applicable)
         for key, pane in self.panes.items():
             pane.colour()
             pane.front.values = words[key]
             pane.time.zoomed = False
-        for key in self._meant:
+        for key in self._applicable:
             self.plots[key].draw_clip(curves, self.panes[key])
         self._show_range()
 
@@ -303,7 +303,7 @@ class Timeline(QWidget):
         self.overview.show_frame(document.frame)
 
     def _pick(self, frame: int, judged: Judged | None) -> None:
-        """A click on the overview: the interval there and its chain; on empty ground, none."""
+        """Handle a click on the overview: select the interval there, or none."""
         if judged is not None:
             frame = min(max(frame, judged.interval.start), judged.interval.stop - 1)
         self.document.select_interval(judged.id if judged is not None else None)
@@ -326,7 +326,7 @@ class Timeline(QWidget):
             self.visible.reach_frame(frame)
 
     def _repaint(self) -> None:
-        """The plots as they stand: something of a drag has changed."""
+        """Repaint the plots, for example during a drag."""
         for key in self.grid.shown:
             self.panes[key].touch()
 
@@ -354,6 +354,6 @@ class Timeline(QWidget):
     def _show_titles(self) -> None:
         if self._curves is None:
             return
-        for key in self._meant:
+        for key in self._applicable:
             if title := self.plots[key].describe(self._curves, self.document.frame):
                 self.panes[key].show_title([*title, *self.dots.title(key)])

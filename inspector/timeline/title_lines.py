@@ -1,4 +1,4 @@
-"""A plot's title in a figure: as many lines as it needs, as nobody can make the figure wider."""
+"""Breaks a plot's title into lines for a figure."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ Parts = list[tuple[str, str]]  # text and the theme's colour role
 
 def title_lines(title: Sequence[tuple[str, str]], room: float,
                 advance: Callable[[str], float]) -> list[Parts]:  # fmt: skip
-    """The title's parts by line; no symbol is parted from its numbers.
+    """Return the title's parts by line; a symbol stays with its numbers.
 
-    advance: the width of a text. Columns that keep numbers in place as they change are not kept.
+    advance: returns the width of a text. Spaces for fixed columns are removed.
     """
     lines: list[Parts] = [[]]
     used = 0.0
@@ -30,7 +30,7 @@ def title_lines(title: Sequence[tuple[str, str]], room: float,
 
 
 def _groups(title: Sequence[tuple[str, str]]) -> list[Parts]:
-    """What stays together: soft words with the symbol behind them, and that with its numbers."""
+    """Return the groups that stay together: soft words, their symbol and its numbers."""
     groups: list[Parts] = []
     for raw, role in title:
         text = re.sub(r"  +", " ", raw)

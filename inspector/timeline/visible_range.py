@@ -1,4 +1,4 @@
-"""The range of frames that the plots show: zoomed, panned, brought to a frame or an interval."""
+"""The visible range of frames: zoom, pan, and scrolling to a frame or an interval."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SMALLEST = 8.0  # frames
 
 
 class VisibleRange(QObject):
-    """`ends`: first and last place in view, in frames, kept within the document's clip."""
+    """The visible range; ends: first and last visible place in frames, within the clip."""
 
     changed = Signal()
 
@@ -22,7 +22,7 @@ class VisibleRange(QObject):
         self.ends = (-0.5, 0.5)
 
     def show(self, first: float, last: float) -> None:
-        """Show a range of frames, or the nearest that there is."""
+        """Show a range of frames, limited to the clip."""
         low, high = -0.5, max(1, self._document.frames) - 0.5
         margin = 0.01 * (high - low)
         low, high = low - margin, high + margin
@@ -33,23 +33,23 @@ class VisibleRange(QObject):
         self.changed.emit()
 
     def show_all(self) -> None:
-        """The whole clip."""
+        """Show the whole clip."""
         self.show(-1e9, 1e9)
 
     def pan(self, frames: float) -> None:
-        """Move in time."""
+        """Move by a number of frames."""
         self.show(self.ends[0] + frames, self.ends[1] + frames)
 
     def zoom_to_interval(self, judged: Judged | None = None) -> None:
-        """An interval, the selected one if none is given, with half a second to either side."""
+        """Show an interval (by default the selected one) with half a second on either side."""
         judged = judged or self._document.interval
         if judged is None or self._document.data is None:
             return
         pad = 0.5 * self._document.data.motion.fps
         self.show(judged.interval.start - pad, judged.interval.stop + pad)
 
-    def let_go_of_unseen(self) -> None:
-        """Nothing that is out of view stays selected: a key would decide what nobody sees."""
+    def deselect_hidden(self) -> None:
+        """Deselect an interval that is not visible, so that no key decides it unseen."""
         if (judged := self._document.interval) and not self._sees(judged.interval):
             self._document.select_interval(None)
 
@@ -57,14 +57,14 @@ class VisibleRange(QObject):
         return interval.stop >= self.ends[0] and interval.start <= self.ends[1]
 
     def reach_frame(self, frame: int) -> None:
-        """Turn the page where the frame is out of view."""
+        """Scroll to a frame that is not visible."""
         first, last = self.ends
         if not first <= frame <= last:
             span = last - first
             self.show(frame - 0.1 * span, frame + 0.9 * span)
 
     def reach_interval(self, interval: Interval) -> None:
-        """Bring an interval to the middle where nothing of it is in view."""
+        """Centre an interval that is not visible."""
         first, last = self.ends
         if not self._sees(interval):
             self.pan(0.5 * (interval.start + interval.stop - first - last))

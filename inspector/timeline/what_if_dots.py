@@ -1,6 +1,6 @@
-"""Dots in the plots at the playhead: where an altered frame's values would be.
+"""Dots in the plots at the playhead that show the values of an altered frame.
 
-A full dot belongs to θp or m, a ring to θc; both are in the colour of what is after.
+A full dot is for θp or m, a ring for θc; both have the colour of the pose after correction.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from inspector.timeline.pane import Pane
 from inspector.timeline.plot import Plot
 from inspector.widgets.axes import root_scale
 
-_DOT, _RING = 4.0, 6.5  # radius in pixels; where both are at one place, both are seen
-_SPARE = 0.12  # of the range: room beyond a dot that would else be outside
+_DOT, _RING = 4.0, 6.5  # radii in pixels; dot and ring at the same place are both visible
+_SPARE = 0.12  # margin around a dot outside the range, as a share of the range
 
 
 class WhatIfDots:
-    """Dots in all plots of a time line."""
+    """The dots in all plots of a time line."""
 
     def __init__(
         self, panes: Mapping[str, Pane], plots: Mapping[str, Plot], scenery: Scenery
     ) -> None:
-        """`plots`: what the panes are, by the same keys."""
+        """`plots`: descriptions of the panes, by the same keys."""
         self._plots = {key: plot for key, plot in plots.items() if plot.dots}
         self._panes = {key: panes[key] for key in self._plots}
         self.layers = {key: _Dots(pane.view, scenery) for key, pane in self._panes.items()}
         self._values: dict[str, float] = {}
 
     def show(self, curves: Curves | None, frame: int, values: Mapping[str, float]) -> None:
-        """Angles of the altered frame by name, radians; what is undefined is missing, or all is."""
+        """Show the angles of an altered frame, by name, radians; undefined ones are missing."""
         self._values = dict(curves.completed(frame, values)) if curves is not None else {}
         for key, pane in self._panes.items():
             dots = []
@@ -49,15 +49,15 @@ class WhatIfDots:
             self._place(pane, self.layers[key], frame, dots)
 
     def title(self, key: str) -> list[tuple[str, str]]:
-        """What is said of a plot's dots, as (text, colour role); where room ends, a whole one."""
-        told: list[tuple[str, str]] = []
+        """Return the text for a plot's dots, as (text, colour role)."""
+        parts: list[tuple[str, str]] = []
         plot = self._plots.get(key)
         for name, symbol, ring in plot.dots if plot is not None else ():
             if name in self._values:
                 angle = in_degrees(float(np.degrees(self._values[name]))).strip()
-                first = "" if told else f" {tr('what if')}"
-                told.append((f"  {first} {symbol} {'○' if ring else '●'} {angle}", "after"))
-        return told
+                first = "" if parts else f" {tr('what if')}"
+                parts.append((f"  {first} {symbol} {'○' if ring else '●'} {angle}", "after"))
+        return parts
 
     def _place(self, pane: Pane, layer: _Dots, frame: int, dots: list[tuple[float, bool]]) -> None:
         if (frame, dots) == (layer.frame, layer.dots):
@@ -70,7 +70,7 @@ class WhatIfDots:
 
 
 class _Dots(Layer):
-    """Those of one plot: places in its own values."""
+    """The dots of one plot, in its own values."""
 
     def __init__(self, view: pg.ViewBox, scenery: Scenery) -> None:
         super().__init__(view, scenery, 60.0)
@@ -78,7 +78,7 @@ class _Dots(Layer):
         self.dots: list[tuple[float, bool]] = []
 
     def mark(self, pane: Pane) -> None:
-        """The strip with the dots is to be painted again."""
+        """Repaint the strip with the dots."""
         if self.dots:
             wide = 2.0 * _RING * self.scenery.scale
             strip = QRectF(self.place(self.frame) - wide, 0.0, 2.0 * wide, self._view.height())
@@ -87,7 +87,7 @@ class _Dots(Layer):
     def paint(
         self, painter: QPainter, option: QStyleOptionGraphicsItem, widget: QWidget | None = None
     ) -> None:
-        """Those that are in view, on a rim of paper."""
+        """Draw the visible dots with a rim in the background colour."""
         low, high = self._view.viewRange()[1]
         ink, paper = QColor(self.scenery.theme.after), QColor(self.scenery.theme.surface)
         painter.save()

@@ -1,1 +1,1 @@
-"""The tuning tab: what every τ costs this clip, suggestions, profiles."""
+"""The tuning tab: the cost of τ, suggestions and profiles."""

@@ -1,4 +1,4 @@
-"""The frames behind a bar of the histogram, gone through one by one."""
+"""Steps through the frames of a histogram bar."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from twistcore.skeleton.rotation import Array
 
 
 class BarFrames:
-    """Which frames of the selected chain stand in which bar; and in which of them one is."""
+    """The frames of each bar of the histogram, and the current bar."""
 
     def __init__(self, document: Document) -> None:
         self._document = document
@@ -22,13 +22,13 @@ class BarFrames:
         self._came_from = 0
 
     def take(self, strength: Array, counted: NDArray[np.bool_]) -> None:
-        """Other frames: degrees, (frames,), and which of them count."""
+        """Set the strengths, degrees, (frames,), and the mask of frames that count."""
         self._frames = np.flatnonzero(counted)
         self._bars = bar_of(strength[counted])
         self.chosen = None
 
     def next_frame(self, bar: int) -> None:
-        """Go to the next frame of a bar, behind the last to the first again."""
+        """Go to the next frame of a bar, and from the last to the first."""
         own = self._frames[self._bars == bar]
         if len(own):
             self.chosen, self._came_from = bar, self._document.frame
@@ -43,28 +43,30 @@ class BarFrames:
             self._document.go_to(int(own[0]))
 
     def next_bar(self) -> None:
-        """Go to the first frame of the next bar that has any, behind the strongest the weakest."""
+        """Go to the first frame of the next bar with frames, and from the strongest to the
+        weakest.
+        """
         filled = np.unique(self._bars[self._bars >= 0])
         if len(filled):
             later = filled[filled > (-1 if self.chosen is None else self.chosen)]
             self.first_frame(int((later if len(later) else filled)[0]))
 
     def next_in_bar(self) -> None:
-        """Go to the next frame of the bar that one is in, or of the first."""
+        """Go to the next frame of the current bar, or to the first bar."""
         if self.chosen is None:
             self.next_bar()
         else:
             self.next_frame(self.chosen)
 
     def back(self) -> None:
-        """Go where the playhead was before the last step: it was half of a double click."""
+        """Undo the last step, because it was the first click of a double click."""
         if self.chosen is not None:
             self.chosen = None
             self._document.go_to(self._came_from)
 
     @property
     def words(self) -> str:
-        """Where one is, '' where not in the chosen bar."""
+        """The current position in words, '' outside the chosen bar."""
         if self.chosen is None:
             return ""
         own = self._frames[self._bars == self.chosen]

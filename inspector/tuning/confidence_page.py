@@ -1,4 +1,4 @@
-"""The page of the learned confidence: how reliable it is, whether it is used, and for whom."""
+"""The page of the learned confidence: its reliability, and buttons to use and remember it."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from twistcore.tuning.learned_confidence import ENOUGH
 from twistcore.tuning.learned_profile import LearnedProfile
 
 _NOTHING = tr(
-    "Nothing is learned yet. From {n} verdicts on listed intervals on, in this clip and in "
-    "sessions beside its folder's other clips, the confidence is fitted to what you accept.",
+    "Nothing is learned yet. The confidence is learned from your verdicts in this clip and in "
+    "the sessions of its folder. Decide on at least {n} listed intervals.",
     n=ENOUGH,
 )
 
 
 class ConfidencePage(QWidget):
-    """Draws what was learned for the clip's performer or rig; has it used, and remembered."""
+    """Shows the confidence learned for the clip's performer or rig."""
 
     def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
         super().__init__()
@@ -41,26 +41,26 @@ class ConfidencePage(QWidget):
         self.hint = hint(_NOTHING)
         self._pages = QStackedLayout(self)
         self.plot = ReliabilityPlot(self._colours)
-        self.plot.setAccessibleName(tr("Share accepted against confidence"))
+        self.plot.setAccessibleName(tr("Accepted share against confidence"))
         self.plot.setToolTip(
             tr(
-                "Across: the confidence of intervals. Up: the share of them that was accepted.\n"
-                "On the dashed line a confidence means what it says."
+                "Horizontal: the confidence of intervals. Vertical: the share of them that you "
+                "accepted.\nOn the dashed line, the confidence equals the accepted share."
             )
         )
         self.legend, self.words = Caption(), Caption(soft=True)
         self.use = QCheckBox(tr("Use learned confidence"))
         self.use.setToolTip(
             tr(
-                "In the list, for filters and for 'Accept the sure ones';\n"
-                "sessions and exports keep the detector's own"
+                "Use it in the list, in filters and in 'Accept confident intervals'.\n"
+                "Sessions and exports keep the detector's own confidence."
             )
         )
         self.use.toggled.connect(self._use)
         self.performer = QLineEdit(placeholderText=tr_as("performer", "unknown"))
         self.performer.setAccessibleName(tr("Performer"))
         self.performer.setToolTip(
-            tr("Who performs this clip: verdicts are counted by performer, too")
+            tr("The performer of this clip. Verdicts are also counted by performer.")
         )
         self.performer.setMaximumWidth(110)
         self.performer.editingFinished.connect(self._name)
@@ -80,15 +80,15 @@ class ConfidencePage(QWidget):
         vbox(*parts, owner=learning, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Where room is short, sentences are a line whose tip tells the rest."""
+        """Shorten sentences to a line with a tooltip if room is short."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
 
-    # -- what is learned ----------------------------------------------------------------------
+    # -- the learned profile ------------------------------------------------------------------
 
     @property
     def learnt(self) -> tuple[str, LearnedProfile | None]:
-        """For whom, and what: of the performer with this rig, else of the rig, if it is enough."""
+        """The scope and profile learned for the performer with this rig, or for the rig."""
         present = self._evidence.present
         for scope in present.scopes if present else ():
             if scope.name in (CLIP, FOLDER) or scope.chain:
@@ -111,11 +111,11 @@ class ConfidencePage(QWidget):
             performers.name(data.clip.path, name)
         except OSError as error:
             why = of_core(error.strerror)
-            self._document.message.emit(tr("The name is not kept ({why}).", why=why), True)
-        self._evidence.again()
+            self._document.message.emit(tr("The name was not saved ({why}).", why=why), True)
+        self._evidence.count_again()
 
     def keep(self) -> None:
-        """Remember τ and confidence for this rig, or this performer."""
+        """Remember τ and confidence for this rig or performer."""
         whose, found = self.learnt
         data = self._document.data
         if found is None or data is None:
@@ -124,19 +124,19 @@ class ConfidencePage(QWidget):
             path = keep_profile(found, data.clip.path.parent.name)
         except OSError as error:
             why = of_core(error.strerror)
-            self._document.message.emit(tr("The profile is not kept ({why}).", why=why), True)
+            self._document.message.emit(tr("The profile was not saved ({why}).", why=why), True)
             return
-        told = tr(
-            "{whose}: remembered as {name}. It is offered when such a clip opens.",
+        message = tr(
+            "The profile ({whose}) was saved as {name}. It is offered when you open such a clip.",
             whose=whose,
             name=path.name,
         )
-        self._document.message.emit(told, False)
+        self._document.message.emit(message, False)
 
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Draw what is known now."""
+        """Update the page."""
         document, evidence = self._document, self._evidence
         data = document.data
         if data is None:
@@ -147,7 +147,7 @@ class ConfidencePage(QWidget):
         self.figure.setVisible(known)
         detector = DETECTORS.info(document.review.state.method)
         none = tr(
-            "{detector} has no confidence: there is nothing to learn.",
+            "{detector} has no confidence, so there is nothing to learn.",
             detector=capitalised(of_core(detector.label)),
         )
         self.hint.setText(evidence.trouble or (_NOTHING if detector.has_confidence else none))
@@ -156,19 +156,20 @@ class ConfidencePage(QWidget):
             self.use.setChecked(document.learned is not None)
         if not self.performer.hasFocus():
             self.performer.setText(evidence.performers.of(data.clip.path))
-        borrowed = document.borrowed  # an example's verdicts are nobody's profile
+        borrowed = document.borrowed  # verdicts on an example make no profile
         self.remember.setEnabled(found is not None and borrowed is None)
         self.remember.setToolTip(
             borrowed.why
             if borrowed
             else as_tip(
                 tr(
-                    "Keep τ and learned confidence ({whose}); offered when such a clip opens",
+                    "Remember τ and the learned confidence ({whose}), and offer them for such "
+                    "clips",
                     whose=whose,
                 )
             )
             if found
-            else tr("From 10 accepted intervals on there is a τ to remember")
+            else tr("Accept at least 10 intervals to remember τ")
         )
         if known and found is not None:
             self._show(whose, found)
@@ -179,7 +180,7 @@ class ConfidencePage(QWidget):
         assert found.after is not None
         self.plot.show_reliability(found.before, found.after)
         before, after = 100 * found.before.error, 100 * found.after.error
-        own = tr("■ detector's off by {points:.1f} points", points=before)
+        own = tr("■ error of the detector {points:.1f} points", points=before)
         learned = tr("● learned {points:.1f}", points=after)
         self.legend.set_text(f"{inked(own, theme.before)} &nbsp; {inked(learned, theme.after)}")
         self.plot.setAccessibleDescription(plain_text(self.legend.text()))
@@ -187,12 +188,12 @@ class ConfidencePage(QWidget):
         assert confidence is not None
         used = self._document.learned
         stale = used is not None and used != confidence
-        told = tr(
-            "{whose}: learned from {accepted} accepted and {rejected} rejected intervals; "
-            "each dot's were held out when its confidence was learned.",
+        message = tr(
+            "{whose}: learned from {accepted} accepted and {rejected} rejected intervals. Each dot "
+            "shows intervals that were not used to learn its confidence.",
             whose=whose,
             accepted=confidence.accepted,
             rejected=confidence.rejected,
         )
-        again = tr("What is used now was learned before: tick again to take this.")
-        self.words.set_plain(f"{told} {again}" if stale else told)
+        again = tr("The confidence in use is older. Switch it off and on to use the new one.")
+        self.words.set_plain(f"{message} {again}" if stale else message)

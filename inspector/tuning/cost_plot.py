@@ -1,4 +1,4 @@
-"""What every τ costs: the share of errors repaired, in its band, and the false alarms."""
+"""The plot of the cost of τ: the share of repaired errors with its band, and false alarms."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ _BAND_ALPHA = 60
 
 
 class PercentAxis(Axis):
-    """Per cent in quarters, or in halves where there is little room."""
+    """An axis in per cent, with steps of 25 % or 50 %."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """0, 50, 100 and what lies between."""
+        """Return the tick values."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
         step = 25.0 if room <= 25.0 else 50.0
         return [(step, [float(v) for v in np.arange(0.0, 101.0, step)])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """With the unit."""
+        """Return the values with a unit."""
         return [f"{v:.0f} %" for v in values]
 
 
 class CostPlot(TauPlot):
-    """FSR (left scale) in its band and false alarms (right scale) against τ; ▼: the suggestion."""
+    """FSR with its band (left scale) and false alarms (right scale) against τ; ▼: suggestion."""
 
     def __init__(self, colours: Colours) -> None:
         super().__init__(PercentAxis("left"))
@@ -71,7 +71,7 @@ class CostPlot(TauPlot):
         self.axes["right"].setTextPen(QColor(theme.rejected))
 
     def show_curve(self, curve: TauCurve | None, suggested: float = 0.0) -> None:
-        """The curve of a chain, or of several added up; None: not measured yet, or nothing drawn.
+        """Show the curve of a chain or the sum of several; None: not measured yet.
 
         suggested: τ in radians.
         """

@@ -1,4 +1,4 @@
-"""A process that measures the curves of one clip, so that the window never waits for it."""
+"""A process that measures the cost curves of a clip without blocking the window."""
 
 from __future__ import annotations
 
@@ -10,21 +10,23 @@ from pathlib import Path
 
 from inspector.language import of_core, tr, use_language
 from inspector.language.catalogue import SOURCE
+from twistcore.detection import DETECTORS
 from twistcore.errors import TwistError
 from twistcore.formats.reading import read_clip
 from twistcore.skeleton.rig import Rig
 from twistcore.tuning import Span, Verdicts, clip_tuning
 from twistcore.work.with_parent import end_with_parent
 
-_NICE = 5  # the window comes first, also on one core
+_NICE = 5  # lower priority than the window
 
 
 @dataclass(frozen=True, eq=False)
 class Request:
-    """Which clip, as it was opened (its SHA-256), by which detector, judged how, which chains.
+    """A request to measure chains of a clip.
 
     rig: of which set of chains; left_out: frames in which nothing counts; draws: of errors, a chain
-    and protocol; language: of the sentence why not.
+    and protocol; detector: its file and class, 'FILE.py:Class', or '' for one that every process
+    knows; language: of the sentence why not.
     """
 
     path: Path
@@ -35,21 +37,22 @@ class Request:
     rig: Rig
     left_out: tuple[Span, ...]
     draws: int
+    detector: str = ""
     language: str = SOURCE
 
 
 @dataclass(frozen=True)
 class Capture:
-    """Half-open frames of the clip that are measured: without blends at its ends."""
+    """The measured frames [first, stop) of the clip, without blends at its ends."""
 
     first: int
     stop: int
 
 
 def measure(pipe: Connection, request: Request) -> None:
-    """Send the Capture, (chain, curve) for every chain wanted, then None; or a sentence why not.
+    """Send the Capture, (chain, curve) for every chain, then None; or an error message.
 
-    Chain names that arrive meanwhile come first.
+    A chain name that arrives in the pipe is measured next.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)
@@ -57,10 +60,12 @@ def measure(pipe: Connection, request: Request) -> None:
         os.nice(_NICE)
     use_language(request.language)
     try:
+        if request.detector:
+            DETECTORS.load(request.detector)
         clip = read_clip(request.path)
         if clip.sha256 != request.sha256:
             changed = tr(
-                "{clip} has changed on disk: open it again to measure what τ costs.",
+                "{clip} has changed on disk. Open it again to measure the cost of τ.",
                 clip=clip.name,
             )
             pipe.send(changed)
@@ -86,6 +91,6 @@ def measure(pipe: Connection, request: Request) -> None:
     except TwistError as error:
         pipe.send(of_core(error))
     except (BrokenPipeError, EOFError):
-        return  # nobody waits for the rest
-    except Exception as error:  # a defect of ours is told, and takes only this process down
+        return  # the window has closed the pipe
+    except Exception as error:  # report a bug; only this process ends
         pipe.send(f"{request.path.name}: {type(error).__name__}: {error}")

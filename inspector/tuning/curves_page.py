@@ -1,4 +1,4 @@
-"""The page of the selected chain: its frames by strength, and what every τ costs it."""
+"""The page of the selected chain: a histogram of strength, and the cost of τ."""
 
 from __future__ import annotations
 
@@ -25,11 +25,13 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.tuning.cost_words import band_words, count_words, fsr_words
 
-_NO_COSTS = tr("What τ costs is measured for chains; a limb or a twist bone has its automatic τ.")
+_NO_COSTS = tr(
+    "The cost of τ is measured for chains only. Limbs and twist bones use their automatic τ."
+)
 
 
 class CurvesPage(QWidget):
-    """Two plots over τ, with words; `asked` for another τ, degrees, and whether by a drag."""
+    """Two plots over τ with captions; `asked` emits another τ, degrees, and True during a drag."""
 
     asked = Signal(float, bool)
     dropped = Signal()
@@ -55,12 +57,12 @@ class CurvesPage(QWidget):
             plot.setAccessibleName(name)
             plot.asked.connect(self._ask)
             plot.dropped.connect(self.dropped)
-        tau = tr("Drag the τ line, or double click where it should be")
+        tau = tr("Drag the τ line, or double-click to set τ.")
         self.cost.setToolTip(tau)
-        self.histogram.setToolTip(f"{tr('A click on a bar goes to its frames.')} {tau}")
+        self.histogram.setToolTip(f"{tr('Click a bar to go to its frames.')} {tau}")
         self.histogram.picked.connect(self._pick)
-        document.frame_changed.connect(self._say_where)
-        document.numbering_changed.connect(self._say_where)
+        document.frame_changed.connect(self._show_place)
+        document.numbering_changed.connect(self._show_place)
         self.strength_words, self.cost_words, self.state = Caption(), Caption(), Caption(soft=True)
         steps = [action_button(actions[name], short) for name, short in _STEPS.items()]
         for button in steps:
@@ -76,10 +78,10 @@ class CurvesPage(QWidget):
             spacing=2,
         )
 
-    # -- what it shows ------------------------------------------------------------------------
+    # -- content ------------------------------------------------------------------------------
 
     def show_chain(self) -> None:
-        """Another chain, other curves."""
+        """Show the selected chain."""
         document, data = self._document, self._document.data
         assert data is not None
         name = document.chain
@@ -98,10 +100,10 @@ class CurvesPage(QWidget):
         curve = self._costs.curves.get(name)
         self.cost.show_curve(curve, self._wishes.suggested(curve) if curve else 0.0)
         self.cost.setVisible(self._has_costs)
-        self._say_where()
+        self._show_place()
 
     def _frames_that_count(self) -> NDArray[np.bool_]:
-        """Those that are not left out of tuning."""
+        """Return the mask of frames that are not left out of tuning."""
         counted = np.ones(self._document.frames, dtype=bool)
         if (capture := self._costs.capture) is not None:
             counted[: capture.first] = counted[capture.stop :] = False
@@ -110,16 +112,18 @@ class CurvesPage(QWidget):
         return counted
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """The τ line of both plots; not under a hand that holds it."""
+        """Move the τ lines of both plots, unless one is being dragged."""
         for plot in (self.histogram, self.cost):
             plot.show_tau(degrees, held=held and plot.tau_line.moving)
 
     def show_words(self, degrees: float) -> None:
-        """What stands above the plots, and the line below."""
+        """Update the captions above the plots and the line below."""
         self.strength_words.set_text(self._strength_text(degrees))
         left = int((~self._counted).sum())
         out = plural(
-            "{n} frame is left out (Suggestion)", "{n} frames are left out (Suggestion)", left
+            "{n} frame is left out (see Suggestion)",
+            "{n} frames are left out (see Suggestion)",
+            left,
         )
         self.strength_words.setToolTip(out if left else "")
         self.cost_words.set_text(self._cost_text() if self._has_costs else _NO_COSTS)
@@ -151,7 +155,7 @@ class CurvesPage(QWidget):
         words = [f"{what}  {reached}"]
         if not (limb or info.is_m):
             words.append(_inked(tr("■ the paper's m(t)"), theme.soft))
-        name = tr("automatic τ") if limb else of_core(info.tau)  # limbs' is fixed: no noise
+        name = tr("automatic τ") if limb else of_core(info.tau)  # fixed for limbs
         words.append(_inked(f"╌ {name} {self._floor:.2f}°", theme.soft))
         return "  ".join(words)
 
@@ -160,45 +164,45 @@ class CurvesPage(QWidget):
         words = [_inked("━ FSR", theme.after), _inked(tr("■ false alarms"), theme.rejected)]
         if (curve := self._costs.curves.get(self._document.chain)) is not None:
             suggested = np.degrees(self._wishes.suggested(curve))
-            told = tr("▼ suggested {tau:.2f}°", tau=suggested)
-            words.append(_inked(told, theme.accepted))
-        return "  ".join([tr("Errors put into this clip"), *words])
+            suggestion = tr("▼ suggested {tau:.2f}°", tau=suggested)
+            words.append(_inked(suggestion, theme.accepted))
+        return "  ".join([tr("Errors injected into this clip"), *words])
 
     @property
     def _has_costs(self) -> bool:
-        """False at a limb or a twist bone, whose τ is another quantity."""
+        """False for a limb or a twist bone, whose τ has a different meaning."""
         document = self._document
         if document.data is None or not document.chain:
             return True
         return not isinstance(document.find_chain(document.chain), Limb | Helper)
 
     def progress(self) -> str:
-        """What is being measured, or why it is not; '' when all is known."""
+        """Return the progress of the measurement, or an error; '' when it is complete."""
         costs = self._costs
         if costs.trouble:
             return costs.trouble
         known, total = len(costs.curves), len(costs.names)
         if not total:
-            return tr("no chain of this clip can be corrected")
+            return tr("No chain of this clip can be corrected.")
         coming = tr("measuring, {known} of {total} chains …", known=known, total=total)
         return coming if known < total else ""
 
-    # -- frames behind a bar ------------------------------------------------------------------
+    # -- frames of a bar ----------------------------------------------------------------------
 
     def next_bar(self) -> None:
-        """Go to the first frame of the next stronger bar."""
-        if self._may_tell():
+        """Go to the first frame of the next bar."""
+        if self._may_reveal():
             self.bars.next_bar()
-            self._say_where()
+            self._show_place()
 
     def next_in_bar(self) -> None:
         """Go to the next frame of the bar."""
-        if self._may_tell():
+        if self._may_reveal():
             self.bars.next_in_bar()
-            self._say_where()
+            self._show_place()
 
-    def _may_tell(self) -> bool:
-        """Not in an exercise: the strongest bar would lead to what was hidden."""
+    def _may_reveal(self) -> bool:
+        """False in an exercise, where the strongest bar would reveal the errors."""
         if (data := self._document.data) is not None and data.blind:
             self._document.message.emit(BLIND, False)
             return False
@@ -206,15 +210,15 @@ class CurvesPage(QWidget):
 
     def _pick(self, bar: int) -> None:
         self.bars.next_frame(bar)
-        self._say_where()
+        self._show_place()
 
     def _ask(self, degrees: float, dragging: bool) -> None:
         if not dragging and self.sender() is self.histogram:
-            self.bars.back()  # the first click of the two meant no frame
-            self._say_where()
+            self.bars.back()  # undo the first click of the double click
+            self._show_place()
         self.asked.emit(degrees, dragging)
 
-    def _say_where(self, *_: object) -> None:
+    def _show_place(self, *_: object) -> None:
         words = self.bars.words
         if not words:
             self.bars.chosen = None
@@ -222,7 +226,7 @@ class CurvesPage(QWidget):
 
 
 def _inked(text: str, colour: str) -> str:
-    """Words that are not broken, and a gap before the next."""
+    """Return text in a colour, without line breaks and with a gap after it."""
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 

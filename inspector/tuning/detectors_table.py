@@ -1,4 +1,4 @@
-"""All detectors side by side: each with its own τ, suggested and automatic, and its own costs."""
+"""The table of all detectors with their suggested and automatic τ and costs."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ _AT = dict(zip(_KINDS, (tr("At the suggested τ"), tr("At the automatic τ")), s
 _HEADS = ("τ", "FSR %", tr("alarms"))
 _TIPS = (
     tr("τ of the chain"),
-    tr("Share of injected error frames repaired, and where it lies by those drawn"),
+    tr("Share of injected error frames that are repaired, with its interval by the draws"),
     tr("False alarms in this clip"),
 )
 
 
 @dataclass(frozen=True)
 class _Line:
-    """A chain, '' for all, at one kind of τ."""
+    """A row: a chain ('' for all) at one kind of τ."""
 
     chain: str
     kind: str
@@ -39,7 +39,7 @@ class _Line:
 
 
 class DetectorsModel(RowModel[_Line]):
-    """Two rows a chain, of its suggested and its automatic τ, and at the end two of all chains."""
+    """Two rows for each chain, at its suggested and its automatic τ, and two for all chains."""
 
     def __init__(self, document: Document, colours: Colours, costs: Costs, wishes: Wishes) -> None:
         super().__init__(colours)
@@ -52,17 +52,17 @@ class DetectorsModel(RowModel[_Line]):
         self.right = range(1, len(self.heads))
 
     def key(self, thing: _Line) -> tuple[str, str]:
-        """Chain and kind of τ."""
+        """Return chain and kind of τ."""
         return thing.chain, thing.kind
 
     def describe(self, thing: _Line) -> TableRow:
-        """The automatic τ is said softly."""
+        """Return a row; the automatic τ is dimmed."""
         soft = thing.kind == _KINDS[1]
         colours = dict.fromkeys(range(len(thing.texts)), self.theme.soft) if soft else {}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)
 
     def refresh(self) -> None:
-        """Numbers as they are known now."""
+        """Update the numbers."""
         data = self._document.data
         names = {c.name: of_core(c.label) for c in data.chains} if data else {}
         chains = [(name, label) for name, label in names.items() if name in self._costs.names]
@@ -76,10 +76,10 @@ class DetectorsModel(RowModel[_Line]):
         texts, tips = [label if kind == _KINDS[0] else _AUTOMATIC], [_AT[kind]]
         for method in self.methods:
             curves = self._costs.by(method)
-            said, cost = "", None
+            tau_text, cost = "", None
             if chain and chain in curves:
                 tau = self._tau(curves[chain], kind)
-                said, cost = f"{np.degrees(tau):.2f}°", curves[chain].cost(tau)
+                tau_text, cost = f"{np.degrees(tau):.2f}°", curves[chain].cost(tau)
             elif not chain:
                 cost = self._total(curves, kind)
             if cost is None:
@@ -87,7 +87,7 @@ class DetectorsModel(RowModel[_Line]):
                 texts += [unknown if chain else "", unknown, unknown]
                 tips += 3 * [""]
             else:
-                texts += [said, fsr_words(cost, 0, unit=""), count_words(cost)]
+                texts += [tau_text, fsr_words(cost, 0, unit=""), count_words(cost)]
                 tips += ["", of_core(band_words(cost)), of_core(alarm_words(cost))]
         return _Line(chain, kind, tuple(texts), tuple(tips))
 
@@ -101,5 +101,5 @@ class DetectorsModel(RowModel[_Line]):
 
 
 def rows_of(lines: Sequence[_Line], chain: str) -> int | None:
-    """Where a chain's first row stands."""
+    """Return the first row of a chain."""
     return next((k for k, line in enumerate(lines) if line.chain == chain), None)

@@ -21,14 +21,14 @@ from inspector.widgets.building import bring_to_front, scrolled
 
 
 class Tuning(FeatureParts):
-    """The tuning tab, and what its actions do."""
+    """The tuning tab and its actions."""
 
     def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
         self.tuning = TuningPanel(window.document, colours, actions, window.settings)
 
     def connect(self, window: HostWindow) -> None:
-        """Compute nothing for a tab that nobody sees."""
+        """Connect the tab, so that it computes only while it is visible."""
         self._dock, self._visible = window.docks["tuning"], window.timeline.visible
         self._dock.visibilityChanged.connect(self.tuning.set_seen)
         queue = window.part(folder).queue
@@ -41,7 +41,7 @@ class Tuning(FeatureParts):
         bring_to_front(self._dock)
 
     def leave_out_visible(self) -> None:
-        """Leave out the frames that the plots show."""
+        """Leave out the visible frames of the plots."""
         self.tuning_actions.leave_out_visible(self._visible.ends)
 
     def close(self) -> None:
@@ -51,56 +51,58 @@ class Tuning(FeatureParts):
 
 # fmt: off
 _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
-    ActionSpec("show_tuning", tr("Tuning tab"), ("Ctrl+T",), tr("What every τ costs this clip"),
+    ActionSpec("show_tuning", tr("Tuning tab"), ("Ctrl+T",),
+               tr("Show the cost of every τ in this clip"),
                do=lambda p: p.show()),
     None,
-    ActionSpec("tau_for_chain", tr("Chain"), (), tr("τ is set for the selected chain"),
+    ActionSpec("tau_for_chain", tr("Chain"), (), tr("Set τ for the selected chain"),
                group="scope", checked=True,
                do=lambda p: p.tuning.set_scope(Scope.CHAIN)),
     ActionSpec("tau_for_segment", tr("τ for both sides"), (),
-               tr("τ is set for the chain's segment, left and right"), group="scope",
+               tr("Set τ for the chain's segment, left and right"), group="scope",
                do=lambda p: p.tuning.set_scope(Scope.SEGMENT)),
-    ActionSpec("tau_for_all", tr("τ for all chains"), (), tr("τ is set for all chains"),
+    ActionSpec("tau_for_all", tr("τ for all chains"), (), tr("Set τ for all chains"),
                group="scope",
                do=lambda p: p.tuning.set_scope(Scope.ALL)),
     ActionSpec("suggest_tau", tr("Suggest τ"), ("Ctrl+U",),
-               tr("The τ that errors put into this clip speak for"),
+               tr("Set the τ that suits errors injected into this clip"),
                do=lambda p: p.tuning.suggest()),
     None,
     ActionSpec("next_bar", tr("Next bar of the histogram"), (),
                tr("Go to the first frame of the next stronger bar"),
                needs="clip", do=lambda p: p.tuning.curves.next_bar()),
     ActionSpec("next_in_bar", tr("Next frame of the bar"), (),
-               tr("Go to the next frame that is as strong"),
+               tr("Go to the next frame with the same strength"),
                needs="clip", do=lambda p: p.tuning.curves.next_in_bar()),
     ActionSpec("leave_out_interval", tr("Leave the interval out of tuning"), (),
-               tr("Its frames do not count: no error is put in, no false alarm counted"),
+               tr("Ignore its frames: no error is injected and no false alarm counted there"),
                needs="clip", do=lambda p: p.tuning_actions.leave_out_interval()),
-    ActionSpec("leave_out_visible", tr("Leave what the plots show out of tuning"), (),
-               tr("The frames in view do not count"),
+    ActionSpec("leave_out_visible", tr("Leave the visible frames out of tuning"), (),
+               tr("Ignore the frames that the plots show"),
                needs="clip", do=lambda p: p.leave_out_visible()),
-    ActionSpec("take_all_in", tr("Leave no frames out of tuning"), (),
-               tr("All count but blends at the clip's ends"),
+    ActionSpec("take_all_in", tr("Use all frames for tuning"), (),
+               tr("Use all frames except blends at the ends of the clip"),
                needs="clip", do=lambda p: p.tuning_actions.take_all_in()),
     None,
-    ActionSpec("load_profile", tr("Load profile…"), (), tr("Take the τ of a TOML file"),
+    ActionSpec("load_profile", tr("Load profile…"), (), tr("Use the τ of a TOML file"),
                needs="clip", do=lambda p: p.tuning_actions.load_profile()),
-    ActionSpec("save_profile", tr("Save profile…"), (), tr("Write τ of all chains as TOML"),
+    ActionSpec("save_profile", tr("Save profile…"), (),
+               tr("Write the τ of all chains to a TOML file"),
                needs="clip", do=lambda p: p.tuning_actions.save_profile()),
     ActionSpec("compare_profiles", tr("Compare profiles…"), (),
-               tr("One profile beside the present τ, or two side by side"),
+               tr("Compare a profile with the current τ, or two profiles"),
                needs="clip", do=lambda p: p.tuning_actions.compare_profiles()),
-    ActionSpec("take_profile", tr("Take over the compared profile"), (),
-               tr("Take the τ of the profile compared"),
+    ActionSpec("take_profile", tr("Use the compared profile"), (),
+               tr("Use the τ of the compared profile"),
                do=lambda p: p.tuning_actions.take_profile()),
     ActionSpec("close_comparison", tr("Close comparison"),
                do=lambda p: p.tuning.show_beside(())),
-    Switch("both_costs", tr("Both detectors' costs"), (),
-           tr("Each detector at its own τ, suggested and automatic, side by side"),
+    Switch("both_costs", tr("Costs of both detectors"), (),
+           tr("Compare the detectors, each at its suggested and its automatic τ"),
            needs="clip", turn=lambda p, on: p.tuning.show_both(on)),
     None,
     ActionSpec("profile_to_folder", tr("Use τ for the folder"), (),
-               tr("Analyse the open folder again with the present τ"),
+               tr("Analyse the open folder again with the current τ"),
                do=lambda p: p.tuning_actions.profile_to_folder()),
     ActionSpec("automatic_folder", tr("Automatic τ for the folder"), (),
                tr("Analyse the open folder again with the automatic τ of each clip"),

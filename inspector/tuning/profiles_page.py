@@ -1,4 +1,4 @@
-"""The page of all chains: their τ and costs, those of profiles beside them, and both detectors."""
+"""The page of all chains: τ and costs, now and of profiles, and for both detectors."""
 
 from __future__ import annotations
 
@@ -21,21 +21,22 @@ from inspector.widgets.tables import RowTable
 from inspector.widgets.theme import Colours
 
 _OF_FILES = ("load_profile", "save_profile", "profile_to_folder", "automatic_folder")
-_BUTTONS = {  # the words on them: it is plain what they are about
+_BUTTONS = {  # short texts for buttons
     "compare_profiles": tr("Compare…"),
-    "take_profile": tr("Take over"),
+    "take_profile": tr("Use"),
     "close_comparison": tr("Close"),
     "both_costs": tr("Both detectors"),
 }
 
 
 _BOTH = tr(
-    "Of each chain first its suggested τ. In brackets: where the FSR lies, by the errors drawn."
+    "The first row of each chain is its suggested τ. In brackets: the interval of the FSR by the "
+    "draws."
 )
 
 
 class ProfilesPage(QWidget):
-    """A table of τ and costs, or one of both detectors; `chosen`: a chain's name was clicked."""
+    """A table of τ and costs, or of both detectors; `chosen` emits a clicked chain."""
 
     chosen = Signal(str)
 
@@ -52,8 +53,8 @@ class ProfilesPage(QWidget):
         self.model = ComparisonModel(document, colours, costs)
         self.detectors = DetectorsModel(document, colours, costs, wishes)
         self.table, self.both_table = RowTable(self.model, room=5), RowTable(self.detectors, room=5)
-        self.table.setAccessibleName(tr("τ of every chain and what it costs"))
-        self.both_table.setAccessibleName(tr("What τ costs with both detectors"))
+        self.table.setAccessibleName(tr("τ of every chain and its cost"))
+        self.both_table.setAccessibleName(tr("Cost of τ with both detectors"))
         self._tables = QStackedWidget()
         for table in (self.table, self.both_table):
             header = table.horizontalHeader()
@@ -65,7 +66,7 @@ class ProfilesPage(QWidget):
         self.note = Caption(soft=True)
         files = QToolButton(popupMode=QToolButton.ToolButtonPopupMode.InstantPopup)
         files.setText(tr("Profile"))
-        files.setToolTip(tr("Load and save τ, or use it for the folder"))
+        files.setToolTip(tr("Load or save τ, or use it for the folder"))
         menu = QMenu(files)
         menu.addActions([actions[name] for name in _OF_FILES])
         files.setMenu(menu)
@@ -85,19 +86,19 @@ class ProfilesPage(QWidget):
         self._show_buttons()
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Other profiles in the table: none, one beside the present τ, or two instead of it."""
+        """Compare with no profile, with one, or show two instead of the current τ."""
         self.model.show_beside(others)
         self._actions["both_costs"].setChecked(False)
         self._need()
 
     def show_both(self, both: bool) -> None:
-        """The table of both detectors, or that of τ as it is."""
+        """Show the table of both detectors, or the table of τ."""
         self._tables.setCurrentIndex(int(both))
         self._need()
         self.refresh()
 
     def _need(self) -> None:
-        """What is shown is measured: of every set of τ by its own detector."""
+        """Request measurements for every detector that the table needs."""
         both = self._tables.currentWidget() is self.both_table
         own = (self.model.method(c) for c in self.model.columns if c.profile.method)
         self._costs.needs(self.detectors.methods if both else own)
@@ -109,7 +110,7 @@ class ProfilesPage(QWidget):
             self.buttons[name].setVisible(bool(self.model.others))
 
     def refresh(self) -> None:
-        """Other numbers in the rows."""
+        """Update the numbers."""
         both = self._tables.currentWidget() is self.both_table
         (self.detectors if both else self.model).refresh()
         note = _BOTH if both else self.model.note
@@ -118,7 +119,7 @@ class ProfilesPage(QWidget):
         self._fit(self.both_table if both else self.table)
 
     def _fit(self, table: RowTable) -> None:
-        """Chains have what room there is; where there is too little the table scrolls."""
+        """Give the first column the remaining width, or let the table scroll."""
         header, model = table.horizontalHeader(), table.model()
         if model.rowCount():
             own = max(table.sizeHintForColumn(0), header.sectionSizeHint(0))
@@ -128,7 +129,7 @@ class ProfilesPage(QWidget):
             header.setSectionResizeMode(0, mode.Stretch if wide else mode.ResizeToContents)
 
     def show_chain(self, name: str) -> None:
-        """Its row is the selected one."""
+        """Select the row of a chain."""
         if (row := self.model.row_of(name)) is not None:
             self.table.selectRow(row)
         if (row := rows_of(self.detectors.things, name)) is not None:

@@ -1,4 +1,4 @@
-"""Profiles remembered by skeleton and performer; offered when such a clip opens, never taken."""
+"""Profiles by skeleton and performer, offered when such a clip is opened."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ from twistcore.tuning import Profile, read_profile
 from twistcore.tuning.learned_profile import LearnedProfile
 from twistcore.tuning.verdicts_of import performer_of
 
-_PERFORMERS = 2000  # clips whose performer a person has named
+_PERFORMERS = 2000  # most clips with a named performer
 
 
 def profile_path(mark: str, performer: str = "") -> Path:
-    """Where the profile of a skeleton lies, beside the settings; or that of a performer with it."""
+    """Return the path of the profile of a skeleton, or of a performer with this skeleton."""
     own = f"-{hashlib.sha256(performer.encode()).hexdigest()[:8]}" if performer else ""
     return settings_path().parent / "profiles" / f"{mark[:24]}{own}.toml"
 
 
 def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
-    """The performer's profile with this skeleton, else the skeleton's, and what is to be told.
+    """Return the profile of the performer with this skeleton or of the skeleton, and a message.
 
-    A damaged file is set aside. What is told is '' if all is well.
+    The message is '' if all is well. A damaged file is renamed.
     """
     for who in dict.fromkeys((performer, "")):
         path = profile_path(mark, who)
@@ -48,13 +48,13 @@ def kept_profile(mark: str, performer: str = "") -> tuple[Profile | None, str]:
             return None, set_aside(path, str(error))
         except TwistError as error:
             return None, str(error)
-        if profile.rig == mark and profile.performer == who:  # else two names have one place
+        if profile.rig == mark and profile.performer == who:  # two names may have the same path
             return profile, ""
     return None, ""
 
 
 def keep_profile(learnt: LearnedProfile, source: str) -> Path:
-    """Remember a profile for its rig, and its performer if it has one; raises OSError."""
+    """Save a profile for its rig and performer, and return its path; raises OSError."""
     path = profile_path(learnt.profile.rig, learnt.profile.performer)
     path.parent.mkdir(parents=True, exist_ok=True)
     learnt.write(path, source)
@@ -62,33 +62,35 @@ def keep_profile(learnt: LearnedProfile, source: str) -> Path:
 
 
 class Performers:
-    """Who performs which clip, as a person said; else as its name says."""
+    """The performers of clips, as named by a person or by the file name."""
 
     def __init__(self) -> None:
         self._path = settings_path().parent / "performers.json"
-        self._said: dict[str, str] = {}
+        self._named: dict[str, str] = {}
         with suppress(TwistError):
             document = parsed_json(bytes_of(self._path))
             if isinstance(document, dict):
-                self._said = {str(k): v for k, v in document.items() if isinstance(v, str)}
+                self._named = {str(k): v for k, v in document.items() if isinstance(v, str)}
 
     def of(self, clip: Path) -> str:
-        """The performer of a clip, '' where nobody knows."""
-        return self._said.get(str(real_path(clip)), performer_of(clip.name))
+        """Return the performer of a clip, '' if unknown."""
+        return self._named.get(str(real_path(clip)), performer_of(clip.name))
 
     def name(self, clip: Path, performer: str) -> None:
-        """Say who performs a clip; raises OSError. What its name says need not be kept."""
+        """Set the performer of a clip; raises OSError. A name given by the file name is not
+        stored.
+        """
         key = str(real_path(clip))
-        self._said.pop(key, None)
+        self._named.pop(key, None)
         if performer != performer_of(clip.name):
-            self._said[key] = performer
-        self._said = dict([*self._said.items()][-_PERFORMERS:])
+            self._named[key] = performer
+        self._named = dict([*self._named.items()][-_PERFORMERS:])
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomically(self._path, json_bytes(self._said))
+        write_atomically(self._path, json_bytes(self._named))
 
 
 class ProfileOffers(QObject):
-    """When a clip opens whose skeleton has a profile, says so and has it taken where wanted."""
+    """Offers the remembered profile when a clip with such a skeleton opens."""
 
     def __init__(
         self,
@@ -97,16 +99,16 @@ class ProfileOffers(QObject):
         offer: Callable[[str, Answers], None],
         parent: QObject | None = None,
     ) -> None:
-        """`offer`: shows a sentence with answers that goes by itself."""
+        """`offer`: shows a sentence with answers for a while."""
         super().__init__(parent)
         self._document, self._performers, self._offer = document, performers, offer
-        self._declined: set[tuple[str, str]] = set()  # in this run
-        self._later = QTimer(self, singleShot=True, interval=0)  # behind the clip's own notes
+        self._declined: set[tuple[str, str]] = set()  # during this run
+        self._later = QTimer(self, singleShot=True, interval=0)  # after the clip's own notes
         self._later.timeout.connect(self._look)
         document.opened.connect(self._later.start)
 
     def _look(self) -> None:
-        """A review that has begun keeps its τ, and so do exercises and lessons."""
+        """Offer a profile, but not for a review that has begun, an exercise or a lesson."""
         data = self._document.data
         if data is None or data.blind or data.session is not None or self._document.borrowed:
             return
@@ -120,12 +122,12 @@ class ProfileOffers(QObject):
             return
         own, now = profile.of(data.chains), self._document.review.state.tau
         if profile.confidence is None and all(abs(now[n] - t) < 1e-6 for n, t in own.items()):
-            return  # it would change nothing
+            return  # the profile would change nothing
         n, who, c = len(own), profile.performer, profile.confidence
         text = (
-            tr("For performer {who} on this rig a profile is remembered:", who=who)
+            tr("There is a profile for the performer {who} with this rig:", who=who)
             if who
-            else tr("For this rig a profile is remembered:")
+            else tr("There is a profile for this rig:")
         )
         if c is None:
             text += " " + tr("τ of {n} chains.", n=n)
@@ -144,6 +146,6 @@ class ProfileOffers(QObject):
         )
 
     def take(self, profile: Profile) -> None:
-        """Take its τ, and its confidence if it has one."""
+        """Use the τ of a profile, and its confidence if it has one."""
         self._document.use_profile(profile)
         self._document.use_learned(profile.confidence)

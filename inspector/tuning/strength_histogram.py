@@ -1,4 +1,4 @@
-"""How strong the frames of a chain are: a bar for every strength, which leads to its frames."""
+"""The histogram of a chain's strength; a click on a bar leads to its frames."""
 
 from __future__ import annotations
 
@@ -22,24 +22,23 @@ _COUNTS = (0, 1, 3, 10, 30, 100, 300, 1000, 3000, 10_000, 30_000, 100_000)
 
 
 class _CountAxis(Axis):
-    """Frames on the scale log(1 + n), on which a single one is still seen."""
+    """An axis of counts on the scale log(1 + n), on which a single frame is visible."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Round counts, as many as find room."""
+        """Return round counts, as many as fit."""
         room = LABEL_ROOM * (high - low) / max(size, 1.0)
         chosen = spaced_ticks((float(np.log1p(n)) for n in _COUNTS), room)
         return [(1.0, [at for at in chosen if at <= high - 0.5 * room])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """The count that a place stands for."""
+        """Return the counts."""
         return [f"{np.expm1(v):.0f}" for v in values]
 
 
 class Histogram(TauPlot):
-    """Frames by strength: below τ faint, from τ on full; the paper's m(t) as a grey outline.
+    """Frames by strength: faint below τ, full from τ on; the paper's m(t) as a grey outline.
 
-    A click on a bar is told by `picked`. What is under the mouse, or else was picked, stands in
-    `words`.
+    A click on a bar emits `picked`. `words` describes the bar under the mouse or the chosen bar.
     """
 
     picked = Signal(int)
@@ -49,7 +48,7 @@ class Histogram(TauPlot):
         self.words = QLabel(self)
         self.words.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
         self.words.setFont(figures_font(8.0))
-        self._said, self._chosen, self._pointed = "", -1, -1
+        self._choice_words, self._chosen, self._pointed = "", -1, -1
         self.mark = pg.PlotCurveItem(_BINS[:2], np.zeros(1), stepMode="center", fillLevel=0.0)
         self.mark.setZValue(15)
         self.addItem(self.mark)
@@ -81,7 +80,7 @@ class Histogram(TauPlot):
             item.setPen(pg.mkPen(colour, width=0.8))
 
     def show_strength(self, strength: Array, m: Array | None) -> None:
-        """strength, m: degrees, (frames,); m None where the strength is m itself."""
+        """Show strength and m, degrees, (frames,); m is None if the strength is m itself."""
         self._counts = _counted(strength)
         shown = np.log1p(_counted(m)) if m is not None else np.zeros(len(_BINS) - 1)
         self.m.setData(_BINS, shown)
@@ -90,29 +89,29 @@ class Histogram(TauPlot):
         self._split()
 
     def show_choice(self, bar: int | None, words: str) -> None:
-        """Mark a bar and say what is to be said of it."""
-        self._chosen, self._said = -1 if bar is None else bar, words
+        """Mark a bar and show words about it."""
+        self._chosen, self._choice_words = -1 if bar is None else bar, words
         if bar is not None:
             self.mark.setData(_BINS[bar : bar + 2], np.log1p(self._counts[bar : bar + 1]))
         self.mark.setVisible(bar is not None)
-        self._say()
+        self._show_words()
 
     def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """What bar is under the mouse."""
+        """Describe the bar under the mouse."""
         super().mouseMoveEvent(event)
         bar = self._bar_at(self.mapToScene(event.position().toPoint()))
         if bar != self._pointed:
             self._pointed = bar
-            self._say()
+            self._show_words()
 
     def leaveEvent(self, event: QEvent) -> None:
-        """None is."""
+        """Describe the chosen bar again."""
         super().leaveEvent(event)
         self._pointed = -1
-        self._say()
+        self._show_words()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """The words stand at the right."""
+        """Move the words to the right edge."""
         super().resizeEvent(event)
         if hasattr(self, "words"):
             self._place_words()
@@ -125,21 +124,21 @@ class Histogram(TauPlot):
                 self.picked.emit(bar)
 
     def _bar_at(self, place: QPointF) -> int:
-        """The bar in whose column a place of the scene lies, -1 where none stands."""
+        """Return the bar at a place of the scene, or -1."""
         if not self.view.sceneBoundingRect().contains(place):
             return -1
         bar = int(np.searchsorted(_BINS, self.view.mapSceneToView(place).x())) - 1
         return bar if 0 <= bar < len(self._counts) and self._counts[bar] else -1
 
-    def _say(self) -> None:
-        """Of the bar under the mouse; of the chosen one where that is it, or none is."""
-        said = self._said
-        if self._pointed >= 0 and (self._pointed != self._chosen or not said):
+    def _show_words(self) -> None:
+        """Show words about the bar under the mouse, or about the chosen one."""
+        words = self._choice_words
+        if self._pointed >= 0 and (self._pointed != self._chosen or not words):
             frames = int(self._counts[self._pointed])
             bar = bar_words(self._pointed)
-            said = plural("{bar}: {n} frame", "{bar}: {n} frames", frames, bar=bar)
-        self.words.setText(said)
-        self.words.setVisible(bool(said))
+            words = plural("{bar}: {n} frame", "{bar}: {n} frames", frames, bar=bar)
+        self.words.setText(words)
+        self.words.setVisible(bool(words))
         self._place_words()
         self.touch()
 
@@ -148,7 +147,7 @@ class Histogram(TauPlot):
         self.words.move(self.width() - AXIS_WIDTH - self.words.width() - 4, 2)
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """The line, and which frames reach it."""
+        """Move the τ line, and mark the frames that reach it."""
         super().show_tau(degrees, held=held)
         if degrees != self._tau:
             self._tau = degrees
@@ -163,14 +162,14 @@ class Histogram(TauPlot):
 
 
 def bar_of(degrees: Array) -> NDArray[np.int_]:
-    """The bar that every strength stands in, -1 where too weak for any; (frames,)."""
+    """Return the bar of every strength, -1 if it is too weak; (frames,)."""
     place = np.log10(np.clip(degrees, LOWEST, HIGHEST))
     bars = np.minimum(np.searchsorted(_BINS, place, side="right") - 1, len(_BINS) - 2)
     return np.where(degrees < LOWEST, -1, bars)
 
 
 def bar_words(bar: int) -> str:
-    """From where to where a bar reaches."""
+    """Return the range of a bar as text."""
     low, high = 10 ** _BINS[bar], 10 ** _BINS[bar + 1]
     return f"{low:.3g}–{high:.3g}°"
 

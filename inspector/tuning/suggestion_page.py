@@ -1,4 +1,4 @@
-"""The page of what a suggestion rests on: its price, the errors drawn, the frames that count."""
+"""The page of settings for suggestions: the cost of a false alarm, errors, and frames."""
 
 from __future__ import annotations
 
@@ -10,14 +10,13 @@ from PySide6.QtWidgets import QAbstractSpinBox, QDoubleSpinBox, QFormLayout, QSp
 
 from inspector.language import of_core, tr
 from inspector.session.document import Document
-from inspector.session.settings import MOST_DRAWS
 from inspector.tuning.tau_costs import Costs
-from inspector.tuning.wishes import Wishes
+from inspector.tuning.wishes import MOST_DRAWS, Wishes
 from inspector.widgets.building import action_button, hbox, vbox
 from inspector.widgets.labels import Caption
 from twistcore.tuning import Span
 
-_LEAVE_OUT = {  # the words on the buttons, behind "Leave out:"
+_LEAVE_OUT = {  # texts of the buttons after "Leave out"
     "leave_out_interval": tr("The interval"),
     "leave_out_visible": tr("The view"),
     "take_all_in": tr("Nothing"),
@@ -25,7 +24,7 @@ _LEAVE_OUT = {  # the words on the buttons, behind "Leave out:"
 
 
 class SuggestionPage(QWidget):
-    """Three settings of a person's, whether one τ does for all chains, and which frames count."""
+    """Three settings, the common τ for all chains, and the frames that count."""
 
     def __init__(
         self,
@@ -38,23 +37,24 @@ class SuggestionPage(QWidget):
         self._document, self._costs, self._wishes = document, costs, wishes
         self.points = QDoubleSpinBox(decimals=1, maximum=100.0, suffix=tr(" points of FSR"))
         self.points.setToolTip(
-            tr("What one false alarm a clip, or minute of a longer one, may cost")
+            tr("The cost of one false alarm per clip, or per minute of a longer clip")
         )
         self.smallest = QDoubleSpinBox(decimals=1, minimum=0.1, maximum=180.0, suffix="°")
-        self.smallest.setToolTip(
-            tr("Errors put in that are smaller do not count for the suggestion")
-        )
+        self.smallest.setToolTip(tr("Smaller injected errors do not count for the suggestion"))
         self.draws = QSpinBox(minimum=1, maximum=MOST_DRAWS)
         self.draws.setToolTip(
-            tr("How often errors are put into each chain: more take longer, and narrow the band")
+            tr(
+                "How often errors are injected into each chain. More draws take longer and narrow "
+                "the band."
+            )
         )
         form = QFormLayout(labelAlignment=Qt.AlignmentFlag.AlignLeft)
         form.setContentsMargins(0, 0, 0, 0)
         form.setVerticalSpacing(3)
         form.setFieldGrowthPolicy(QFormLayout.FieldGrowthPolicy.FieldsStayAtSizeHint)
         boxes: tuple[tuple[str, QAbstractSpinBox], ...] = (
-            (tr("A false alarm may cost"), self.points),
-            (tr("Errors are looked for from"), self.smallest),
+            (tr("Cost of a false alarm"), self.points),
+            (tr("Smallest error to find"), self.smallest),
             (tr("Draws of errors"), self.draws),
         )
         for words, box in boxes:
@@ -80,13 +80,13 @@ class SuggestionPage(QWidget):
         )
 
     def show_wishes(self) -> None:
-        """The settings as they are."""
+        """Show the current settings."""
         self.points.setValue(self._wishes.points)
         self.smallest.setValue(self._wishes.smallest_degrees)
         self.draws.setValue(self._wishes.draws)
 
     def refresh(self) -> None:
-        """Other curves, other frames."""
+        """Update the page."""
         data = self._document.data
         if data is None:
             return
@@ -102,19 +102,19 @@ class SuggestionPage(QWidget):
 
     def _left_out_words(self) -> str:
         frames, capture = self._document.frames, self._costs.capture
-        said = []
+        parts = []
         if capture is not None and capture.first:
             first = self._named((0, capture.first))
-            said.append(tr("{frames} (a blend from a first pose)", frames=first))
+            parts.append(tr("{frames} (a blend from the first pose)", frames=first))
         if capture is not None and capture.stop < frames:
             last = self._named((capture.stop, frames))
-            said.append(tr("{frames} (a blend into a rest pose)", frames=last))
+            parts.append(tr("{frames} (a blend into the rest pose)", frames=last))
         yours = [self._named(span) for span in self._document.review.state.left_out]
         if yours:
-            said.append(tr("{frames} (yours)", frames=", ".join(yours)))
-        if not said:
+            parts.append(tr("{frames} (your choice)", frames=", ".join(yours)))
+        if not parts:
             return tr("All frames count.")
-        return tr("Left out: frames {frames}.", frames=", ".join(said))
+        return tr("Left out: frames {frames}.", frames=", ".join(parts))
 
     def _named(self, span: Span) -> str:
         start, stop = (frame + self._document.first_frame for frame in span)

@@ -1,4 +1,4 @@
-"""What every τ costs the open clip: measured in the background, remembered, given up when stale."""
+"""Measures the cost of τ in the open clip in the background, and caches the results."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from inspector.language import chosen_language, of_core, tr
 from inspector.session.document import Document
 from inspector.tuning.cost_worker import Capture, Request, measure
 from inspector.tuning.wishes import Wishes
+from twistcore.detection import DETECTORS
 from twistcore.review import Decision, Judged, ReviewState
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.helper import Helper
@@ -22,17 +23,17 @@ from twistcore.tuning import TauCurve
 from twistcore.tuning.verdicts_of import is_verdict, said_in
 
 _POLL_MS = 30
-_REMEMBERED = 12  # clips, or the same clip judged otherwise
-_SETTLE_MS = 400  # verdicts come one after the other: measure when the hand rests
+_REMEMBERED = 12  # cached results, per clip and set of verdicts
+_SETTLE_MS = 400  # wait until a series of verdicts has ended
 
 _Key = tuple[object, ...]
 
 
 @dataclass(eq=False)
 class _Measured:
-    """What is known of a clip, judged in one way: curves by detector and chain.
+    """Results for a clip with one set of verdicts: curves by detector and chain.
 
-    through: detectors of which there is no more to come.
+    through: detectors whose measurement is complete.
     """
 
     curves: dict[str, dict[str, TauCurve]] = field(default_factory=dict)
@@ -41,11 +42,11 @@ class _Measured:
 
 
 class Costs(QObject):
-    """Curves of the document's clip by detector and chain name. Views listen to `changed`.
+    """The cost curves of the document's clip by detector and chain.
 
-    They depend on the clip, on what a person called right or wrong and on the frames left out: a
-    change of these ends what is under way. The detector in use is measured first, then those that
-    a view `needs`. Nothing is measured while `watching` is off.
+    The curves depend on the clip, the verdicts and the frames left out; a change of these ends a
+    running measurement. The detector in use is measured first, then those that a view `needs`.
+    Nothing is measured unless a view watches.
     """
 
     changed = Signal()
@@ -53,10 +54,10 @@ class Costs(QObject):
     def __init__(self, document: Document, wishes: Wishes, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._document, self._wishes = document, wishes
-        self._known: OrderedDict[_Key, _Measured] = OrderedDict()
+        self._cache: OrderedDict[_Key, _Measured] = OrderedDict()
         self._key: _Key | None = None
         self._others: frozenset[str] = frozenset()
-        self._running: tuple[_Key, str] | None = None  # and by which detector
+        self._running: tuple[_Key, str] | None = None  # key and detector
         self._process: BaseProcess | None = None
         self._pipe: Connection | None = None
         self._watching = False
@@ -69,32 +70,32 @@ class Costs(QObject):
         document.intervals_changed.connect(self._check)
         document.chain_changed.connect(self._prefer)
         wishes.changed.connect(self._check)
-        # What the key was made of: τ moves far more often than it.
+        # The parts of the key, to avoid making a new key whenever τ moves.
         self._judged: tuple[object, ...] | None = None
 
     # -- what views read ----------------------------------------------------------------------
 
     @property
     def curves(self) -> Mapping[str, TauCurve]:
-        """The curves that are known of the present clip by the detector in use, by chain name."""
+        """The measured curves of the detector in use, by chain."""
         return self.by(self._document.review.state.method) if self._document.data else {}
 
     def by(self, method: str) -> Mapping[str, TauCurve]:
-        """The curves that are known of the present clip by a detector, by chain name."""
+        """Return the measured curves of a detector, by chain."""
         return self._here.curves.get(method, {})
 
     @property
     def capture(self) -> Capture | None:
-        """Frames without blends at the clip's ends; None while nothing has been measured."""
+        """The frames without blends at the clip's ends; None before the first measurement."""
         return self._here.capture
 
     @property
     def _here(self) -> _Measured:
-        return self._known.get(self._key, _Measured()) if self._key else _Measured()
+        return self._cache.get(self._key, _Measured()) if self._key else _Measured()
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Chains that have a curve, or will have one."""
+        """The chains that have a curve or will get one."""
         data = self._document.data
         if data is None:
             return ()
@@ -102,7 +103,7 @@ class Costs(QObject):
         return tuple(c.name for c in chains if not uncorrectable_joints(data.motion, c))
 
     def coming(self, method: str) -> bool:
-        """Whether curves by a detector are still to come."""
+        """True if curves of a detector are still missing."""
         return self.running and method in self._methods and bool(self._missing(method))
 
     def _missing(self, method: str) -> list[str]:
@@ -112,11 +113,11 @@ class Costs(QObject):
 
     @property
     def running(self) -> bool:
-        """Whether curves are still to come."""
+        """True while curves are being measured."""
         return self._process is not None or self._settle.isActive()
 
     def needs(self, others: Iterable[str]) -> None:
-        """Measure these detectors, too, from now on; what is known of more stays known."""
+        """Measure these detectors as well from now on."""
         others = frozenset(others)
         if others != self._others:
             self._others = others
@@ -133,7 +134,7 @@ class Costs(QObject):
     # -- following the document ---------------------------------------------------------------
 
     def watch(self, on: bool) -> None:
-        """Measure from now on, as somebody looks; or stop."""
+        """Start or stop measuring, depending on whether a view is visible."""
         self._watching = on
         if on:
             self._check()
@@ -142,7 +143,7 @@ class Costs(QObject):
             self.stop()
 
     def stop(self) -> None:
-        """End the process; what it has sent is kept."""
+        """End the process and keep its results."""
         self._settle.stop()
         self._poll.stop()
         self._running = None
@@ -150,25 +151,27 @@ class Costs(QObject):
             self._pipe.close()
             self._process.kill()
             self._process.join(1.0)
-            if self._process.exitcode is not None:  # a busy machine may take longer to end it
+            if self._process.exitcode is not None:  # this may take longer on a busy machine
                 self._process.close()
         self._process = self._pipe = None
 
     def _check(self) -> None:
-        """Is what is known, or under way, still of the present clip?"""
+        """Check whether a running measurement is still valid."""
         data = self._document.data
         if data is None:
             return
         state = self._document.review.state
-        said = _said(state)
+        verdicts = _verdicts(state)
         draws = self._wishes.draws
-        judged = (data.clip, state.method, state.rig, state.left_out, draws, said)
+        judged = (data.clip, state.method, state.rig, state.left_out, draws, verdicts)
         if judged == self._judged:
             return
         another = self._judged is None or self._judged[0] is not data.clip
         self._judged = judged
-        spans = [(j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in said]
-        offsets = [j.interval.offset.tobytes() for j in said if j.decision == Decision.ACCEPTED]
+        spans = [
+            (j.decision, j.interval.chain, j.interval.start, j.interval.stop) for j in verdicts
+        ]
+        offsets = [j.interval.offset.tobytes() for j in verdicts if j.decision == Decision.ACCEPTED]
         self._key = (data.clip.sha256, state.rig, state.left_out, draws, *spans, *offsets)
         if self._running is not None and (
             self._running[0] != self._key or self._running[1] not in self._methods
@@ -180,12 +183,12 @@ class Costs(QObject):
         self.changed.emit()
 
     def _prefer(self) -> None:
-        """The selected chain first: it is looked at."""
+        """Let the process measure the selected chain next."""
         if self._pipe is not None:
             try:
                 self._pipe.send(self._document.chain)
             except OSError:
-                return  # it has just ended; the poll will see
+                return  # it has just ended, which the poll will notice
 
     # -- the process --------------------------------------------------------------------------
 
@@ -208,9 +211,10 @@ class Costs(QObject):
             rig=state.rig,
             left_out=state.left_out,
             draws=self._wishes.draws,
+            detector=DETECTORS.place(method),
             language=chosen_language(),
         )
-        # Spawned, not forked: a fork of a program with threads and an X connection may hang.
+        # Spawn instead of fork: forking a program with threads and an X connection may hang.
         context = multiprocessing.get_context("spawn")
         ours, theirs = context.Pipe()
         process = context.Process(target=measure, args=(theirs, request), daemon=True)
@@ -218,7 +222,7 @@ class Costs(QObject):
             process.start()
         except OSError as error:
             why = of_core(error.strerror)
-            self._fail(tr("What τ costs cannot be measured ({why}).", why=why))
+            self._fail(tr("The cost of τ cannot be measured ({why}).", why=why))
             self.changed.emit()
             return
         finally:
@@ -228,7 +232,7 @@ class Costs(QObject):
         self.changed.emit()
 
     def _look(self) -> None:
-        """Take what has come: a few microseconds when nothing has."""
+        """Receive new results; takes only microseconds if there are none."""
         news = False
         try:
             while self._pipe is not None and self._pipe.poll():
@@ -236,7 +240,7 @@ class Costs(QObject):
                 news = True
         except (EOFError, OSError):
             self._fail(
-                tr("Measuring what τ costs was ended by the system, perhaps for want of memory.")
+                tr("The system has ended the measurement of τ's cost. Perhaps memory ran out.")
             )
             news = True
         if news:
@@ -246,28 +250,28 @@ class Costs(QObject):
         if answer is None:
             if self._running is not None:
                 key, method = self._running
-                self._known.setdefault(key, _Measured()).through.add(method)
+                self._cache.setdefault(key, _Measured()).through.add(method)
             self.stop()
-            self._start()  # what the next detector has to say
+            self._start()  # measure the next detector
         elif isinstance(answer, str):
             self._fail(answer)
         else:
             assert self._running is not None
             key, method = self._running
-            known = self._known.setdefault(key, _Measured())
+            known = self._cache.setdefault(key, _Measured())
             if isinstance(answer, Capture):
                 known.capture = answer
             else:
                 known.curves.setdefault(method, {})[answer[0]] = answer[1]
-            self._known.move_to_end(key)
-            while len(self._known) > _REMEMBERED:
-                self._known.popitem(last=False)
+            self._cache.move_to_end(key)
+            while len(self._cache) > _REMEMBERED:
+                self._cache.popitem(last=False)
 
     def _fail(self, why: str) -> None:
         self.stop()
         self.trouble = why
 
 
-def _said(state: ReviewState) -> tuple[Judged, ...]:
-    """What a person judged of chains: flips of limbs say nothing of their τ."""
+def _verdicts(state: ReviewState) -> tuple[Judged, ...]:
+    """Return a person's verdicts on chains, without limb flips."""
     return tuple(filter(is_verdict, state.intervals))

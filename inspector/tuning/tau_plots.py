@@ -1,4 +1,4 @@
-"""A plot over τ, which the histogram of strengths and the plot of costs are."""
+"""The base class of plots over τ: the histogram and the plot of costs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from inspector.widgets.axes import Axis
 from inspector.widgets.canvas import Canvas, TauLine
 from inspector.widgets.theme import Theme, figures_font
 
-LOWEST, HIGHEST = 0.5, 180.0  # degrees in view
+LOWEST, HIGHEST = 0.5, 180.0  # visible range in degrees
 _DEGREES = (0.5, 1, 2, 5, 10, 20, 50, 100, 180)
 AXIS_WIDTH, _AXIS_HEIGHT = 44, 18
 LABEL_ROOM = 17.0  # pixels between two labels of a vertical axis
@@ -20,33 +20,30 @@ _LINE_WIDTH = 1.6
 
 
 class _DegreesAxis(Axis):
-    """Degrees on a logarithmic scale."""
+    """An axis of degrees on a logarithmic scale."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Round degrees."""
+        """Return round degrees."""
         return [(1.0, [float(np.log10(d)) for d in _DEGREES])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """The degrees that a place stands for."""
+        """Return the degrees."""
         return [f"{10**v:.3g}°" for v in values]
 
 
 class _WholeAxis(Axis):
-    """Whole numbers only."""
+    """An axis with whole numbers only."""
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """Nothing is between two alarms."""
+        """Return whole steps."""
         step = max(1.0, np.ceil(LABEL_ROOM * (high - low) / max(size, 1.0)))
         return [(float(step), 0.0)]
 
 
 class TauPlot(Canvas):
-    """A plot over τ in degrees with the τ line, which can be dragged; a double click sets it too.
+    """A plot over τ in degrees; dragging the τ line or a double-click emits `asked`."""
 
-    It shows what it is given; `asked` says what the person wants.
-    """
-
-    asked = Signal(float, bool)  # degrees; True while a drag goes on
+    asked = Signal(float, bool)  # degrees; True during a drag
     dropped = Signal()
 
     def __init__(self, left: pg.AxisItem) -> None:
@@ -86,12 +83,12 @@ class TauPlot(Canvas):
         self.touch()
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """Put the line at τ; not under a hand that holds it."""
+        """Move the line to τ, unless it is being dragged."""
         place = float(np.log10(np.clip(degrees, LOWEST, HIGHEST)))
         if not held and self.tau_line.value() != place:
             self.tau_line.setValue(place)
 
     def show_floor(self, degrees: float) -> None:
-        """The noise floor."""
+        """Move the line of the noise floor."""
         self.floor_line.setValue(float(np.log10(max(degrees, LOWEST))))
         self.touch()

@@ -1,4 +1,4 @@
-"""τ of every chain with what it costs on this clip: as it is now, and of profiles beside it."""
+"""The table of τ and its cost for every chain, now and in compared profiles."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _TIPS = (
 
 @dataclass(frozen=True)
 class Column:
-    """A profile and the name it is shown by."""
+    """A profile and its displayed name."""
 
     name: str
     profile: Profile
@@ -34,7 +34,7 @@ class Column:
 
 @dataclass(frozen=True)
 class _Line:
-    """What the table says of a chain; the last line, of all chains, has no name."""
+    """A row of a chain; the last row, for all chains, has no name."""
 
     chain: str
     texts: tuple[str, ...]
@@ -42,7 +42,7 @@ class _Line:
 
 
 class ComparisonModel(RowModel[_Line]):
-    """A row a chain, three columns a set of τ, and a last row over all chains."""
+    """A row for each chain, three columns for each set of τ, and a last row for all chains."""
 
     def __init__(self, document: Document, colours: Colours, costs: Costs) -> None:
         super().__init__(colours)
@@ -52,11 +52,11 @@ class ComparisonModel(RowModel[_Line]):
         self._take_heads()
 
     def key(self, thing: _Line) -> str:
-        """The chain's name."""
+        """Return the chain's name."""
         return thing.chain
 
     def describe(self, thing: _Line) -> TableRow:
-        """What is the same in both sets is faint."""
+        """Return a row; values that are the same in both sets are dimmed."""
         sets = [thing.texts[k : k + 3] for k in range(1, len(thing.texts), 3)]
         colours: dict[int, str] = {}
         for k, column in enumerate(zip(*sets, strict=True) if len(sets) > 1 else ()):
@@ -64,45 +64,45 @@ class ComparisonModel(RowModel[_Line]):
             colours |= {1 + 3 * n + k: colour for n in range(len(sets))}
         return TableRow(thing.texts, colours=colours, tips=thing.tips)
 
-    # -- what it shows ------------------------------------------------------------------------
+    # -- content ------------------------------------------------------------------------------
 
     @property
     def columns(self) -> tuple[Column, ...]:
-        """The sets of τ side by side: two profiles, or the present τ and what is beside it."""
+        """The compared sets of τ: two profiles, or the current τ and at most one profile."""
         if len(self.others) > 1 or self._document.data is None:
             return self.others
         state = self._document.review.state
         return (Column(tr("now"), Profile(state.tau, state.method)), *self.others)
 
     def method(self, column: Column) -> str:
-        """The detector that a set of τ is costed with: its own, that in use where none is said."""
+        """Return the detector for the costs of a set of τ: its own, or the one in use."""
         return column.profile.method or self._document.review.state.method
 
     @property
     def note(self) -> str:
-        """Which detector each set of τ is costed with; '' where there is but one set."""
-        said = []
+        """A note on the detector of each set of τ; '' for a single set."""
+        notes = []
         for column in self.columns if self.others else ():
             name, by = _short(column.name), of_core(DETECTORS.info(self.method(column)).label)
-            said.append(
+            notes.append(
                 f"{name}: {by}"
                 if column.profile.method
-                else tr("{name}: detector not said; costed with {by}", name=name, by=by)
+                else tr("{name}: no detector given, costs with {by}", name=name, by=by)
             )
-        return " · ".join(said)
+        return " · ".join(notes)
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Other profiles beside the present τ: none, one, or two instead of it."""
+        """Compare with no profile, with one, or show two instead of the current τ."""
         self.others = tuple(others)
         self.reset()
 
     def reset(self) -> None:
-        """Another clip, or other sets."""
+        """Rebuild the table for another clip or other sets."""
         self._take_heads()
         self.begin_anew(self._lines())
 
     def refresh(self) -> None:
-        """Other numbers in the same rows."""
+        """Update the numbers."""
         self.show(self._lines())
 
     def _lines(self) -> Sequence[_Line]:
@@ -132,7 +132,7 @@ class ComparisonModel(RowModel[_Line]):
         return "…" if coming and (known or not chain) else "–"
 
     def _take_heads(self) -> None:
-        """What, and above it whose where there are several."""
+        """Make the headings, with profile names if there are several sets."""
         heads, tips = ["\n" * bool(self.others) + tr("Chain")], [""]
         for column in self.columns:
             for what, tip in zip(_HEADS, _TIPS, strict=True):
@@ -148,7 +148,7 @@ class ComparisonModel(RowModel[_Line]):
         return curve.cost(tau) if curve is not None and tau is not None else None
 
     def _total(self, column: Column) -> Cost | None:
-        """FSR over the error frames of all chains, and all alarms."""
+        """Return the cost over all chains."""
         curves = self._costs.by(self.method(column))
         tau = column.profile.tau
         chosen = [(curve, tau[name]) for name, curve in curves.items() if name in tau]

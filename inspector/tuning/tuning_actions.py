@@ -1,4 +1,4 @@
-"""What the actions of tuning do."""
+"""The actions of the Tuning menu."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _PATTERN = tr("Profiles (*.toml);;All files (*)")
 
 @dataclass(eq=False)
 class TuningActions:
-    """τ by profile, for this clip and for the folder."""
+    """Profiles of τ for this clip and for the folder."""
 
     document: Document
     queue: FolderQueue
@@ -40,11 +40,11 @@ class TuningActions:
     window: QWidget
 
     def load_profile(self) -> None:
-        """Ask for a profile and take its τ."""
+        """Ask for a profile and use its τ."""
         ask_files(self.window, tr("Load profile"), _PATTERN, lambda p: self.load_profile_from(p[0]))
 
     def load_profile_from(self, path: Path) -> None:
-        """Take a profile's τ; a damaged one changes nothing."""
+        """Use the τ of a profile file; a damaged file changes nothing."""
         if (profile := self._read(path)) is not None:
             self._take(profile, path.name)
 
@@ -55,25 +55,27 @@ class TuningActions:
         chains = self.document.review.state.tau
         known = [n for n in profile.tau if n in chains]
         if not known:
-            told = tr("{name} names no chain of this clip; nothing was changed.", name=name)
-            self.bar.show_message(told, True)
+            message = tr(
+                "Nothing was changed, because {name} names no chain of this clip.", name=name
+            )
+            self.bar.show_message(message, True)
             return
         self.document.use_profile(profile)
         kept = len(chains) - len(known)
-        told = (
+        message = (
             tr(
-                "{name}: τ of {n} chains; {kept} chains that it does not name keep theirs.",
+                "τ of {n} chains was set from {name}. The other {kept} chains keep their τ.",
                 name=name,
                 n=len(known),
                 kept=kept,
             )
             if kept
-            else tr("{name}: τ of {n} chains.", name=name, n=len(known))
+            else tr("τ of {n} chains was set from {name}.", name=name, n=len(known))
         )
-        self.bar.show_message(told, False)
+        self.bar.show_message(message, False)
 
     def save_profile(self) -> None:
-        """Ask where to and write the present τ."""
+        """Ask for a path and write the current τ."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
             return
@@ -84,38 +86,38 @@ class TuningActions:
         ask_where(self.window, title, _PATTERN, then, wanted=wanted, suffix="toml")
 
     def _nothing_kept(self) -> bool:
-        """Whether the clip is borrowed, whose τ are an example's; the person is told."""
+        """True for a borrowed clip, whose τ is not saved; shows why."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
 
     def save_profile_to(self, path: Path) -> None:
-        """Write the present τ of every chain, with what it costs; all of the file or nothing."""
+        """Write the current τ of every chain and its cost, atomically."""
         data = self.document.data
         if data is None:
             return
         if is_clip(path) or real_path(path) == real_path(data.clip.path):
-            told = tr("{name}: expected a TOML file, not a clip.", name=path.name)
-            self.bar.show_message(told, True)
+            message = tr("{name} is a clip. Choose a name for a TOML file.", name=path.name)
+            self.bar.show_message(message, True)
             return
         method = self.document.review.state.method
         try:
             write_profile(path, self.tuning.tuned(), data.clip.name, method)
         except OSError as error:
             why = of_core(error.strerror)
-            self.bar.show_message(tr("{path}: not written ({why}).", path=path, why=why), True)
+            self.bar.show_message(tr("{path} was not written ({why}).", path=path, why=why), True)
         else:
-            told = tr("Wrote {name}: twistcore takes it with --profile.", name=path.name)
-            self.bar.show_message(told, False)
+            message = tr("{name} was written. Pass it to twistcore with --profile.", name=path.name)
+            self.bar.show_message(message, False)
 
     def compare_profiles(self) -> None:
-        """Ask for one profile to see beside the present τ, or for two to see side by side."""
+        """Ask for one or two profiles to compare."""
         ask_files(self.window, tr("Compare profiles"), _PATTERN, self.compare_with, several=True)
 
     def compare_with(self, paths: Sequence[Path]) -> None:
-        """Show one profile beside the present τ, or two side by side."""
+        """Compare one profile with the current τ, or two profiles."""
         if len(paths) > 2:
-            self.bar.show_message(tr("Choose one profile, or two to see side by side."), False)
+            self.bar.show_message(tr("Choose one or two profiles to compare."), False)
             return
         read = [(path, self._read(path)) for path in paths]
         columns = [Column(p.name, profile) for p, profile in read if profile]
@@ -124,7 +126,7 @@ class TuningActions:
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:
-        """Take the τ of the profile on the right."""
+        """Use the τ of the profile on the right."""
         if self.tuning.profiles.model.others:
             column = self.tuning.profiles.model.others[-1]
             self._take(column.profile, column.name)
@@ -138,7 +140,7 @@ class TuningActions:
             return None
 
     def __post_init__(self) -> None:
-        """Profiles that are remembered are offered from now on."""
+        """Start offering remembered profiles."""
         performers = self.tuning.evidence.performers
         offer = self.bar.offer_behind
         self.offers = ProfileOffers(self.document, performers, offer, self.tuning)
@@ -146,43 +148,44 @@ class TuningActions:
     # -- frames that do not count -------------------------------------------------------------
 
     def leave_out_interval(self) -> None:
-        """Leave the frames of the selected interval out."""
+        """Leave the frames of the selected interval out of tuning."""
         if (judged := self.document.interval) is None:
-            self.bar.show_message(tr("Select an interval first (N goes to the next)."), False)
+            self.bar.show_message(tr("Select an interval first. N goes to the next one."), False)
         else:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
     def leave_out_visible(self, ends: tuple[float, float]) -> None:
-        """Leave out what the plots show, unless that is all of the clip."""
+        """Leave out the visible frames, unless that is the whole clip."""
         start, stop = max(math.ceil(ends[0]), 0), min(math.floor(ends[1]) + 1, self.document.frames)
         if stop - start >= self.document.frames:
             self.bar.show_message(
-                tr("The plots show the whole clip: zoom to the frames to be left out first."), False
+                tr("The plots show the whole clip. Zoom to the frames that you want to leave out."),
+                False,
             )
         else:
             self.leave_out(start, stop)
 
     def leave_out(self, start: int, stop: int) -> None:
-        """Leave frames out of tuning, besides those that are: one step, part of the session."""
+        """Leave more frames out of tuning, as one step that is part of the session."""
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
         first, last = (frame + self.document.first_frame for frame in (start, stop))
         if wanted == before:
-            told = tr("Frames {first}–{last} are left out already.", first=first, last=last)
-            self.bar.show_message(told, False)
+            message = tr("Frames {first}–{last} are left out already.", first=first, last=last)
+            self.bar.show_message(message, False)
         elif self.document.do(LeaveOut(wanted)):
-            told = tr("Frames {first}–{last} do not count in tuning.", first=first, last=last)
-            self.bar.show_message(told, False)
+            message = tr("Frames {first}–{last} are left out of tuning.", first=first, last=last)
+            self.bar.show_message(message, False)
 
     def take_all_in(self) -> None:
-        """Leave none out but blends at the clip's ends."""
+        """Use all frames except blends at the clip's ends."""
         if self.document.review.state.left_out and self.document.do(LeaveOut(())):
-            self.bar.show_message(tr("All frames of the capture count in tuning."), False)
+            self.bar.show_message(tr("All frames of the capture are used for tuning."), False)
 
     # -- the folder ---------------------------------------------------------------------------
 
     def profile_to_folder(self) -> None:
-        """Analyse the open folder again with the present τ; its clips open with it."""
+        """Analyse the open folder again with the current τ, which its clips then use."""
         if self.document.data is None or self.queue.folder is None:
             self.bar.show_message(tr("Open a folder first (Ctrl+Shift+O)."), False)
             return
@@ -194,8 +197,8 @@ class TuningActions:
         self.queue.use_profile(Profile(dict(state.tau), state.method), name)
         self.bar.show_message(
             tr(
-                "{folder} is analysed again with the τ of {clip}; "
-                "clips with a session keep their own.",
+                "{folder} is being analysed again with the τ of {clip}. "
+                "Clips with a session keep their own τ.",
                 folder=self.queue.folder.name,
                 clip=clip,
             ),

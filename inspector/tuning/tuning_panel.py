@@ -1,4 +1,4 @@
-"""The tuning tab: τ of the selected chain, and pages of its costs, of all chains, and of why."""
+"""The tuning tab: τ of the selected chain, and pages of costs, profiles and verdicts."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from inspector.widgets.later import Burst, Latest, Stale
 from inspector.widgets.theme import Colours
 from twistcore.tuning import Tuned, tuned
 
-_SHORT = {  # on buttons, which stand where it is plain what they are about
+_SHORT = {  # short texts for buttons
     "tau_for_chain": tr("Chain"),
     "tau_for_segment": tr("Both sides"),
     "tau_for_all": tr_as("chains", "All"),
@@ -46,7 +46,7 @@ _SAME = 0.006  # degrees: the box has two decimals
 
 
 class Scope(StrEnum):
-    """Which chains a τ is set for."""
+    """The chains that τ is set for."""
 
     CHAIN = "chain"
     SEGMENT = "segment"
@@ -54,7 +54,7 @@ class Scope(StrEnum):
 
 
 class TuningPanel(QWidget):
-    """Draws the document and what `costs` knows of it; asks the document for another τ."""
+    """The panel that shows and sets τ."""
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class TuningPanel(QWidget):
     # -- building -----------------------------------------------------------------------------
 
     def _build(self, colours: Colours) -> None:
-        self.hint = hint(tr("Open a clip to see what every τ costs it."))
+        self.hint = hint(tr("Open a clip to see the cost of every τ."))
         self._pages = QStackedLayout(self)
         self._pages.addWidget(self.hint)
         content = QWidget()
@@ -101,7 +101,7 @@ class TuningPanel(QWidget):
         self.box = QDoubleSpinBox(decimals=2, prefix="τ ", suffix="°")
         self.box.setRange(SMALLEST_TAU, LARGEST_TAU)
         self.box.setStepType(QDoubleSpinBox.StepType.AdaptiveDecimalStepType)
-        self.box.setAccessibleName(tr("τ of the chains that are chosen"))
+        self.box.setAccessibleName(tr("τ of the chosen chains"))
         self.box.setKeyboardTracking(False)
         self.box.setAlignment(Qt.AlignmentFlag.AlignRight)
         self.box.valueChanged.connect(
@@ -133,7 +133,7 @@ class TuningPanel(QWidget):
         self.tabs.addTab(self.verdicts, tr("Verdicts"))
         last = self.tabs.addTab(
             self.confidence, tr("Conf.")
-        )  # in a window of 1024 there is no more room
+        )  # short, to fit into a window of 1024 pixels
         self.tabs.setTabToolTip(last, tr("Confidence, learned from verdicts"))
         self.tabs.currentChanged.connect(self._stale.mark_all)
         self.tabs.currentChanged.connect(self._watch_verdicts)
@@ -145,9 +145,9 @@ class TuningPanel(QWidget):
     # -- following the document ---------------------------------------------------------------
 
     def set_seen(self, seen: bool) -> None:
-        """Only what is looked at is measured and drawn.
+        """Measure and draw only while the tab is visible.
 
-        Told by the dock: behind another tab it is not hidden in Qt's sense, only out of sight.
+        The dock calls this, because Qt does not hide a panel behind another tab.
         """
         self._seen = seen
         self._watch()
@@ -156,7 +156,7 @@ class TuningPanel(QWidget):
 
     @property
     def _blind(self) -> bool:
-        """An exercise: strengths, costs and recall would tell what was hidden."""
+        """True in an exercise, where strength, cost and recall would reveal the errors."""
         return self._document.data is not None and self._document.data.blind
 
     def _watch(self) -> None:
@@ -164,12 +164,12 @@ class TuningPanel(QWidget):
         self._watch_verdicts()
 
     def _watch_verdicts(self) -> None:
-        """Verdicts are counted while somebody looks at what they say."""
+        """Count verdicts only while one of their pages is visible."""
         looked_at = self.tabs.currentWidget() in (self.verdicts, self.confidence)
         self.evidence.watch(self._seen and looked_at and not self._blind)
 
     def refresh(self) -> None:
-        """Draw what has changed now."""
+        """Apply pending changes."""
         anything, everything = self._stale.take()
         if not (anything and self._seen):
             return
@@ -177,7 +177,7 @@ class TuningPanel(QWidget):
         ready = document.data is not None and bool(document.chain) and not self._blind
         self._pages.setCurrentIndex(int(ready))
         if document.data is not None and not ready:
-            none = tr("No chain in this skeleton: there is no τ to tune.")
+            none = tr("This skeleton has no chain, so there is no τ to tune.")
             self.hint.setText(BLIND if self._blind else none)
         self._enable(ready)
         if not ready:
@@ -187,7 +187,7 @@ class TuningPanel(QWidget):
             self.curves.show_chain()
         degrees = self._degrees()
         self.curves.show_tau(degrees, held=bool(self._drag))
-        if abs(self.box.value() - degrees) > _SAME:  # else a number being typed would be lost
+        if abs(self.box.value() - degrees) > _SAME:  # do not overwrite a number being typed
             with QSignalBlocker(self.box):
                 self.box.setValue(degrees)
         self.verdicts.show_tau(degrees, held=bool(self._drag))
@@ -205,20 +205,20 @@ class TuningPanel(QWidget):
     def _degrees(self) -> float:
         return float(np.degrees(self._document.review.state.tau[self._document.chain]))
 
-    # -- what the person does -----------------------------------------------------------------
+    # -- input --------------------------------------------------------------------------------
 
     def set_scope(self, scope: Scope) -> None:
-        """τ is set for the selected chain, its segment on both sides, or all."""
+        """Choose whether τ is set for the chain, its segment on both sides, or all chains."""
         self.scope = scope
         self._stale.mark()
 
     def chains_in_scope(self) -> tuple[str, ...]:
-        """Names of the chains that a τ is set for."""
+        """Return the names of the chains that τ is set for."""
         data = self._document.data
         if data is None or not self._document.chain:
             return ()
         own = self._document.find_chain(self._document.chain)
-        # τ of a limb or a twist bone is another quantity than that of a chain.
+        # τ has a different meaning for chains, limbs and twist bones.
         alike = [c for c in data.chains_and_limbs if type(c) is type(own)]
         if self.scope == Scope.ALL:
             return tuple(c.name for c in alike)
@@ -227,7 +227,7 @@ class TuningPanel(QWidget):
         return (own.name,)
 
     def set_tau_degrees(self, degrees: float, drag: int = 0) -> None:
-        """Set τ of the chains in scope."""
+        """Set τ of the chains in scope, in degrees."""
         degrees = min(max(round(degrees, 2), SMALLEST_TAU), LARGEST_TAU)
         tau = float(np.radians(degrees))
         self._document.set_taus(dict.fromkeys(self.chains_in_scope(), tau), drag)
@@ -239,7 +239,7 @@ class TuningPanel(QWidget):
         self._latest.ask(lambda: self.set_tau_degrees(degrees, drag))
 
     def _give_up(self) -> None:
-        """Another clip: a hand on a τ line holds the last one's."""
+        """Cancel a drag, because its clip was closed."""
         self._latest.forget()
         self._drag = 0
         for plot in self.findChildren(TauPlot):
@@ -251,13 +251,13 @@ class TuningPanel(QWidget):
         self._stale.mark()
 
     def suggest(self) -> None:
-        """τ of the chains in scope: what each one's own curve speaks for; one step."""
+        """Set the suggested τ of every chain in scope, as one step."""
         curves = self.costs.curves
         tau = {n: self.wishes.suggested(curves[n]) for n in self.chains_in_scope() if n in curves}
         self._document.set_taus(tau)
 
     def tuned(self) -> dict[str, Tuned]:
-        """The present τ of every chain, with what it costs as far as that is known."""
+        """Return the current τ of every chain, with its cost if known."""
         data = self._document.data
         if data is None:
             return {}
@@ -270,12 +270,12 @@ class TuningPanel(QWidget):
         return out
 
     def show_beside(self, others: Sequence[Column]) -> None:
-        """Other profiles in the table: none, one beside the present τ, or two instead of it."""
+        """Compare with no profile, with one, or show two instead of the current τ."""
         self.profiles.show_beside(others)
         self._look_at_profiles()
 
     def show_both(self, both: bool) -> None:
-        """Both detectors with their own τ and costs, or τ as it is."""
+        """Show the table of both detectors, or the table of τ."""
         self.profiles.show_both(both)
         self._look_at_profiles()
 

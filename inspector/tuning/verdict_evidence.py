@@ -1,4 +1,4 @@
-"""What has been decided of the open clip and its folder, counted off the GUI thread."""
+"""Counts the verdicts in the open clip and its folder in the background."""
 
 from __future__ import annotations
 
@@ -27,17 +27,17 @@ from twistcore.tuning.verdicts_of import JudgedClip, judged_clip, judged_in
 from twistcore.work.progress import Tell
 
 CLIP, FOLDER, RIG = tr("This clip"), tr("Folder"), tr("This rig")
-_SETTLE_MS = 400  # verdicts come one after the other: count when the hand rests
+_SETTLE_MS = 400  # wait until a series of verdicts has ended
 
-_Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, its age, and the performer
+_Known = dict[tuple[Path, int, str], JudgedClip | str]  # by session, its time, and the performer
 
 
 @dataclass(frozen=True, eq=False)
 class Scope:
-    """Whose verdicts: some clips', of all chains or of one.
+    """A group of verdicts: of some clips, in all chains or in one.
 
-    found: what they suggest for all their chains; suggestion: what for the one; curve: precision
-    and recall over τ.
+    found: the suggestion for all chains; suggestion: for the single chain; curve: precision and
+    recall over τ.
     """
 
     name: str
@@ -50,9 +50,10 @@ class Scope:
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """scopes: the narrow ones first, then chains; learnt: by performer or rig, of the clip's kind.
+    """The counted verdicts.
 
-    skipped: clips of the folder with a session that says nothing here, and why.
+    scopes: from narrow to wide, then chains; learnt: learned profiles by scope; skipped: why clips
+    of the folder were left out.
     """
 
     scopes: tuple[Scope, ...]
@@ -61,7 +62,7 @@ class Evidence:
 
 
 class VerdictEvidence(QObject):
-    """Follows the open clip while `watching`; views listen to `changed`."""
+    """Counts the verdicts of the open clip while a view watches."""
 
     changed = Signal()
 
@@ -71,8 +72,8 @@ class VerdictEvidence(QObject):
         self.performers = Performers()
         self.present: Evidence | None = None
         self.trouble = ""
-        self._known: _Known = {}
-        self._said: tuple[object, ...] = ()
+        self._cache: _Known = {}
+        self._state: tuple[object, ...] = ()
         self._watching = False
         self._task = OneTask(self)
         self._settle = QTimer(self, singleShot=True, interval=_SETTLE_MS)
@@ -83,31 +84,31 @@ class VerdictEvidence(QObject):
 
     @property
     def running(self) -> bool:
-        """Whether other numbers are still to come."""
+        """True while verdicts are being counted."""
         return self._task.running or self._settle.isActive()
 
     @property
-    def _wanted(self) -> tuple[float, float]:
-        """What an alarm may cost, a share of the errors; the smallest looked for, radians."""
+    def _terms(self) -> tuple[float, float]:
+        """The cost of an alarm (share of the errors) and the smallest error to find (radians)."""
         return self._wishes.points / 100.0, math.radians(self._wishes.smallest_degrees)
 
     def watch(self, on: bool) -> None:
-        """Count from now on, as somebody looks; or stop."""
+        """Start or stop counting, depending on whether a view is visible."""
         self._watching = on
         if on:
             self._check()
         else:
             self._settle.stop()
             self._task.cancel()
-            self._said = ()
+            self._state = ()
 
-    def again(self) -> None:
-        """Somebody else performs the clip now."""
-        self._said = ()
+    def count_again(self) -> None:
+        """Count again, because the performer has changed."""
+        self._state = ()
         self._check()
 
     def _forget(self) -> None:
-        self.present, self._said, self.trouble = None, (), ""
+        self.present, self._state, self.trouble = None, (), ""
         self._check()
         self.changed.emit()
 
@@ -117,9 +118,9 @@ class VerdictEvidence(QObject):
             return
         state = self._document.review.state
         here = data.clip, state.method, state.rig, dict(state.tau), state.left_out
-        said = (*here, self._wanted, state.intervals)
-        if said != self._said:
-            self._said = said
+        now = (*here, self._terms, state.intervals)
+        if now != self._state:
+            self._state = now
             self._task.cancel()
             self._settle.start()
             self.changed.emit()
@@ -129,12 +130,12 @@ class VerdictEvidence(QObject):
         if data is None or not self._watching:
             return
         state = self._document.review.state
-        work = partial(_counted, data, state, self._wanted, self.performers, dict(self._known))
+        work = partial(_counted, data, state, self._terms, self.performers, dict(self._cache))
         self._task.run(work, self._take, self._fail)
         self.changed.emit()
 
     def _take(self, result: tuple[Evidence, _Known]) -> None:
-        self.present, self._known = result
+        self.present, self._cache = result
         self.trouble = ""
         self.changed.emit()
 
@@ -152,7 +153,7 @@ def _counted(
     known: _Known,
     tell: Tell,
 ) -> tuple[Evidence, _Known]:
-    """In a thread: nothing here changes the review or the clip; what is known of this folder."""
+    """Count the verdicts in a thread; return the evidence and the cache of this folder."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped, still = [], [], _Known()
     folder = clips_in(data.clip.path.parent)
@@ -170,7 +171,7 @@ def _counted(
         if isinstance(judged, str):
             skipped.append(judged)
         elif judged.method != state.method:
-            other = tr("{clip} is judged on what the other detector lists", clip=path.name)
+            other = tr("{clip} was reviewed with another detector", clip=path.name)
             skipped.append(other)
         else:
             others.append(judged)

@@ -1,4 +1,4 @@
-"""The page of what was decided: precision and recall of τ, and the τ that this speaks for."""
+"""The page of verdicts: precision and recall of τ, and the suggested τ."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ from inspector.widgets.tables import RowModel, RowTable, TableRow
 from inspector.widgets.theme import Colours
 from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, verdict_score
 
-NARROW = 420  # pixels of a page's width
+NARROW = 420  # page width in pixels
 _NOTHING = tr(
-    "Nothing is decided yet. Accept (A) or reject (R) intervals in the list: from "
-    "{n} accepted ones on, in this clip and in sessions beside its folder's other "
-    "clips, your verdicts suggest a τ.",
+    "Nothing is decided yet. Accept (A) or reject (R) intervals in the list. After "
+    "{n} accepted intervals in this clip and in the sessions of its folder, your "
+    "verdicts suggest a τ.",
     n=ENOUGH_ERRORS,
 )
 
 
 @dataclass(frozen=True)
 class ScopeLine:
-    """A scope as it is shown."""
+    """A scope as a row of the table."""
 
     name: str
     texts: tuple[str, ...]
@@ -39,57 +39,57 @@ class ScopeLine:
 
 
 class ScopeModel(RowModel[ScopeLine]):
-    """A row a scope."""
+    """A table with a row for each scope."""
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
-        tr("Whose intervals; of a chain, in all clips of this rig"),
-        tr("Accepted: errors"),
-        tr("Rejected: natural motion"),
-        tr("Of what is found at the present τ, the share that was accepted"),
-        tr("Of what was accepted, the share that is found at the present τ"),
-        tr("The τ that the verdicts speak for"),
+        tr("The group of verdicts. A chain counts in all clips of this rig."),
+        tr("Accepted intervals: errors"),
+        tr("Rejected intervals: natural motion"),
+        tr("The share of intervals found at the current τ that you accepted"),
+        tr("The share of accepted intervals that is found at the current τ"),
+        tr("The τ that the verdicts suggest"),
     )
     right = (1, 2, 3, 4, 5)
 
     def key(self, thing: ScopeLine) -> str:
-        """Its name."""
+        """Return the scope's name."""
         return thing.name
 
     def describe(self, thing: ScopeLine) -> TableRow:
-        """What is short in it is said in the tip."""
+        """Return a row with a tooltip."""
         return TableRow(thing.texts, tips=(thing.tip,))
 
     def take(
         self, scopes: Sequence[Scope], tau: Mapping[str, float], label: Mapping[str, str]
     ) -> None:
-        """Scopes at the present τ, radians by chain; label: what chains are called."""
+        """Show scopes at the current τ, radians by chain; label: displayed names of chains."""
         self.show([_line(s, tau, label) for s in scopes])
 
 
 def suggestion_of(scope: Scope) -> Suggestion | None:
-    """What a scope suggests: for its chain, or for all chains together."""
+    """Return the suggestion of a scope, for its chain or for all chains."""
     if scope.chain or scope.found is None:
         return scope.suggestion
     return scope.found.common
 
 
 def _line(scope: Scope, tau: Mapping[str, float], label: Mapping[str, str]) -> ScopeLine:
-    told = verdict_score(scope.clips, tau, scope.chain or None)
+    score = verdict_score(scope.clips, tau, scope.chain or None)
     suggestion = suggestion_of(scope)
     name = label.get(scope.chain, scope.name)
     clips = sum(bool(c.verdicts) for c in scope.clips)
     texts = (
         name,
-        str(told.errors),
-        str(told.natural),
-        _share(told.precision),
-        _share(told.recall),
+        str(score.errors),
+        str(score.natural),
+        _share(score.precision),
+        _share(score.recall),
         f"{math.degrees(suggestion.tau):.2f}°" if suggestion else "–",
     )
-    n = told.errors + told.natural
+    n = score.errors + score.natural
     tip = [tr("{whose}: {n} verdicts in {clips} clips", whose=name, n=n, clips=clips)]
-    for what, share in ((tr("Precision"), told.precision), (tr("Recall"), told.recall)):
+    for what, share in ((tr("Precision"), score.precision), (tr("Recall"), score.recall)):
         tip.append(_between(f"{what} {_share(share)}", *_ends(share)))
     if suggestion:
         ends = (f"{math.degrees(tau):.2f}°" for tau in (suggestion.low, suggestion.high))
@@ -111,12 +111,12 @@ def _ends(share: tuple[float, float, float]) -> tuple[str, str]:
 
 def _between(what: str, low: str, high: str) -> str:
     return tr(
-        "{what}, between {low} and {high} with a certainty of 90 %", what=what, low=low, high=high
+        "{what}, between {low} and {high} with 90 % confidence", what=what, low=low, high=high
     )
 
 
 def needed_words(scope: Scope) -> str:
-    """What has to be decided before a scope suggests a τ."""
+    """Return a sentence about the verdicts that a scope needs to suggest τ."""
     errors, own = scope.curve.needed
     parts = []
     if errors and scope.chain:
@@ -129,21 +129,24 @@ def needed_words(scope: Scope) -> str:
         )
     elif errors:
         parts.append(plural("{n} more accepted interval", "{n} more accepted intervals", errors))
-    if own and scope.chain:  # elsewhere these are among the accepted ones
+    if own and scope.chain:  # in other scopes these are among the accepted ones
         parts.append(
             plural("{n} more verdict on this chain", "{n} more verdicts on this chain", own)
         )
     what = tr(" and ").join(parts)
     several = 2 if len(parts) > 1 else max(errors, own)
     return plural(
-        "{what} is needed here for a τ.", "{what} are needed here for a τ.", several, what=what
+        "{what} is needed to suggest a τ here.",
+        "{what} are needed to suggest a τ here.",
+        several,
+        what=what,
     )
 
 
 class VerdictPage(QWidget):
-    """Draws the evidence for the present τ; asks the document for another."""
+    """The page of verdicts; `asked` emits another τ."""
 
-    asked = Signal(float, bool)  # degrees for the selected chain; True while a drag goes on
+    asked = Signal(float, bool)  # degrees for the selected chain; True during a drag
     dropped = Signal()
 
     def __init__(self, document: Document, evidence: VerdictEvidence, colours: Colours) -> None:
@@ -169,27 +172,27 @@ class VerdictPage(QWidget):
         self.table.selectionModel().currentRowChanged.connect(self._choose)
         self.plot = PrecisionPlot(self._colours)
         self.plot.setAccessibleName(tr("Precision and recall against τ"))
-        self.plot.setToolTip(tr("Drag the τ line, or double click where it should be"))
+        self.plot.setToolTip(tr("Drag the τ line, or double-click to set τ."))
         self.plot.asked.connect(self.asked)
         self.plot.dropped.connect(self.dropped)
         self.legend, self.words = Caption(), Caption(soft=True)
         self.use = tool_button(tr("Use"), "", flat=False)
         self.use.clicked.connect(self.take)
-        told = hbox((self.words, 1), self.use, spacing=6)
-        parts = (self.table, 2), self.legend, (self.plot, 3), told
+        foot = hbox((self.words, 1), self.use, spacing=6)
+        parts = (self.table, 2), self.legend, (self.plot, 3), foot
         vbox(*parts, owner=content, margins=(0, 4, 0, 0), spacing=2)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Where room is short, sentences are a line whose tip tells the rest."""
+        """Shorten sentences to a line with a tooltip if room is short."""
         super().resizeEvent(event)
         self.words.set_short(self.width() < NARROW)
         self._show_scope()
 
-    # -- what is chosen -----------------------------------------------------------------------
+    # -- the chosen scope ---------------------------------------------------------------------
 
     @property
     def scope(self) -> Scope | None:
-        """Whose verdicts are shown."""
+        """The chosen scope, or the first."""
         present = self._evidence.present
         scopes = present.scopes if present else ()
         return next((s for s in scopes if s.name == self._scope), next(iter(scopes), None))
@@ -204,10 +207,10 @@ class VerdictPage(QWidget):
         if at.isValid():
             self.show_scope(self.model.things[at.row()].name)
             if (scope := self.scope) is not None and scope.chain in self._labels:
-                self._document.select_chain(scope.chain)  # whose τ the line is
+                self._document.select_chain(scope.chain)  # the τ line belongs to it
 
     def suggested(self) -> dict[str, float]:
-        """τ by chain, radians, that the scope shown suggests for chains of the clip."""
+        """Return the τ that the chosen scope suggests, radians by chain."""
         scope, data = self.scope, self._document.data
         if scope is None or data is None:
             return {}
@@ -220,13 +223,13 @@ class VerdictPage(QWidget):
         return {name: t for name, t in given.items() if t is not None}
 
     def take(self) -> None:
-        """Detect with the τ that is suggested: one step."""
+        """Detect with the suggested τ, as one step."""
         self._document.set_taus(self.suggested())
 
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Draw what is known now."""
+        """Update the page."""
         evidence, document = self._evidence, self._document
         present = evidence.present
         scopes = present.scopes if present else ()
@@ -255,7 +258,7 @@ class VerdictPage(QWidget):
         return {c.name: of_core(c.label) for c in data.chains} if data else {}
 
     def show_tau(self, degrees: float, *, held: bool) -> None:
-        """The present τ of the selected chain."""
+        """Show the current τ of the selected chain."""
         self.plot.show_tau(degrees, held=held and self.plot.tau_line.moving)
 
     def _show_scope(self) -> None:
@@ -276,29 +279,32 @@ class VerdictPage(QWidget):
             legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))
         self.legend.set_text(" &nbsp; ".join(legend))
         self.plot.setAccessibleDescription(plain_text(self.legend.text()))
-        self.words.set_plain(self._said(scope, self._labels.get))
+        self.words.set_plain(self._description(scope, self._labels.get))
         tau = self.suggested()
         now = self._document.review.state.tau
         self.use.setEnabled(any(abs(now[name] - t) > 1e-6 for name, t in tau.items()))
         label = self._labels.get(scope.chain, scope.chain)
         self.use.setToolTip(
-            as_tip(tr("Detect with the suggested τ in {chain}, one step", chain=label))
+            as_tip(tr("Detect with the suggested τ in {chain}", chain=label))
             if label
-            else tr("Detect with the suggested τ in {n} chains, one step", n=len(tau))
+            else tr("Detect with the suggested τ in {n} chains", n=len(tau))
         )
 
-    def _said(self, scope: Scope, label: Callable[[str], str | None]) -> str:
+    def _description(self, scope: Scope, label: Callable[[str], str | None]) -> str:
         evidence = self._evidence
         if evidence.trouble:
             return evidence.trouble
         if suggestion_of(scope) is None:
-            told = needed_words(scope)
+            text = needed_words(scope)
         elif scope.found is not None:
-            told = " ".join(map(of_core, scope.found.words(lambda name: label(name) or name)))
+            text = " ".join(map(of_core, scope.found.words(lambda name: label(name) or name)))
         else:
-            told = tr("What this chain alone suggests; the rows above say if all may share one.")
+            text = tr(
+                "This τ is for the chain alone. The rows above show whether all chains can share a "
+                "τ."
+            )
         skipped = evidence.present.skipped if evidence.present else ()
         if skipped:
             some = "; ".join(skipped[:2]) + " …" * (len(skipped) > 2)
-            told += " " + tr("Left out: {clips}.", clips=some)
-        return f"{told} {tr('Counting …')}" if evidence.running else told
+            text += " " + tr("Left out: {clips}.", clips=some)
+        return f"{text} {tr('Counting …')}" if evidence.running else text

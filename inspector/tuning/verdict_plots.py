@@ -1,4 +1,4 @@
-"""What verdicts say: precision and recall over τ with bands, how reliable confidence is."""
+"""Plots of verdicts: precision and recall over τ, and the reliability of confidence."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve
 
 _AXIS_WIDTH, _AXIS_HEIGHT = 44, 18
 _NONE: tuple[list[float], list[float]] = ([], [])
-_ALPHA = 45  # of bands
+_ALPHA = 45  # opacity of bands
 _SMALLEST_DOT, _LARGEST_DOT = 5.0, 14.0  # pixels
 
 
 class PrecisionPlot(TauPlot):
-    """Precision and recall of every τ, with where they lie; a triangle where τ is suggested.
+    """Precision and recall over τ with bands; a triangle marks the suggested τ.
 
-    Left of the dashed line nobody has looked: precision is not drawn there.
+    Below the dashed line nothing was reviewed, so precision is not drawn there.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -59,7 +59,7 @@ class PrecisionPlot(TauPlot):
             line.setPen(pg.mkPen(None))
 
     def show_curve(self, curve: VerdictCurve | None, suggestion: Suggestion | None) -> None:
-        """The curve of a scope, and what it suggests; None where nothing is decided in it."""
+        """Show the curve and the suggestion of a scope; None: nothing is decided."""
         self.touch()
         self.between.setVisible(suggestion is not None)
         self.mark.setData([], [])
@@ -86,21 +86,21 @@ class PrecisionPlot(TauPlot):
 
 
 class _ShareAxis(Axis):
-    """From 0 to 1 in fifths."""
+    """An axis from 0 to 1 with steps of 0.2."""
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """0, 0.2, … 1."""
+        """Return the tick values."""
         return [(0.2, [float(v) for v in np.linspace(0.0, 1.0, 6)])]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """As the table has confidences."""
+        """Return the values with one decimal."""
         return [f"{v:.1f}" for v in values]
 
 
 class ReliabilityPlot(Canvas):
-    """The share accepted against the confidence, before and after learning; the diagonal is right.
+    """The accepted share against the confidence, before and after learning; the diagonal is ideal.
 
-    The larger a dot, the more intervals; its line tells where the share lies.
+    A larger dot stands for more intervals; its line is the interval of the share.
     """
 
     def __init__(self, colours: Colours) -> None:
@@ -131,11 +131,11 @@ class ReliabilityPlot(Canvas):
         self.touch()
 
     def show_reliability(self, before: Reliability | None, after: Reliability | None) -> None:
-        """Both, or none."""
-        for told, dots, lines in zip(
+        """Show the reliability before and after learning, or nothing."""
+        for found, dots, lines in zip(
             (before, after), (self.before, self.after), self.lines, strict=True
         ):
-            bins = told.bins if told else ()
+            bins = found.bins if found else ()
             most = max((b.count for b in bins), default=1)
             sizes = [
                 _SMALLEST_DOT + (_LARGEST_DOT - _SMALLEST_DOT) * (b.count / most) ** 0.5

@@ -1,4 +1,4 @@
-"""What a person wants of a suggested τ: settings, remembered from one run to the next."""
+"""A person's settings for a suggested τ."""
 
 from __future__ import annotations
 
@@ -7,12 +7,20 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QObject, Signal
 
-from inspector.session.settings import Settings
+from inspector.session import settings_checks as checks
+from inspector.session.settings import FeatureSetting, Settings
 from twistcore.tuning import SharedTau, TauCurve, shared_tau
+
+MOST_DRAWS = 50  # of errors, to measure what τ costs
+# Points of FSR that a false alarm may cost, degrees of the smallest errors looked for, and draws of
+# errors to measure with.
+POINTS = FeatureSetting("alarm_points", 5.0, checks.number_between(0.0, 100.0))
+SMALLEST = FeatureSetting("smallest_error", 2.0, checks.number_between(0.1, 180.0))
+DRAWS = FeatureSetting("error_draws", 3, checks.whole_between(1, MOST_DRAWS))
 
 
 class Wishes(QObject):
-    """The price of a false alarm, the smallest errors looked for, how many draws of errors."""
+    """The cost of a false alarm, the smallest error to find, and the number of draws."""
 
     changed = Signal()
 
@@ -22,18 +30,18 @@ class Wishes(QObject):
 
     @property
     def points(self) -> float:
-        """Points of FSR that one false alarm a clip or minute may cost."""
-        return self._settings.alarm_points
+        """The cost of one false alarm per clip or minute, in points of FSR."""
+        return POINTS.of(self._settings)
 
     @property
     def smallest_degrees(self) -> float:
-        """Errors below are not looked for."""
-        return self._settings.smallest_error
+        """The smallest error to find, degrees."""
+        return SMALLEST.of(self._settings)
 
     @property
     def draws(self) -> int:
-        """Of errors, for every chain and protocol."""
-        return self._settings.error_draws
+        """The number of draws of errors for every chain and protocol."""
+        return DRAWS.of(self._settings)
 
     def wish(
         self,
@@ -42,22 +50,24 @@ class Wishes(QObject):
         smallest_degrees: float | None = None,
         draws: int | None = None,
     ) -> None:
-        """Want something else; what is not named stays."""
+        """Change some of the settings."""
         settings = self._settings
         before = self.points, self.smallest_degrees, self.draws
-        settings.alarm_points = self.points if points is None else points
+        if points is not None:
+            POINTS.put(settings, points)
         if smallest_degrees is not None:
-            settings.smallest_error = smallest_degrees
-        settings.error_draws = self.draws if draws is None else draws
+            SMALLEST.put(settings, smallest_degrees)
+        if draws is not None:
+            DRAWS.put(settings, draws)
         if before != (self.points, self.smallest_degrees, self.draws):
             self.changed.emit()
 
     def suggested(self, curve: TauCurve) -> float:
-        """τ in radians that a curve speaks for."""
+        """Return the τ that a curve suggests, radians."""
         return curve.suggested(*self._terms)
 
     def shared(self, curves: Mapping[str, TauCurve]) -> SharedTau | None:
-        """Whether one τ does for all chains."""
+        """Return the common τ for all chains, or None."""
         return shared_tau(curves, *self._terms)
 
     @property

@@ -1,1 +1,1 @@
-"""A witness video beside the 3D view: reading it, and the panel that shows it."""
+"""The witness video next to the 3D view: its reader and its panel."""

@@ -22,20 +22,20 @@ from inspector.video.video_reader import SUFFIXES
 
 
 class Video(FeatureParts):
-    """The panel with the video of the present clip, and what its actions do."""
+    """The panel with the open clip's video, and its actions."""
 
     def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
         self.video = VideoPanel(window.document, colours, window.settings, actions)
 
     def connect(self, window: HostWindow) -> None:
-        """Show the dock when a clip has a video."""
+        """Build the actions, and show the dock when a clip has a video."""
         dock = window.docks["video"]
         self.video_actions = VideoActions(window.document, self.video, dock, window)
         self.video.restored.connect(self.video_actions.show_dock)
 
     def take(self, path: Path) -> bool:
-        """Show a video that was dropped next to the present clip."""
+        """Show a dropped video next to the open clip; False for other files."""
         if is_video := path.suffix.lower() in SUFFIXES:
             self.video_actions.show_video(path)
         return is_video
@@ -49,15 +49,15 @@ class Video(FeatureParts):
 _FILE: tuple[ActionRow[Video] | None, ...] = (
     None,
     ActionSpec("open_video", tr("Open witness video…"), ("Ctrl+Shift+V",),
-               tr("A video of the same take beside the 3D view"),
+               tr("Show a video of the same take next to the 3D view"),
                needs="clip", do=lambda p: p.video_actions.open_video()),
-    ActionSpec("close_video", tr("Close the video"), (), tr("Forget this clip's video"),
+    ActionSpec("close_video", tr("Close the video"), (), tr("Remove the video from this clip"),
                needs="clip", do=lambda p: p.video_actions.close_video()),
 )
 _GO: tuple[ActionRow[Video] | None, ...] = (
     None,
     Switch("hold_video", tr("Hold the video"), ("W",),
-           tr("It stands still; move the playhead to the same moment and release"),
+           tr("Stop the video, move the playhead to the same moment, and release the video"),
            turn=lambda p, on: p.video.set_hold(on)),
 )
 # fmt: on

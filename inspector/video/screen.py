@@ -1,4 +1,4 @@
-"""Where the video is seen: a picture that keeps its aspect, or a sentence."""
+"""The widget that shows the video's picture, or a message."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from inspector.widgets.theme import Colours
 
 
 class Screen(QWidget):
-    """A picture as large as it fits, or a sentence."""
+    """A picture as large as the widget allows, or a message."""
 
     resized = Signal()
 
@@ -21,36 +21,36 @@ class Screen(QWidget):
         colours.changed.connect(self._colour)
         self.image: QImage | None = None
         self.text = text
-        self._tell()
+        self._name_picture()
         self.setMinimumSize(160, 90)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def sizeHint(self) -> QSize:
-        """Room for a picture of 16:9."""
+        """Return a size for a picture of 16:9."""
         return QSize(320, 180)
 
     def show_image(self, image: QImage | None, text: str = "") -> None:
-        """Show a picture, or a sentence where there is none."""
+        """Show a picture, or a message without one."""
         self.image, self.text = image, text
         self.update()
-        self._tell()
+        self._name_picture()
 
-    def _tell(self) -> None:
-        """To a screen reader: the sentence, or that there is a picture."""
-        told = self.text if self.image is None else tr("Picture of the video")
-        if told != self.accessibleName():
-            self.setAccessibleName(told)
+    def _name_picture(self) -> None:
+        """Give screen readers the message, or the name of the picture."""
+        name = self.text if self.image is None else tr("Picture of the video")
+        if name != self.accessibleName():
+            self.setAccessibleName(name)
 
     def pixels(self) -> tuple[int, int]:
-        """Width and height in the screen's own pixels."""
+        """Return width and height in physical pixels."""
         ratio = self.devicePixelRatioF()
         return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
 
     def picture_rect(self) -> QRectF:
-        """Where the picture lies: its aspect kept, in the middle, on whole pixels of the screen."""
+        """Return the picture's rectangle: centred, on whole pixels, with its aspect ratio."""
         assert self.image is not None
         (across, down), image = self.pixels(), self.image
-        scale = min(across / image.width(), down / image.height())  # 1 if it was decoded for this
+        scale = min(across / image.width(), down / image.height())  # 1 if decoded for this size
         width, height = round(scale * image.width()), round(scale * image.height())
         left, top = (across - width) // 2, (down - height) // 2
         ratio = self.devicePixelRatioF()
@@ -60,7 +60,7 @@ class Screen(QWidget):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """The picture between bars of the theme's colour."""
+        """Paint the picture, or the message."""
         painter = QPainter(self)
         painter.fillRect(self.rect(), QColor(self._colours.theme.surface))
         if self.image is not None:
@@ -73,6 +73,6 @@ class Screen(QWidget):
         painter.end()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Another size asks for other pixels."""
+        """Report the new size, so that the video is decoded for it."""
         super().resizeEvent(event)
         self.resized.emit()

@@ -1,4 +1,4 @@
-"""What the actions of the witness video do."""
+"""The actions of the witness video."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from inspector.widgets.file_dialog import ask_files
 
 @dataclass(eq=False)
 class VideoActions:
-    """Open and close the video of the present clip."""
+    """Opens and closes the video of the open clip."""
 
     document: Document
     video: VideoPanel
@@ -25,7 +25,7 @@ class VideoActions:
     window: QMainWindow
 
     def open_video(self) -> None:
-        """Ask for a video and show it beside the 3D view."""
+        """Ask for a video, and show it next to the 3D view."""
         if not self._may_open_video() or self.document.data is None:
             return
         patterns = " ".join(f"*{suffix}" for suffix in sorted(SUFFIXES))
@@ -38,20 +38,20 @@ class VideoActions:
         )
 
     def show_video(self, path: Path) -> None:
-        """Show a video beside the present clip."""
+        """Show a video next to the open clip."""
         if self._may_open_video():
             self.show_dock()
             self.video.open_video(path)
 
     def show_dock(self) -> None:
-        """Show the dock; where it lies beside the curves it takes a third of the width."""
+        """Show the dock; next to the curves it takes a third of the width."""
         if not self.dock.isVisible():
             self.dock.show()
             width = self.window.width() // 3
             self.window.resizeDocks([self.dock], [width], Qt.Orientation.Horizontal)
 
     def close_video(self) -> None:
-        """Take the video from the clip."""
+        """Remove the video from the clip."""
         self.video.close_video()
         self.dock.hide()
 
@@ -59,8 +59,8 @@ class VideoActions:
         if not can_play():
             self.document.message.emit(WANTS_PYAV, True)
         elif self.document.data is None:
-            told = tr("Open a clip first: a video belongs to one.")
-            self.document.message.emit(told, False)
+            message = tr("Open a clip first, then its video.")
+            self.document.message.emit(message, False)
         else:
             return True
         return False

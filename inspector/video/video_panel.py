@@ -1,4 +1,4 @@
-"""The witness video of a clip: it follows the playhead, held back or forth by an offset."""
+"""The panel of a clip's witness video, which follows the playhead with an offset in time."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from PySide6.QtWidgets import QToolButton, QWidget
 
 from inspector.language import tr, tr_as
 from inspector.session.document import Document
-from inspector.session.settings import FARTHEST_S, Settings
+from inspector.session.settings import Settings
+from inspector.video.remembered_videos import (
+    FARTHEST_S,
+    VIDEOS,
+    forget_video,
+    remember_video,
+)
 from inspector.video.screen import Screen
 from inspector.video.video_reader import Picture, VideoReader
 from inspector.widgets.background import OneTask, Task
@@ -27,13 +33,13 @@ BEFORE, AFTER = tr("before the video's start"), tr("after its end")
 
 
 class VideoPanel(QWidget):
-    """Picture, offset and hold.
+    """The video's picture, its offset in time, and the button that holds it.
 
-    The video's time is frame · Δt + offset, in seconds. While the video is held it stands still and
-    the playhead moves; on release the offset is what makes the two meet.
+    The video's time is frame · Δt + offset, in seconds. While the video is held, only the playhead
+    moves; on release the offset is set so that video and playhead show the same moment.
     """
 
-    restored = Signal()  # the clip that was opened has a video
+    restored = Signal()  # the opened clip has a video
 
     def __init__(
         self,
@@ -49,15 +55,15 @@ class VideoPanel(QWidget):
         self._offset = 0.0
         self._held: float | None = None
         self._task = OneTask(self)
-        self._size: tuple[int, int] | None = None  # for which the shown picture was made
+        self._size: tuple[int, int] | None = None  # size for which the picture was decoded
         self.display = Screen(colours, NO_VIDEO)
         self.offset = SignedBox(decimals=3, singleStep=0.001, suffix=" s")
         self.offset.setRange(-FARTHEST_S, FARTHEST_S)
         self.offset.setKeyboardTracking(False)
         self.offset.setAccessibleName(tr("Offset of the video"))
-        self.offset.setToolTip(tr("Seconds into the video at which the clip's first frame lies"))
+        self.offset.setToolTip(tr("Time in the video at which the clip begins, in seconds"))
         self.back = self._button("◀", tr("One video frame back"), lambda: self.nudge(-1))
-        self.forth = self._button("▶", tr("One video frame on"), lambda: self.nudge(+1))
+        self.forth = self._button("▶", tr("One video frame forward"), lambda: self.nudge(+1))
         self.hold = action_button(self._hold)
         self.hold.setObjectName("hold")
         self.facts, self.clock = soft(ElidedLabel()), soft(SteadyLabel())
@@ -70,7 +76,7 @@ class VideoPanel(QWidget):
         self.display.resized.connect(self._follow)
         document.frame_changed.connect(self._follow)
         document.opened.connect(self._clip_opened)
-        self._tell()
+        self._show_facts()
 
     def _button(self, glyph: str, tip: str, do: Callable[[], None]) -> QToolButton:
         button = tool_button(glyph, tip, flat=False)
@@ -80,31 +86,31 @@ class VideoPanel(QWidget):
 
     @property
     def busy(self) -> bool:
-        """True while a thread opens a video or decodes a picture for this panel."""
+        """True while a video is being opened or a picture is being decoded."""
         return self._task.running
 
     # -- which video --------------------------------------------------------------------------
 
     def open_video(self, path: Path) -> None:
-        """Open a video for the present clip; it takes the old one's place once it is there."""
+        """Open a video for the open clip, and replace the old video once it is loaded."""
         self._load(path, 0.0, lambda error: self._document.message.emit(str(error), True))
 
     def close_video(self) -> None:
-        """Show no video for this clip any more."""
+        """Remove the video from this clip."""
         if clip := self._clip():
-            self._settings.videos.pop(clip, None)
+            forget_video(self._settings, clip)
         self.let_go()
 
     def let_go(self, text: str = NO_VIDEO) -> None:
-        """Close the file and say something in its place."""
+        """Close the file, and show a message."""
         self._task.cancel()
         self._replace_reader(None, 0.0)
         self._set_picture(None, text)
-        self._tell()
+        self._show_facts()
 
     def _clip_opened(self) -> None:
         self.let_go()
-        known = self._settings.videos.get(self._clip())
+        known = VIDEOS.of(self._settings).get(self._clip())
         if known is not None:
             path, offset = known
             self.restored.emit()
@@ -123,7 +129,7 @@ class VideoPanel(QWidget):
         self._replace_reader(reader, offset)
         self._set_picture(None, "")
         self._remember()
-        self._tell()
+        self._show_facts()
         self._follow()
 
     def _not_loaded(self, error: Exception, failed: Callable[[Exception], None]) -> None:
@@ -138,12 +144,12 @@ class VideoPanel(QWidget):
 
     def _remember(self) -> None:
         if self.reader is not None and (clip := self._clip()):
-            self._settings.remember_video(clip, self.reader.path, self._offset)
+            remember_video(self._settings, clip, self.reader.path, self._offset)
 
     # -- when ---------------------------------------------------------------------------------
 
     def time(self) -> float:
-        """The video's time, seconds since its first frame."""
+        """Return the video's time in seconds since its first frame."""
         return self._clip_time() + self._offset if self._held is None else self._held
 
     def _clip_time(self) -> float:
@@ -151,7 +157,7 @@ class VideoPanel(QWidget):
         return self._document.frame * data.motion.frame_time if data else 0.0
 
     def set_hold(self, on: bool) -> None:
-        """Hold the video; release it where the playhead is then."""
+        """Hold the video, or release it at the playhead's position."""
         if on == (self._held is not None):
             return
         if on:
@@ -160,11 +166,11 @@ class VideoPanel(QWidget):
             assert self._held is not None
             offset, self._held = self._held - self._clip_time(), None
             self._set_offset(offset)
-        self._tell()
+        self._show_facts()
         self._follow()
 
     def nudge(self, frames: int) -> None:
-        """Move the video by frames of its own against the clip."""
+        """Shift the video against the clip by a number of video frames."""
         if self.reader is None:
             return
         by = frames / self.reader.fps
@@ -184,10 +190,10 @@ class VideoPanel(QWidget):
             self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
-        """Another video, which nothing holds."""
+        """Use another video, or none, and release the hold."""
         if self.reader is not None:
             close = self.reader.close
-            Task(lambda _: close(), self).start()  # it may still be decoding
+            Task(lambda _: close(), self).start()  # in a thread, as it may still be decoding
         self.reader, self._held = reader, None
         self._hold.setChecked(False)
         self._show_offset(offset)
@@ -195,7 +201,7 @@ class VideoPanel(QWidget):
     # -- the picture --------------------------------------------------------------------------
 
     def _follow(self) -> None:
-        """Ask for the picture of now; while one is being decoded, only the last wish counts."""
+        """Decode the picture for the playhead, unless one is being decoded already."""
         reader = self.reader
         if reader is None or self.busy or not self.isVisible():
             return
@@ -215,18 +221,18 @@ class VideoPanel(QWidget):
             lambda _: reader.picture(seconds, *size), decoded, lambda error: self.let_go(str(error))
         )
 
-    def _set_picture(self, picture: Picture | None, otherwise: str) -> None:
+    def _set_picture(self, picture: Picture | None, message: str) -> None:
         if picture is None:
-            self.display.show_image(None, otherwise)
+            self.display.show_image(None, message)
         else:
             height, width, _ = picture.pixels.shape
             form = QImage.Format.Format_RGB888
             self.display.show_image(QImage(picture.pixels.data, width, height, 3 * width, form))
         self.shown = picture  # keeps the memory that the screen paints from
-        self._tell_time()
+        self._show_time()
 
-    def _tell(self) -> None:
-        """What the video is; what can be done with it."""
+    def _show_facts(self) -> None:
+        """Show the video's properties, and enable what can be done with it."""
         reader = self.reader
         for widget in (self.back, self.forth, self._hold):
             widget.setEnabled(reader is not None)
@@ -237,17 +243,17 @@ class VideoPanel(QWidget):
             tip = f"{reader.path}\n{reader.duration:.2f} s"
         self.facts.setText(text)
         self.facts.setToolTip(as_tip(tip))
-        self._tell_time()
+        self._show_time()
 
-    def _tell_time(self) -> None:
-        told = ""
+    def _show_time(self) -> None:
+        text = ""
         if self.shown is not None:
             running, held = tr("video {seconds:.3f} s"), tr("held at {seconds:.3f} s")
             words = running if self._held is None else held
-            told = words.format(seconds=self.shown.start)
-        self.clock.setText(told)
+            text = words.format(seconds=self.shown.start)
+        self.clock.setText(text)
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Out of sight nothing is decoded."""
+        """Decode the picture when the panel becomes visible."""
         super().showEvent(event)
         self._follow()

@@ -1,4 +1,4 @@
-"""Pictures of a video file by time. PyAV decodes; the time stamps decide, never a frame rate."""
+"""Reads pictures of a video file by their time stamps, with PyAV."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ if TYPE_CHECKING:
 _NAMES = "mp4 m4v mov avi mkv webm mpg mpeg m2v mts m2ts ts wmv ogv 3gp"
 SUFFIXES = frozenset(f".{name}" for name in _NAMES.split())
 WANTS_PYAV = tr(
-    "Videos are read with PyAV, which is not installed: install the extra 'video' "
-    "(pip install 'twist-inspector[video]')."
+    "Videos need PyAV, which is not installed. Install it with "
+    "pip install 'twist-inspector[video]'."
 )
 
-# A frame counts as begun this much early, in seconds: a BVH rounds its frame time and Matroska its
-# time stamps, so that a frame of the one and of the other that belong together miss by a little.
+# Seconds by which a frame may begin early: a BVH rounds its frame time and Matroska its time
+# stamps, so frames that belong together differ a little.
 TOLERANCE = 0.0005
-_FPS = 25.0  # of a file that does not say
-_KEPT_BYTES = 96_000_000  # decoded frames that are kept, so that steps back need no decoding
-_SPARSE = "mpeg"  # a format that stamps few frames: after a seek the time is a guess
-_ORDERED = "avi"  # a format that knows only the order of decoding, in which frames come out
+_FPS = 25.0  # for a file without a frame rate
+_KEPT_BYTES = 96_000_000  # of decoded frames, so that steps back need no decoding
+_SPARSE = "mpeg"  # a format with few time stamps: after a seek the time is a guess
+_ORDERED = "avi"  # a format whose stamps only give the order of decoding
 
 
 class VideoError(Exception):
-    """A sentence about a video that cannot be shown."""
+    """An error message about a video that cannot be shown."""
 
 
 @dataclass(frozen=True)
 class Picture:
-    """What a video shows from `start` until `stop`, seconds since its first frame.
+    """A picture that a video shows from `start` to `stop`, in seconds since its first frame.
 
     pixels: red, green, blue, uint8, (height, width, 3), upright and with square pixels.
     """
@@ -54,26 +54,25 @@ class Picture:
     pixels: NDArray[np.uint8]
 
     def covers(self, seconds: float) -> bool:
-        """Whether this is the picture of a time."""
+        """True if the video shows this picture at a time."""
         return self.start <= seconds + TOLERANCE < self.stop
 
 
 def can_play() -> bool:
-    """Whether PyAV is installed."""
+    """True if PyAV is installed."""
     return find_spec("av") is not None
 
 
 class VideoReader:
-    """The first video stream of a file. Threads that read it wait for each other.
+    """Reads the first video stream of a file; threads may share it.
 
-    width, height: of an upright picture with square pixels; fps: frames per second on average;
-    duration: seconds as the file's header says, 0 if it does not; end: where the last frame ends,
-    seconds since the first one began, infinite until it has been reached; seeks: how often decoding
-    did not simply go on.
+    width, height: of an upright picture with square pixels; fps: average frames per second;
+    duration: seconds by the file's header, 0 if unknown; end: time at which the last frame ends,
+    in seconds since the first frame, infinite until it has been read; seeks: number of jumps.
     """
 
     def __init__(self, path: Path) -> None:
-        """Open a file and decode its first frame; VideoError if that cannot be done."""
+        """Open a file and decode its first frame; raises VideoError."""
         if not can_play():
             raise VideoError(WANTS_PYAV)
         self.path = path
@@ -81,8 +80,8 @@ class VideoReader:
         self.seeks = 0
         self._lock = threading.Lock()
         self._origin = 0.0
-        self._gap = 1.0  # the longest distance seen between two key frames, seconds
-        self._passed: deque[tuple[float, VideoFrame]] = deque()  # decoded without a hole, in order
+        self._gap = 1.0  # longest time between two key frames so far, in seconds
+        self._passed: deque[tuple[float, VideoFrame]] = deque()  # decoded frames in order
         self._container: InputContainer
         self._stream: VideoStream
         self._coming: Iterator[VideoFrame]
@@ -95,17 +94,17 @@ class VideoReader:
         self.duration = (self._container.duration or 0) / 1e6
 
     def place(self, seconds: float) -> int:
-        """−1 for a time before the video's start, +1 after its end, 0 in between.
+        """Return −1 for a time before the video's start, +1 after its end, 0 in between.
 
-        After its end: only once the end has been reached.
+        The end is known only once it has been read.
         """
         at = seconds + TOLERANCE
         return -1 if at < 0.0 else int(at >= self.end)
 
     def picture(self, seconds: float, width: int, height: int) -> Picture | None:
-        """What is shown at a time, in `width` × `height` pixels at most; None before and after.
+        """Return the picture at a time, at most `width` × `height` pixels; None outside the video.
 
-        seconds: since the video's first frame. Raises VideoError if the file cannot be read on.
+        seconds: since the video's first frame. Raises VideoError if reading fails.
         """
         import av
 
@@ -113,8 +112,8 @@ class VideoReader:
             return self._picture(seconds, width, height)
         except av.FFmpegError as error:
             why = of_core(str(error.strerror))
-            told = tr("{path}: the video cannot be read on ({why}).", path=self.path, why=why)
-            raise VideoError(told) from None
+            message = tr("{path}: reading the video failed: {why}.", path=self.path, why=why)
+            raise VideoError(message) from None
 
     def _picture(self, seconds: float, width: int, height: int) -> Picture | None:
         with self._lock:
@@ -134,7 +133,7 @@ class VideoReader:
             return Picture(start, stop, self._pixels(frame, width, height))
 
     def close(self) -> None:
-        """Let the file go; from then on there is no picture."""
+        """Close the file; there are no pictures afterwards."""
         with self._lock:
             self.end = -math.inf
             self._passed.clear()
@@ -143,23 +142,23 @@ class VideoReader:
     # -- finding ------------------------------------------------------------------------------
 
     def _seek(self, at: float) -> None:
-        """Go on from a key frame at or before a time."""
+        """Continue decoding from a key frame at or before a time."""
         import av
 
         self.seeks += 1
         back = 0.0
         while at - back > 0.0 and not self._sparse:
-            wanted = at - back + self._origin
+            target = at - back + self._origin
             try:
-                self._container.seek(int(wanted / self._time_base), stream=self._stream)
+                self._container.seek(int(target / self._time_base), stream=self._stream)
                 self._restart()
                 while self._decode() and not self._passed[-1][1].key_frame:
-                    self._passed.clear()  # no picture of its own before the first key frame
+                    self._passed.clear()  # frames before the first key frame are incomplete
             except av.FFmpegError:
                 break
             if self._passed and self._passed[0][0] <= at:
                 return
-            back = max(1.0, 2.0 * back)  # some formats land behind the place that was asked for
+            back = max(1.0, 2.0 * back)  # some formats seek to a later place than requested
         self._container.close()
         self._rewind()
 
@@ -170,8 +169,8 @@ class VideoReader:
         try:
             self._container = av.open(str(self.path.absolute()), metadata_errors="replace")
             if not self._container.streams.video:
-                told = tr("{path}: there is no picture in this file.", path=self.path)
-                raise VideoError(told)
+                message = tr("{path}: this file has no video stream.", path=self.path)
+                raise VideoError(message)
             self._stream = self._container.streams.video[0]
             self._stream.thread_type = "AUTO"
             self._time_base = float(self._stream.time_base or 1)
@@ -182,18 +181,18 @@ class VideoReader:
             self._restart()
             self._origin = 0.0
             if not self._decode():
-                told = tr("{path}: not one frame of this video can be decoded.", path=self.path)
-                raise VideoError(told)
+                message = tr("{path}: no frame of this video can be decoded.", path=self.path)
+                raise VideoError(message)
         except FileNotFoundError:
             name, folder = self.path.name, self.path.parent
-            told = tr("{name}: the video is no longer in {folder}.", name=name, folder=folder)
-            raise VideoError(told) from None
+            message = tr("The video {name} is no longer in {folder}.", name=name, folder=folder)
+            raise VideoError(message) from None
         except (av.FFmpegError, OSError) as error:
             why = of_core(error.strerror) if error.strerror else tr("not a video")
-            told = tr(
-                "{path}: this file cannot be played as a video ({why}).", path=self.path, why=why
+            message = tr(
+                "{path}: this file cannot be played as a video: {why}.", path=self.path, why=why
             )
-            raise VideoError(told) from None
+            raise VideoError(message) from None
         start, frame = self._passed.pop()
         self._origin, self._key = start, 0.0
         self._passed.append((0.0, frame))
@@ -201,10 +200,10 @@ class VideoReader:
     def _restart(self) -> None:
         self._coming = _decoded(self._container, self._stream)
         self._passed.clear()
-        self._key = math.nan  # where the last key frame of this run began
+        self._key = math.nan  # time of the last key frame in this run
 
     def _decode(self) -> bool:
-        """One frame more at the end of `_passed`; False at the video's end."""
+        """Append the next frame to `_passed`; False at the video's end."""
         last = self._passed[-1][0] if self._passed else -math.inf
         while True:
             frame = next(self._coming, None)
@@ -213,14 +212,14 @@ class VideoReader:
                     self.end = last + self._step
                 return False
             stamp = frame.dts if self._ordered else frame.pts
-            if stamp is None:  # a stream without time stamps: by its rate
+            if stamp is None:  # a stream without time stamps: use its frame rate
                 start = last + self._step if self._passed else 0.0
             else:
                 start = stamp * self._time_base - self._origin
             if start > last:  # a damaged stream may step back in time
                 break
         if frame.key_frame:
-            if start - self._key > self._gap:  # never with the NaN of a new run
+            if start - self._key > self._gap:  # False while _key is NaN
                 self._gap = start - self._key
             self._key = start
         self._passed.append((start, frame))
@@ -239,7 +238,7 @@ class VideoReader:
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-    """Frames in the order they are shown; what is damaged is left out."""
+    """Yield frames in the order in which they are shown; skip damaged ones."""
     import av
 
     packets = container.demux(stream)
@@ -251,5 +250,5 @@ def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFr
             yield from packet.decode()
         except av.error.InvalidDataError:
             continue
-        except (av.error.EOFError, IndexError):  # a damaged file grew a stream on the way
+        except (av.error.EOFError, IndexError):  # a damaged file can gain a stream while reading
             return

@@ -1,1 +1,1 @@
-"""The 3D view: oriented bones in which roll is plain to see."""
+"""The 3D view: oriented bones that make roll visible."""

@@ -1,8 +1,7 @@
-"""Bodies of a skeleton: wedges in which roll is plain to see, rigidly attached to joints.
+"""Bodies of a skeleton: wedges that make roll visible, rigidly attached to joints.
 
-The body of the bone P→C hangs on P, as the bone itself does: a twist error of P rolls it.
-Everything is built once per clip as one soup of vertices in joint coordinates; a frame is one
-gather of rotation matrices.
+The body of the bone P→C is attached to P, like the bone itself, so a twist error of P rolls it.
+All vertices of a clip are built once, in joint coordinates; a frame only applies rotation matrices.
 """
 
 from __future__ import annotations
@@ -16,25 +15,25 @@ from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, matrix_from_quaternion, normalise
 
-# What a vertex belongs to; its colour follows. SKIN and BAND: light and dark stripes of a limb.
+# The part of a vertex, which sets its colour. SKIN, BAND: light and dark stripes of a limb.
 FRONT, BACK, SIDE, STRIPE, JOINT, SKIN, BAND = PARTS = range(7)
-_SHORTEST = 1e-4  # of the height: a shorter bone gets no body
+_SHORTEST = 1e-4  # of the height; shorter bones get no body
 
-# The wedge along its bone: (where 0…1, half the width, half the thickness); widths and thickness
-# in units of the bone's width. It is widest near the parent, so the bone's direction shows too.
+# Cross-sections of the wedge: (position 0…1, half width, half thickness), in units of the bone's
+# width. It is widest near the parent, which shows the direction of the bone.
 _STATIONS = ((0.03, 0.42, 0.20), (0.16, 1.0, 0.36), (0.97, 0.46, 0.17))
-# The stripe is a rail on one edge, thinner than it: from the side the wedge's own colour is seen
-# on either hand of it, and a turn by 180° shows in the outline.
+# The stripe is a thin rail on one edge, with the wedge's colour on both sides, so that a turn by
+# 180° also shows in the outline.
 _RAIL = (0.80, 1.24)
 _RAIL_THICK = 0.42
 
 
 @dataclass(frozen=True, eq=False)
 class BoneSegment:
-    """A straight piece from a joint to its child or End Site.
+    """A bone from a joint to its child or End Site.
 
-    parent: the joint whose rotation it has; child: −1 at an End Site; tip: (3,) in the parent's
-    coordinates; normal: the unit normal of its front face, there too; width: half of it.
+    parent: the joint that rotates it; child: −1 for an End Site; tip: (3,) in the parent's
+    coordinates; normal: unit normal of the front face, likewise; width: half the width.
     """
 
     parent: int
@@ -46,11 +45,11 @@ class BoneSegment:
 
 @dataclass(frozen=True, eq=False)
 class Soup:
-    """Polygons whose vertices are rigidly attached to joints.
+    """Polygons with vertices that are rigidly attached to joints.
 
-    vertices: (V, 3) in joint coordinates; joint, bone, part: (V,), bone −1 on the spheres of
-    joints; faces: triangles (n, 3); edges: lines (n, 2); blocks: the vertices again as (first,
-    stop, joints), of whose joints each has equally many of them, in turn.
+    vertices: (V, 3) in joint coordinates; joint, bone, part: (V,), with bone −1 for the spheres of
+    joints; faces: triangles (n, 3); edges: lines (n, 2); blocks: ranges of vertices (first, stop,
+    joints), in which every joint has the same number of vertices.
     """
 
     vertices: Array
@@ -64,7 +63,7 @@ class Soup:
 
 @dataclass(frozen=True, eq=False)
 class _Shape:
-    """What every bone or every joint has: corners (c, 3), their parts (c,), faces and edges."""
+    """The shape of a bone or a joint: corners (c, 3), their parts (c,), faces and edges."""
 
     corners: Array
     part: Index
@@ -73,7 +72,7 @@ class _Shape:
 
 
 def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, ...]:
-    """Every bone with a length, sized by it and by the figure's height; End Sites included."""
+    """Return every bone with a length, including End Sites."""
     skeleton = motion.skeleton
     pieces = [
         (int(p), j, _offset(motion, j))
@@ -86,7 +85,7 @@ def find_bones(motion: Motion, up: Array, height: float) -> tuple[BoneSegment, .
         length = float(np.linalg.norm(tip))
         if length < _SHORTEST * height:
             continue
-        # Thin enough to keep its direction, broad enough to have a face.
+        # Thin enough to show its direction, broad enough to show its front.
         width = np.clip(0.15 * length, 0.009 * height, 0.026 * height)
         width = min(float(width), 0.35 * length)
         bones.append(BoneSegment(parent, child, tip, _front(tip / length, up), width))
@@ -100,9 +99,9 @@ def build_soup(
     joints: bool = True,
     without: frozenset[int] = frozenset(),
 ) -> Soup:
-    """The wedges of all bones, across the bone `grown` times as large, and spheres at joints.
+    """Return the wedges of all bones, `grown` times as thick, and spheres at joints.
 
-    without: numbers of bones that something else covers.
+    without: indices of bones that a skin covers.
     """
     kept = [(n, bone) for n, bone in enumerate(bones) if n not in without]
     radius: dict[int, float] = {}
@@ -132,7 +131,7 @@ def build_soup(
 
 
 def place(soup: Soup, rotations: Array, positions: Array) -> Array:
-    """Vertices in the world, (V, 3), from global rotations (joints, 4), positions (joints, 3)."""
+    """Return world vertices (V, 3) from global rotations (joints, 4), positions (joints, 3)."""
     matrices = matrix_from_quaternion(rotations).transpose(0, 2, 1)
     world = np.empty(soup.vertices.shape)
     for first, stop, joints in soup.blocks:
@@ -144,14 +143,14 @@ def place(soup: Soup, rotations: Array, positions: Array) -> Array:
 
 
 def _is_free(motion: Motion, joint: int) -> bool:
-    """True of hips that move against a root on the ground: no bone joins the two."""
+    """True for hips that move relative to a root on the ground, to which no bone leads."""
     below_root = motion.skeleton.parents[motion.skeleton.parents[joint]] < 0
     offset = motion.translation(joint)
     return bool(below_root and offset.ndim == 2 and np.ptp(offset, axis=0).any())
 
 
 def _offset(motion: Motion, joint: int) -> Array:
-    """The joint's place in its parent's coordinates, (3,): the median where channels move it."""
+    """Return a joint's place in its parent's coordinates, (3,); the median if it moves."""
     offset = motion.translation(joint)
     if offset.ndim == 2:
         still: Array = np.median(offset, axis=0)
@@ -160,9 +159,9 @@ def _offset(motion: Motion, joint: int) -> Array:
 
 
 def _front(axis: Array, up: Array) -> Array:
-    """The unit normal of the front face: forward in the rest pose, or up for a bone that points so.
+    """Return the unit normal of the front face: forward in the rest pose, or up.
 
-    All rotations are zero in the rest pose, so P's coordinates are the world's there.
+    In the rest pose all rotations are zero, so P's coordinates are world coordinates.
     """
     forward = np.array([0.0, 0.0, 1.0]) if up[1] > 0.5 else np.array([0.0, -1.0, 0.0])
     normal = forward - (forward @ axis) * axis
@@ -172,13 +171,13 @@ def _front(axis: Array, up: Array) -> Array:
 
 
 def _frame(bone: BoneSegment, grown: float) -> Array:
-    """What the corners of a wedge are in, rows (3, 3): the bone, and widths across and out."""
+    """Return the axes of a wedge as rows (3, 3): along the bone, across, and out of the front."""
     across = np.cross(bone.normal, normalise(bone.tip))
     return np.stack([bone.tip, grown * bone.width * across, grown * bone.width * bone.normal])
 
 
 def _wedge() -> _Shape:
-    """Three stations of a flattened box, with a rail along one of its edges."""
+    """Return a flattened box of three cross-sections, with a rail along one edge."""
 
     def rings(low: float, high: float, thick: float) -> Array:
         corners = ((high, thick), (low, thick), (low, -thick), (high, -thick))
@@ -194,7 +193,7 @@ def _wedge() -> _Shape:
         sides = np.stack([solid[:-1], after[:-1], after[1:], solid[1:]], axis=2)
         corners += [sides.reshape(-1, 3), solid[0, ::-1], solid[-1]]
         part += [*parts, *parts, parts[1], parts[1]]
-    # Faces share no corner, since each has a colour of its own; the outline is the ghost's.
+    # Faces share no corners, because each has its own colour; the outline is for the ghost.
     quads = np.arange(4 * len(part)).reshape(-1, 4)
     outline = quads.size + np.arange(12).reshape(3, 4)
     return _Shape(

@@ -1,4 +1,4 @@
-"""Colours of the bodies: which role a bone plays, and what its faces look like in it."""
+"""Colours of the bodies by role and part."""
 
 from __future__ import annotations
 
@@ -13,42 +13,42 @@ from inspector.widgets.theme import Theme
 
 Colours = NDArray[np.uint8]
 Floats = NDArray[np.float64]
-# How far a part goes towards white, or below 0 towards black, in the order of PARTS.
+# Shift of each of PARTS towards white, or below 0 towards black.
 _LIGHT = np.array([0.34, -0.24, -0.06, -0.60, -0.28, 0.50, -0.45])
 _DARK = np.array([0.10, -0.24, -0.06, 0.55, -0.28, 0.34, -0.52])
 _SCALED = np.array([0.10, -0.24, -0.06, -0.55, -0.28, 0.15, -0.45])
-GHOST_ALPHA = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0)  # alpha of the ghost's parts, likewise
-_SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°: told apart by lightness
+GHOST_ALPHA = (50.0, 80.0, 45.0, 240.0, 45.0, 0.0, 32.0)  # alpha of the ghost's PARTS
+_SCALE = ("#f3cf52", "#e8603c", "#b0308f")  # |offset| of 60°, 120°, 180°, which differ in lightness
 
 
 class Role(IntEnum):
-    """What the colour of a bone says."""
+    """The role of a bone, shown by its colour."""
 
     PLAIN = 0
-    CHOSEN = 1  # of the selected chain
+    CHOSEN = 1  # in the selected chain
     BEFORE = 2
     AFTER = 3
 
 
 def rgb(colour: str) -> Floats:
-    """'#rrggbb' as (3,) in 0…255."""
+    """Return a colour '#rrggbb' as (3,) in 0…255."""
     return np.array([int(colour[k : k + 2], 16) for k in (1, 3, 5)], dtype=np.float64)
 
 
 def mix(first: str, second: str, share: float) -> Floats:
-    """A colour with a share, 0…1, of a second one; (3,) in 0…255."""
+    """Return a mixture of two colours, (3,) in 0…255; share: of the second one, 0…1."""
     return (1.0 - share) * rgb(first) + share * rgb(second)
 
 
 def shaded(colour: Floats, share: Floats) -> Floats:
-    """Colours (…, 3), taken towards white by a share (…) above 0, towards black below."""
+    """Return colours (…, 3) shifted towards white (share > 0) or black (share < 0)."""
     goal = np.where(share > 0.0, 255.0, 0.0)[..., None]
     out: Floats = colour + np.abs(share)[..., None] * (goal - colour)
     return out
 
 
 def palette(theme: Theme) -> Floats:
-    """Colours by role and part, (4, 7, 3) in 0…255."""
+    """Return the colours by role and part, (4, 7, 3) in 0…255."""
     colours = np.stack([rgb(c) for c in (theme.bone, theme.bone, theme.before, theme.after)])
     out = shaded(colours[:, None], _DARK if theme.dark else _LIGHT)
     if theme.dark:
@@ -63,26 +63,28 @@ def palette(theme: Theme) -> Floats:
 
 
 def paint(shape: Soup | Skin, colours: Floats, roles: NDArray[np.int64]) -> Colours:
-    """Colours (V, 3) of the vertices, from the roles (bones,)."""
+    """Return the colours of the vertices, (V, 3), from the roles (bones,)."""
     role = np.where(shape.bone >= 0, roles[shape.bone], Role.PLAIN)
     return np.clip(colours[role, shape.part], 0.0, 255.0).astype(np.uint8)
 
 
 def ghost_paint(shape: Soup | Skin, theme: Theme) -> Colours:
-    """Colours (V, 4) of the ghost: thin faces that let the solid through, a stripe to follow."""
+    """Return the colours of the ghost, (V, 4): translucent faces and an opaque stripe."""
     out = np.column_stack([np.tile(rgb(theme.before), (len(PARTS), 1)), GHOST_ALPHA])
     out[BACK, :3] = mix(theme.before, "#000000", 0.15)
     return out[shape.part].astype(np.uint8)
 
 
 def scale_colour(theme: Theme, angle: Floats) -> Floats:
-    """Colours (n, 3), 0…255, of angles |offset| (n,), radians: a bone's own at 0, then warmer."""
+    """Return colours (n, 3), 0…255, for angles |offset| (n,), radians, from bone colour to warm."""
     stops = np.stack([rgb(theme.bone), *(rgb(c) for c in _SCALE)])
     at = np.abs(angle) / np.pi * (len(stops) - 1)
     return np.stack([np.interp(at, range(len(stops)), stops[:, k]) for k in range(3)], axis=1)
 
 
 def scale_paint(shape: Soup | Skin, theme: Theme, offsets: Floats) -> Colours:
-    """Colours (V, 3) of the vertices by |offset| of their bone, radians, (bones,)."""
-    plain = np.append(offsets, 0.0)  # bone −1, a sphere, has none
+    """Return the colours of the vertices, (V, 3), by the |offset| of their bone, radians,
+    (bones,).
+    """
+    plain = np.append(offsets, 0.0)  # bone −1 is a sphere
     return shaded(scale_colour(theme, plain)[shape.bone], _SCALED[shape.part]).astype(np.uint8)

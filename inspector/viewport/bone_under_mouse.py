@@ -1,4 +1,4 @@
-"""The bone under the mouse: its name, and the chain or limb that a click selects."""
+"""Shows the name of the bone under the mouse, and selects its chain or limb on a click."""
 
 from __future__ import annotations
 
@@ -18,46 +18,46 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array, rotate
 
-_REACH = 12.0  # pixels beside a body that still count
+_REACH = 12.0  # pixels around a body that still hit it
 
 
 class Pointing(QObject):
-    """The bone under the mouse: clicks select its chain and limb, hovering tells its joint."""
+    """Handles clicks and hovering on bones."""
 
     def __init__(self, view: Steering, drawing: FrameDrawing) -> None:
         super().__init__(view)
-        self.names = True  # told in hovering
+        self.names = True  # show names while hovering
         self._drawing = drawing
 
     @property
     def _view(self) -> Steering:
-        """Asked of Qt: a reference would keep the view, and OpenGL with it, behind its end."""
+        """The view, from Qt: a Python reference would keep it and its OpenGL context alive."""
         view = self.parent()
         assert isinstance(view, Steering)
         return view
 
     def click(self, at: QPointF) -> None:
-        """Select the chain of the bone at a place in the view; clicked again, its limb."""
-        found = self._found(self.joint_at(at))
+        """Select the chain of the bone at a place in the view; on another click, its limb."""
+        found = self._next_chain(self.joint_at(at))
         if found is not None:
             self._view.document.select_chain(found.name)
 
     def hover(self, at: QPointF) -> None:
-        """Name the joint of the bone at a place, or take the last name away.
+        """Show the name of the bone's joint at a place, or hide the last name.
 
-        Where its chain is selected already, the limb too that a click would select.
+        If its chain is selected already, also show the limb that a click would select.
         """
         data = self._view.document.data
         if self.names and data is not None:
             joint = self.joint_at(at)
             name = data.motion.skeleton.names[joint] if joint is not None else ""
-            found = self._found(joint)
+            found = self._next_chain(joint)
             if isinstance(found, Limb):
                 name += "\n" + tr("click: {limb}, the whole limb", limb=of_core(found.label))
             QToolTip.showText(self._view.mapToGlobal(at.toPoint()), as_tip(name), self._view)
 
-    def _found(self, joint: int | None) -> Chain | None:
-        """What a click on a joint's bone selects: its chains and limbs one after the other."""
+    def _next_chain(self, joint: int | None) -> Chain | None:
+        """Return the next chain or limb of a joint's bone for a click to select."""
         data = self._view.document.data
         if joint is None or data is None:
             return None
@@ -74,7 +74,7 @@ class Pointing(QObject):
         return own[at % len(own)] if own else None
 
     def joint_at(self, at: QPointF) -> int | None:
-        """The joint whose bone is at a place in the view, or None."""
+        """Return the joint of the bone at a place in the view, or None."""
         scene, camera = self._view.scene, self._view.camera
         if scene is None or camera is None:
             return None
@@ -92,10 +92,7 @@ def _bone_at(
     camera: OrbitCamera,
     size: tuple[int, int],
 ) -> int | None:
-    """Number of the bone at a pixel (2,), or None; of those under it, the one in front.
-
-    size: of the view, pixels.
-    """
+    """Return the index of the front bone at a pixel (2,), or None; size: of the view, pixels."""
     if not bones:
         return None
     parents = np.array([b.parent for b in bones])
@@ -112,7 +109,7 @@ def _bone_at(
 
 
 def _distance_to_segments(point: Array, start: Array, stop: Array) -> tuple[Array, Array]:
-    """Distance (n,) of a point (2,) to segments (n, 2), and where along them it is nearest, 0…1."""
+    """Return distances (n,) of a point (2,) to segments, and the nearest places along them, 0…1."""
     along = stop - start
     length = np.maximum((along**2).sum(axis=1), 1e-12)
     where = np.clip(((point - start) * along).sum(axis=1) / length, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""A camera that orbits a point and keeps up up; projection, presets and where roll shows."""
+"""A camera that orbits a point and stays upright, with projection, presets and view directions."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from twistcore.skeleton.rotation import Array, normalise
 
 VIEW_ANGLE = np.radians(28.0)  # vertical field of view
 _STEEPEST = np.radians(89.0)
-_SLANT = 0.6  # of a limb's line towards the eye, its cosine
-VIEWS = {  # degrees round the figure from its front, degrees above the horizon
+_SLANT = 0.6  # best cosine between a limb's line and the view
+VIEWS = {  # degrees from the figure's front, degrees above the horizon
     "front": (0.0, 4.0),
     "side": (90.0, 4.0),
     "back": (180.0, 4.0),
@@ -23,10 +23,10 @@ VIEWS = {  # degrees round the figure from its front, degrees above the horizon
 
 @dataclass(frozen=True, eq=False)
 class OrbitCamera:
-    """Where the camera looks from.
+    """An orbiting camera.
 
-    target: the point in the middle, (3,); azimuth, elevation: radians; distance: the file's length
-    unit; up, ahead: unit vectors (3,), ahead being azimuth 0 and orthogonal to up.
+    target: the centre of view, (3,); azimuth, elevation: radians; distance: in the file's unit; up,
+    ahead: unit vectors (3,), ahead is azimuth 0 and orthogonal to up.
     """
 
     target: Array
@@ -50,37 +50,37 @@ class OrbitCamera:
 
     @property
     def position(self) -> Array:
-        """Where the camera is, (3,)."""
+        """The position of the camera, (3,)."""
         return self.target + self.distance * self.direction
 
     @cached_property
     def axes(self) -> Array:
-        """Right, up and backwards as seen, rows of a rotation matrix (3, 3)."""
+        """The axes right, up and back of the picture, rows of a rotation matrix (3, 3)."""
         back = self.direction
         right = normalise(np.cross(self.up, back))
         return np.stack([right, np.cross(back, right), back])
 
     def orbited(self, azimuth: float, elevation: float) -> OrbitCamera:
-        """Turned about the target by two angles, radians; never over the top."""
+        """Return the camera turned about the target by two angles, radians, never upside down."""
         steep = float(np.clip(self.elevation + elevation, -_STEEPEST, _STEEPEST))
         return replace(self, azimuth=self.azimuth + azimuth, elevation=steep)
 
     def panned(self, right: float, up: float, height: int) -> OrbitCamera:
-        """Moved so that the picture moves by pixels to the right and up, in a view so high."""
+        """Return the camera panned, so that the picture moves by pixels; height: of the view."""
         unit = 2.0 * self.distance * np.tan(VIEW_ANGLE / 2.0) / max(height, 1)
         axes = self.axes
         return replace(self, target=self.target - unit * (right * axes[0] + up * axes[1]))
 
     def moved(self, step: Array) -> OrbitCamera:
-        """Moved by a vector (3,) of the world."""
+        """Return the camera moved by a world vector (3,)."""
         return replace(self, target=self.target + step)
 
     def zoomed(self, factor: float) -> OrbitCamera:
-        """So many times as near."""
+        """Return the camera closer to the target by a factor."""
         return replace(self, distance=self.distance / factor)
 
     def looking_from(self, direction: Array) -> OrbitCamera:
-        """The same target seen from along a unit vector (3,)."""
+        """Return the camera looking at the target from the direction of a unit vector (3,)."""
         azimuth = np.arctan2(direction @ self.sideways, direction @ self.ahead)
         elevation = np.arcsin(np.clip(direction @ self.up, -1.0, 1.0))
         return replace(self, azimuth=float(azimuth), elevation=float(elevation)).orbited(0.0, 0.0)
@@ -88,9 +88,9 @@ class OrbitCamera:
     def framing(
         self, points: Array, aspect: float, margin: float = 1.12, covered: float = 0.0
     ) -> OrbitCamera:
-        """Seen from the same side, moved so that all points (n, 3) are just in view.
+        """Return the camera moved, in the same direction, so that all points (n, 3) just fit.
 
-        covered: the share of the picture's height, at its top, that something lies over.
+        covered: the share of the picture's height that is covered at the top.
         """
         flat = points @ self.axes.T
         low, high = flat.min(axis=0), flat.max(axis=0)
@@ -102,7 +102,7 @@ class OrbitCamera:
         return replace(self, target=centre @ self.axes, distance=float(max(away, 1e-9)))
 
     def project(self, points: Array, width: int, height: int) -> tuple[Array, Array]:
-        """Pixels (…, 2), y down, and depth (…) in front of the camera, of points (…, 3)."""
+        """Return pixels (…, 2), y down, and depths (…) of points (…, 3)."""
         seen = (points - self.position) @ self.axes.T
         depth = np.maximum(-seen[..., 2], 1e-9 * self.distance)
         scale = height / (2.0 * np.tan(VIEW_ANGLE / 2.0)) / depth
@@ -111,14 +111,14 @@ class OrbitCamera:
         return np.stack([x, y], axis=-1), depth
 
     def ray(self, at: Array, width: int, height: int) -> Array:
-        """The unit vector (3,) from the camera through a pixel (2,)."""
+        """Return the unit vector (3,) from the camera through a pixel (2,)."""
         unit = 2.0 * np.tan(VIEW_ANGLE / 2.0) / height
         seen = np.array([(at[0] - width / 2.0) * unit, (height / 2.0 - at[1]) * unit, -1.0])
         return normalise(seen @ self.axes)
 
 
 def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
-    """A camera on the way, 0…1, the shorter way round; both have the same up and ahead."""
+    """Return a camera between two with the same up and ahead; share: 0…1 of the shorter turn."""
     turn = (stop.azimuth - start.azimuth + np.pi) % (2.0 * np.pi) - np.pi
     return replace(
         stop,
@@ -130,7 +130,7 @@ def between(start: OrbitCamera, stop: OrbitCamera, share: float) -> OrbitCamera:
 
 
 def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
-    """The camera at a named view of a figure that faces a level unit vector (3,)."""
+    """Return the camera at a named view of a figure that faces a level unit vector (3,)."""
     around, above = VIEWS[name]
     turned = replace(camera, ahead=facing, azimuth=np.radians(around), elevation=np.radians(above))
     return turned.orbited(0.0, 0.0)
@@ -139,11 +139,11 @@ def preset(camera: OrbitCamera, name: str, facing: Array) -> OrbitCamera:
 def roll_direction(
     axis: Array, after: Array, before: Array, outward: Array, facing: Array, up: Array
 ) -> Array:
-    """From where the roll of a bone shows best, a unit vector (3,).
+    """Return the direction from which the roll of a bone shows best, a unit vector (3,).
 
     axis: along the bone; after, before: its front normals; outward: from the body to the limb;
-    facing: the figure's front. All (3,). A view across the bone is best in which the one face is
-    seen almost full and the other almost edge-on, from outside and not from below the ground.
+    facing: the figure's front; all (3,). The best view is across the bone, from outside and not
+    from below, with one front almost frontal and the other almost edge-on.
     """
     first = np.cross(axis, up)
     if np.linalg.norm(first) < 0.1:
@@ -167,12 +167,11 @@ def roll_direction(
 
 
 def circle_direction(axis: Array, aside: Array, outward: Array, facing: Array, up: Array) -> Array:
-    """From where a turn about a limb's line shows best, a unit vector (3,).
+    """Return the direction from which a turn about a limb's line shows best, a unit vector (3,).
 
     axis: along the line; aside: from it to the middle joint; outward: from the body to the limb;
-    facing: the figure's front. All (3,). Best is the line at a slant, so that its circle opens and
-    the limb is not seen end-on, and the joint to one side of it; not steeply from above, not from
-    below.
+    facing: the figure's front; all (3,). The best view is at an angle to the line, so that its
+    circle is open, with the joint to one side, and not steeply from above or from below.
     """
     around, above = np.meshgrid(np.radians(np.arange(0, 360, 5)), np.radians(np.arange(0, 45, 5)))
     side = np.cross(up, facing)

@@ -1,4 +1,4 @@
-"""Moving the camera of the 3D view: named views, the limb's best side, following, the mouse."""
+"""Camera control of the 3D view: named views, focus on a limb, following, and the mouse."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ from inspector.viewport.solid_and_ghost import Style
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array
 
-_EDGE = 0.03  # of the picture's width or height: as good as outside
-_TINY = 0.03  # of the picture's height
+_EDGE = 0.03  # share of the picture at the border that counts as outside
+_TINY = 0.03  # share of the picture's height
 _HALF_VIEW = float(np.tan(VIEW_ANGLE / 2.0))
 
 
 class Steering(QWidget):
-    """The camera's part of the view; who inherits draws when `_schedule` is called."""
+    """Camera control for a view; subclasses draw in `_schedule`."""
 
     follow = True
     _scene: Scene | None = None
     _camera: OrbitCamera | None = None
-    _framed = "iso"  # the preset that is kept as the view changes size; '' once moved
-    _anchor: Chain | None = None  # followed instead of the root
+    _framed = "iso"  # the preset to keep on resizing; '' after a manual move
+    _anchor: Chain | None = None  # the limb to follow instead of the root
     _anchored: Array | None = None
-    _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # from where to where
+    _turn: tuple[OrbitCamera, OrbitCamera] | None = None  # start and goal of a turn
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -45,18 +45,18 @@ class Steering(QWidget):
         raise NotImplementedError
 
     def _complete(self) -> None:
-        """Build what is still to be built of the clip that is open."""
+        """Finish building the scene of the open clip."""
         raise NotImplementedError
 
     @property
     def scene(self) -> Scene | None:
-        """What is drawn, None without a clip or without OpenGL."""
+        """The scene, or None without a clip or without OpenGL."""
         self._complete()
         return self._scene
 
     @property
     def camera(self) -> OrbitCamera | None:
-        """Where it is seen from; its last place while no clip is open."""
+        """The camera; the last one while no clip is open."""
         self._complete()
         return self._camera
 
@@ -66,11 +66,11 @@ class Steering(QWidget):
 
     @property
     def turning(self) -> bool:
-        """Whether the camera is still on its way to a limb."""
+        """True while the camera is turning to a limb."""
         return self._turn is not None
 
     def set_view(self, name: str) -> None:
-        """One of camera.VIEWS, relative to where the figure faces now; frames the figure."""
+        """Show the figure in one of camera.VIEWS, relative to its current front."""
         scene = self.scene
         if self.camera is None or scene is None:
             return
@@ -86,13 +86,13 @@ class Steering(QWidget):
         self._schedule()
 
     def show_person(self) -> None:
-        """Frame the person whose chains are listed, or everyone, in the view last chosen."""
+        """Frame the listed person, or everyone, in the last named view."""
         self.set_view(self._framed or "iso")
 
     def focus_chain(self, milliseconds: int = 0) -> None:
-        """Go to the selected chain's limb, to the side from which its roll shows.
+        """Turn the camera to the side of the selected chain that shows its roll best.
 
-        In so many milliseconds, without blocking: a later call goes on from where the camera is.
+        The turn takes `milliseconds` and does not block; another call continues from there.
         """
         chain = selected_chain(self.document)
         start, scene = self.camera, self.scene
@@ -113,7 +113,7 @@ class Steering(QWidget):
         self._schedule()
 
     def sees_chain(self) -> bool:
-        """Whether the selected chain's joints are all well in the picture, and not tiny in it."""
+        """True if all joints of the selected chain are inside the picture and not tiny."""
         chain, camera, scene = selected_chain(self.document), self.camera, self.scene
         if chain is None or camera is None or scene is None or self.turning:
             return True
@@ -127,13 +127,13 @@ class Steering(QWidget):
         return bool(inside.all() and (ahead > 0.0).all() and reach > _TINY)
 
     def take_view(self, other: Steering) -> None:
-        """Look from where another view of the same clip and frame looks, and go along alike."""
+        """Take the camera of another view of the same clip and frame."""
         self._stop_turning()
         self.camera, self._framed, self.follow = other.camera, "", other.follow
         self._hold(other._anchor)
 
     def set_follow(self, on: bool) -> None:
-        """Let the camera go along with the figure, at the same distance."""
+        """Let the camera follow the figure at the same distance."""
         self.follow = on
         self._hold(self._anchor)
 
@@ -145,7 +145,7 @@ class Steering(QWidget):
         after = self.document.pose(frame, after=True)
         above = -1
         if scene.style == Style.SKIN and chain.segment in ("ForeArm", "Leg"):
-            above = int(data.motion.skeleton.parents[chain.parent])  # it is wrung as well
+            above = int(data.motion.skeleton.parents[chain.parent])  # its skin is twisted as well
         facing = scene.facing(after[1], chain.person)
         side = limb_side(
             chain, scene.bones, before, after, facing, scene.up,
@@ -163,15 +163,12 @@ class Steering(QWidget):
                 self._turn = None
 
     def _stop_turning(self) -> None:
-        """The person, or another goal, takes over."""
+        """Stop a turn, because the person or another turn takes over."""
         self._turn = None
         self._turning.stop()
 
     def _around(self, scene: Scene, frame: int) -> Array:
-        """What the figure takes up from a frame on, with the root at its place there, (n, 3).
-
-        Of several people those who are listed.
-        """
+        """Return points (n, 3) around the listed people from a frame on, without root movement."""
         data, soup = scene.data, scene.shapes.bodies
         bodies = place(soup, data.rotations[frame], data.positions[frame])
         stop = frame + max(2, round(0.25 * data.motion.fps))
@@ -183,35 +180,32 @@ class Steering(QWidget):
         return np.vstack(parts)
 
     def _listed(self, scene: Scene) -> list[tuple[int, ...]]:
-        """The joints of the people whose chains are listed, each by themselves."""
+        """Return the joints of each listed person."""
         one = scene.people.get(self.document.person)
         return list(scene.people.values()) if one is None else [one]
 
     def _aspect(self) -> float:
-        """Width to height of a picture."""
+        """Return the aspect ratio of a picture."""
         return self.picture_size()[0] / max(self.height(), 1)
 
     def _covered(self) -> float:
-        """Share of a picture's height, at its top, that something lies over."""
+        """Return the share of a picture's height that is covered at the top."""
         return 0.0
 
     def picture_size(self) -> tuple[int, int]:
-        """Width and height of a picture: side by side there are two."""
+        """Return width and height of a picture; a split view has two pictures."""
         halves = 2 if self.scene is not None and self.scene.split else 1
         return self.width() // halves, self.height()
 
     # -- following ----------------------------------------------------------------------------
 
     def _hold(self, chain: Chain | None) -> None:
-        """Follow a limb, or the root, from where it is now."""
+        """Follow a limb or the root from its current place."""
         self._anchor = chain
         self._anchored = self._followed(self.scene) if self.scene is not None else None
 
     def _followed(self, scene: Scene) -> Array:
-        """The point that the camera goes along with, (3,): a limb, or the root on the level.
-
-        Of several people who are listed the middle of their roots.
-        """
+        """Return the point to follow, (3,): the limb's centre, or the mean of the listed roots."""
         positions = scene.data.positions[self.document.frame]
         if self._anchor is not None:
             middle: Array = limb_joints(self._anchor, positions).mean(axis=0)
@@ -235,7 +229,7 @@ class Steering(QWidget):
     # -- mouse --------------------------------------------------------------------------------
 
     def steer(self, move: Callable[[OrbitCamera], OrbitCamera]) -> None:
-        """The person moves the camera, which stays where it is put."""
+        """Move the camera by hand."""
         if self.camera is not None:
             self._stop_turning()
             self.camera = move(self.camera)

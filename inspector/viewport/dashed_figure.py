@@ -1,4 +1,4 @@
-"""A third figure beside before and after: a dashed outline in a colour of its own."""
+"""A third figure in addition to before and after, as a dashed outline."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ from inspector.viewport.solid_and_ghost import SAME, Pose
 from inspector.widgets.theme import Theme
 from twistcore.skeleton.rotation import Array, geodesic_angle
 
-_DASHES = 4  # an edge
-_DRAWN = 0.55  # of a dash
-_GROWN = 1.16  # outside the ghost's outline
+_DASHES = 4  # dashes per edge
+_DRAWN = 0.55  # drawn share of a dash
+_GROWN = 1.16  # larger than the ghost's outline
 _STILL = 5e-4  # of the height
 
 
 class Companion(Protocol):
-    """Who knows the third figure."""
+    """The interface for a source of the third figure."""
 
     changed: SignalInstance
 
     def pose(self, frame: int) -> tuple[Array, Array] | None:
-        """Global rotations (joints, 4) and positions (joints, 3), or None where there is none."""
+        """Return global rotations (joints, 4) and positions (joints, 3), or None."""
 
 
 class DashedOutline:
-    """Bones of the third figure that differ from the solid one, as dashed edges."""
+    """The bones of the third figure that differ from the solid one, as dashed edges."""
 
     def __init__(
         self, bones: tuple[BoneSegment, ...], height: float, renderer: vtkRenderer
@@ -48,15 +48,15 @@ class DashedOutline:
 
     @property
     def shown(self) -> bool:
-        """Whether any of it is drawn."""
+        """True if any part of it is drawn."""
         return self._piece.shown
 
     def colour(self, theme: Theme) -> None:
-        """Take over colours."""
+        """Apply the theme's colours."""
         self._piece.tint(rgb(theme.tracked))
 
     def draw(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:
-        """Move it, and show of it what differs from the solid figure."""
+        """Draw the parts that differ from the solid figure."""
         if figure is None:
             self._piece.show(False)
             return
@@ -68,11 +68,11 @@ class DashedOutline:
         if not self._piece.shown:
             return
         points = place(self._soup, rotations, positions)
-        points[~drawn[self._soup.bone]] = positions[0]  # no length: not drawn
+        points[~drawn[self._soup.bone]] = positions[0]  # zero length is not drawn
         start, stop = points[self._soup.edges].swapaxes(0, 1)
         dashes = start[:, None] + self._shares[:, None] * (stop - start)[:, None]
         self._piece.move(dashes.reshape(-1, 3))
 
     def remove(self) -> None:
-        """Take it out of the picture."""
+        """Remove it from the picture."""
         self._piece.remove()

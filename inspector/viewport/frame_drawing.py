@@ -1,4 +1,4 @@
-"""The document's frame in a scene: its pose, what is drawn along with it, what the legend says."""
+"""Draws the document's frame in a scene, and makes the legend."""
 
 from __future__ import annotations
 
@@ -29,43 +29,43 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array
 
-_NO_CIRCLE = tr("straight or folded: no angle")
+_NO_CIRCLE = tr("straight or folded, so no swivel angle")
 
 
 class Guest(Protocol):
-    """Who draws something of their own into the view, and says which pose is seen with it."""
+    """The interface for a guest that draws into the view and chooses the pose."""
 
     def pose(self, scene: Scene, show: Show) -> Pose:
-        """The figure, instead of before, after or both."""
+        """Return the pose to show instead of before and after."""
 
     def legend(self) -> str:
-        """Rich text instead of the legend's."""
+        """Return the legend as rich text."""
 
     def draw(self, scene: Scene, pose: Pose, camera: OrbitCamera) -> None:
-        """Draw along with every picture."""
+        """Draw into every picture."""
 
     def aim(self, scene: Scene) -> tuple[Array, Array] | None:
-        """Points (n, 3) to be framed and the unit vector (3,) to look from, for the focus."""
+        """Return points (n, 3) to frame and the unit vector (3,) to look from, or None."""
 
     def leave(self) -> None:
-        """Take everything out: the scene goes, or the guest is sent away."""
+        """Remove everything from the view."""
 
 
 @dataclass(frozen=True)
 class Looks:
-    """How a person wants to see the figure."""
+    """The display options of the figure."""
 
     style: Style = Style.WEDGES
     split: bool = False  # before on the left and after on the right
     trails: bool = False
     by_offset: bool = False  # bones coloured by |offset|
-    triads: bool = True  # the axes of the selected chain's parent and child
+    triads: bool = True  # axes of the selected chain's parent and child
 
 
 class FrameDrawing:
-    """Draws the document's frame by the looks, with a third figure or a guest where there is one.
+    """Draws the document's frame, with a third figure or a guest if there is one.
 
-    A guest's figure stands instead of before and after, without a third figure and axes.
+    A guest replaces before and after, the third figure and the axes.
     """
 
     def __init__(self, document: Document) -> None:
@@ -76,7 +76,7 @@ class FrameDrawing:
         self._drawn_offsets: tuple[float, ...] = ()
 
     def draw(self, scene: Scene, camera: OrbitCamera) -> None:
-        """Move and paint everything, as seen from the camera. The caller repaints."""
+        """Draw everything as seen from the camera. The caller repaints."""
         document, looks = self._document, self.looks
         self._drawn_offsets = self._offsets()
         scene.set_style(looks.style)
@@ -103,10 +103,7 @@ class FrameDrawing:
             self.guest.draw(scene, pose, camera)
 
     def _draw_circle(self, scene: Scene, pose: Pose, *, before: bool, after: bool) -> None:
-        """Draw the circle of the selected limb or twist bone.
-
-        before, after: which marks are seen, after as the pose has it.
-        """
+        """Draw the circle of the selected limb or twist bone; before, after: marks to show."""
         document, chain = self._document, selected_chain(self._document)
         if not isinstance(chain, Limb | Helper) or self.guest is not None:
             scene.draw_circle(None)
@@ -125,7 +122,7 @@ class FrameDrawing:
         scene.draw_circle(circle, offset, before=before, after=there if after else None)
 
     def pose(self, scene: Scene, show: Show | None = None) -> Pose:
-        """What is to be seen of the frame; show: else the document's choice."""
+        """Return the pose of the frame; show: by default the document's choice."""
         document = self._document
         if self.guest is not None:
             return self.guest.pose(scene, Show.BOTH if show is None else show)
@@ -142,7 +139,7 @@ class FrameDrawing:
         return Pose(after, after_positions, roles, ghost, offsets, positions)
 
     def legend(self, scene: Scene, theme: Theme) -> str:
-        """What was drawn, as rich text."""
+        """Return the legend of the picture as rich text."""
         document = self._document
         if self.guest is not None:
             text = self.guest.legend()
@@ -165,11 +162,11 @@ class FrameDrawing:
         return text
 
     def is_current(self) -> bool:
-        """Whether the review takes out of the frame what it did when the frame was drawn."""
+        """True if the offsets at the frame are the same as when it was drawn."""
         return self._offsets() == self._drawn_offsets
 
     def _offsets(self) -> tuple[float, ...]:
-        """What the review takes out of every chain and limb at the frame, radians."""
+        """Return the offsets of all chains and limbs at the frame, radians."""
         document = self._document
         if document.data is None:
             return ()
@@ -179,7 +176,7 @@ class FrameDrawing:
 
 
 def selected_chain(document: Document) -> Chain | None:
-    """The chain that the person is at, None without a clip or chains."""
+    """Return the selected chain, or None without a clip or chains."""
     try:
         return document.find_chain(document.chain)
     except KeyError:
@@ -187,7 +184,7 @@ def selected_chain(document: Document) -> Chain | None:
 
 
 def fault_at(document: Document) -> Interval | None:
-    """The selected interval if it is of a kind that is only shown and the frame is in it."""
+    """Return the selected interval if it contains the frame and cannot be corrected."""
     judged = document.interval
     if judged is None or judged.interval.repairable:
         return None
@@ -196,24 +193,24 @@ def fault_at(document: Document) -> Interval | None:
 
 
 def _fault_words(interval: Interval) -> str:
-    """What the legend says of a lone jump, a noise burst or frozen frames."""
+    """Return the legend of a lone jump, a noise burst or frozen frames."""
     degrees = float(np.degrees(interval.residual))
-    told = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
+    fields = {"size": f"{plain(degrees)}°", "angle": f"{signed(degrees)}°", "joint": interval.joint}
     kind = interval.kind
-    return of_core(kind.info.legend.format(**told) if kind.info.legend else kind)
+    return of_core(kind.info.legend.format(**fields) if kind.info.legend else kind)
 
 
 def selected_limb(document: Document) -> Limb | None:
-    """The limb that the person is at; None at a chain."""
+    """Return the selected limb, or None."""
     chain = selected_chain(document)
     return chain if isinstance(chain, Limb) else None
 
 
 def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] | None) -> Pose:
-    """The captured figure, or an altered one (global rotations, positions) with it as a ghost.
+    """Return the captured pose, or an altered one with the captured pose as its ghost.
 
-    Where an alteration moves a bone, the ghost stays behind only if it keeps the bone's place.
-    All but the selected chain is faint.
+    altered: global rotations and positions. Only bones that keep their place have a ghost. All
+    bones but the selected chain's are faint.
     """
     before, positions = document.pose(document.frame, after=False)
     roles = _roles(scene.bones, selected_chain(document), scene.data.motion.skeleton)
@@ -228,9 +225,9 @@ def altered_pose(document: Document, scene: Scene, altered: tuple[Array, Array] 
 
 
 def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skeleton) -> Index:
-    """Chosen are the selected chain's bones, P→C and, where there is one, C→G; (bones,).
+    """Return the roles of the bones, with those of the selected chain or limb as CHOSEN; (bones,).
 
-    Of a limb all from P to E; of a twist bone its own, and the bone that it lies in.
+    For a twist bone, its own bones and the bone around it are CHOSEN.
     """
     pairs = {(chain.parent, chain.child), (chain.child, chain.grandchild)} if chain else set()
     if isinstance(chain, Limb):
@@ -242,14 +239,14 @@ def _roles(bones: tuple[BoneSegment, ...], chain: Chain | None, skeleton: Skelet
 
 
 def _own_bones(helper: Helper, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """What hangs on a twist bone, by joints; −1 is its End Site."""
+    """Return the bones attached to a twist bone, as pairs of joints; −1 is the End Site."""
     return [(helper.parent, joint) for joint in (*skeleton.children[helper.parent], -1)]
 
 
 def _bone_offsets(document: Document, scene: Scene) -> Array:
-    """|offset| at the frame of the chain whose P→C a bone is, or of its limb, radians, (bones,).
+    """Return the |offset| of each bone at the frame, radians, (bones,).
 
-    Where a bone has both, the larger one.
+    If a bone belongs to a chain and a limb, the larger offset counts.
     """
     by_pair: dict[tuple[int, int], float] = {}
     for chain in scene.data.chains_and_limbs:

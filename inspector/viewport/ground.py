@@ -1,4 +1,4 @@
-"""The ground under a clip: where it is, its grid, and shadows on it."""
+"""The ground under a clip: its level, its grid, and shadows on it."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import numpy as np
 from inspector.viewport.mesh_actor import Index, segments
 from twistcore.skeleton.rotation import Array
 
-_CELLS = 3.0  # cells to a figure's height, about
-_STOPS = 9  # points on a grid line, between which its colour fades
+_CELLS = 3.0  # approximate number of cells per figure height
+_STOPS = 9  # points on a grid line for fading its colour
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,9 +30,9 @@ class Ground:
 
 
 def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0,)) -> Ground:
-    """The ground of a clip at its lowest joint, from positions (frames, joints, 3).
+    """Return the ground at the lowest joint of a clip, from positions (frames, joints, 3).
 
-    The radius covers the ways of the roots, of several people each one's, with some margin.
+    The radius covers the paths of all roots with a margin.
     """
     root = positions[:, list(roots)].reshape(-1, 3)
     middle = (root.min(axis=0) + root.max(axis=0)) / 2.0
@@ -41,7 +41,7 @@ def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0
     away = root - centre
     away = away - (away @ up)[:, None] * up
     radius = float(np.linalg.norm(away, axis=1).max()) + 1.6 * height
-    # 1, 2 or 5 times a power of ten, so that a person can count off lengths.
+    # 1, 2 or 5 times a power of ten, so that a person can count lengths.
     exact = height / _CELLS
     power = 10.0 ** np.floor(np.log10(exact))
     cell = power * min((1.0, 2.0, 5.0, 10.0), key=lambda c: abs(np.log(c * power / exact)))
@@ -49,21 +49,21 @@ def lowest(positions: Array, up: Array, height: float, roots: Sequence[int] = (0
 
 
 def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
-    """Points (n, 3) of the grid, its lines (m, 2), and strength: 1 in the middle, 0 at the rim.
+    """Return the grid's points (n, 3), lines (m, 2), and strength: 1 in the middle, 0 at the rim.
 
-    Opaque lines that take the background's colour at the rim: blended ones cost a pass of their
-    own, a third of the whole frame where the processor draws.
+    The lines are opaque and fade to the background colour. Blending would need another pass, a
+    third of the frame time with software rendering.
     """
     first = np.eye(3)[0]
     second = np.cross(ground.up, first)
     count = int(np.ceil(ground.radius / ground.cell))
-    # Lines of the world's grid, not of the disc's: zero stays a line.
+    # The grid is aligned with the world, so that there is a line at zero.
     frame = np.stack([first, second])
     origin = np.round(frame @ ground.centre / ground.cell) * ground.cell @ frame
     origin = origin + ground.level * ground.up
     radius = count * ground.cell
     aside = (np.arange(1 - count, count) * ground.cell)[:, None]
-    # As far as the disc reaches.
+    # Up to the edge of the disc.
     ahead = np.sqrt(radius**2 - aside**2) * np.linspace(-1.0, 1.0, _STOPS)
     points = [
         origin + aside[..., None] * across + ahead[..., None] * along
@@ -75,7 +75,7 @@ def ground_lines(ground: Ground) -> tuple[Array, Index, Array]:
 
 
 def shadow_points(points: Array, ground: Ground) -> Array:
-    """Points (V, 3) cast straight down, a hair above the grid."""
+    """Return points (V, 3) projected straight down, slightly above the grid."""
     above = points @ ground.up - (ground.level + 2e-4 * ground.radius)
     shadow: Array = points - above[:, None] * ground.up
     return shadow

@@ -1,4 +1,4 @@
-"""What figures stand in, on the screen and off it: two lights, and the colour behind everything."""
+"""The lights and the background colour of all pictures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from twistcore.skeleton.rotation import Array
 
 
 def light(renderer: vtkRenderer) -> None:
-    """A key light from above the camera's left and a faint fill: two lights are cheap."""
+    """Add a key light from the upper left of the camera and a faint fill light."""
     for place_, strength in (((-0.7, 0.9, 1.0), 0.85), ((0.8, -0.2, 0.6), 0.30)):
         lamp = vtkLight()
         lamp.SetLightTypeToCameraLight()
@@ -20,5 +20,5 @@ def light(renderer: vtkRenderer) -> None:
 
 
 def background(theme: Theme) -> Array:
-    """The colour behind everything, (3,) in 0…255. A gradient would cost 3 ms a frame."""
+    """Return the background colour, (3,) in 0…255. A gradient would cost 3 ms per frame."""
     return mix(theme.surface, theme.window, 0.6)

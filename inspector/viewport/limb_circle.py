@@ -1,8 +1,8 @@
-"""The circle about the line from a limb's first joint to its end that its middle joint moves on.
+"""The circle on which a limb's middle joint moves, about the line from its first joint to its end.
 
-A flip takes knee or elbow round it and leaves hip and ankle, shoulder and wrist. A twist bone next
-to a chain has a circle about the bone that it lies in: a mark on it shows its roll, as a twist bone
-often has no body of its own.
+A flip moves the knee or elbow along this circle; the other joints of the limb stay. A twist bone
+has a circle about the bone around it, with a mark that shows its roll, because a twist bone often
+has no visible body.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ from twistcore.skeleton.limb import Limb, joint_path
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, quaternion_from_axis_angle, rotate
 
-_DIAL = 0.06  # radius of a twist bone's circle, of the figure's height
-_DIAL_AT = 0.25, 0.75  # of its bone: nearer to an end the joint there hides it
-_FOLDED = 0.02  # of the limb's length: an end nearer to the first joint leaves no line
-_STEPS = 72  # of the circle
-_ARC = 40  # steps of the way from before to after
+_DIAL = 0.06  # radius of a twist bone's circle, in figure heights
+_DIAL_AT = 0.25, 0.75  # place on its bone; closer to an end, the joint would hide it
+_FOLDED = 0.02  # of the limb's length; an end closer to the first joint defines no line
+_STEPS = 72  # steps of the circle
+_ARC = 40  # steps of the arc from before to after
 _DASHES = 11
-_MARK = 0.015  # radius of a mark, of the figure's height
-_HOLLOW = 1.25  # times as large
-_CLEAR = 0.18  # of the colour of what the turn sweeps
+_MARK = 0.015  # radius of a mark, in figure heights
+_HOLLOW = 1.25  # size of a hollow mark relative to a full one
+_CLEAR = 0.18  # opacity of the swept area
 _ROUND = segments(np.arange(_STEPS + 1))
 _RING = 20
 _TURNS = np.linspace(0.0, 2.0 * np.pi, _RING, endpoint=False)
@@ -42,7 +42,7 @@ _WIRES = np.vstack([k * _RING + segments(np.append(np.arange(_RING), 0)) for k i
 
 @dataclass(frozen=True, eq=False)
 class Circle:
-    """About the line from `first` to `end`, P and E, with C at centre + aside; all (3,).
+    """A circle about the line from `first` (P) to `end` (E), with C at centre + aside; all (3,).
 
     axis: unit vector from P to E.
     """
@@ -54,14 +54,14 @@ class Circle:
     aside: Array
 
     def at(self, angles: Array) -> Array:
-        """Where C is once it has turned by angles (n,) about the line, radians; (n, 3)."""
+        """Return the places of C after turns by angles (n,) about the line, radians; (n, 3)."""
         return self.centre + rotate(quaternion_from_axis_angle(self.axis, angles), self.aside)
 
 
 def circle_of(limb: Limb, positions: Array) -> Circle | None:
-    """The circle of a limb in a pose, positions (joints, 3); None where it is straight or folded.
+    """Return the circle of a limb at positions (joints, 3); None if it is straight or folded.
 
-    A straight limb's middle joint has no angle about the line, a folded limb has no line.
+    The middle joint of a straight limb has no angle about the line; a folded limb has no line.
     """
     first, middle, end = positions[[limb.parent, limb.child, limb.end]]
     length = float(np.linalg.norm(middle - first) + np.linalg.norm(end - middle))
@@ -78,10 +78,10 @@ def circle_of(limb: Limb, positions: Array) -> Circle | None:
 def helper_circle(
     helper: Helper, skeleton: Skeleton, pose: tuple[Array, Array], height: float
 ) -> Circle | None:
-    """The circle of a twist bone in a pose; None where its bone has no length in it.
+    """Return the circle of a twist bone in a pose; None if its bone has no length.
 
-    pose: global rotations (joints, 4) and positions (joints, 3); height: of the figure. The mark is
-    at a direction that the twist bone takes along, seen from the bone's line.
+    pose: global rotations (joints, 4) and positions (joints, 3); height: of the figure. The mark
+    turns with the twist bone.
     """
     rotations, positions = pose
     upper = int(skeleton.parents[helper.parent])
@@ -100,15 +100,12 @@ def helper_circle(
 
 
 def limb_bones(limb: Limb, skeleton: Skeleton) -> list[tuple[int, int]]:
-    """Joints of a limb two by two from P to E, each with the one that it hangs on before it."""
+    """Return the bones of a limb from P to E, as pairs (parent, joint)."""
     return [(int(skeleton.parents[j]), j) for j in joint_path(skeleton, limb.parent, limb.end)]
 
 
 class LimbCircle:
-    """Line and circle of a limb, where its middle joint is before and after, the way between them.
-
-    Before is a hollow mark, after a full one.
-    """
+    """The line and circle of a limb, marks for before (hollow) and after (full), and an arrow."""
 
     def __init__(self, height: float, renderers: list[vtkRenderer]) -> None:
         dashes = np.arange(2 * _DASHES).reshape(-1, 2)
@@ -129,12 +126,12 @@ class LimbCircle:
                 piece.add_to(renderer)
 
     def remove(self) -> None:
-        """Take it out of the picture."""
+        """Remove it from the picture."""
         for piece in self.pieces:
             piece.remove()
 
     def colour(self, theme: Theme) -> None:
-        """Take over colours."""
+        """Apply the theme's colours."""
         for piece in (self.line, self.circle):
             piece.tint(rgb(theme.soft))
         self.before.tint(rgb(theme.before))
@@ -144,10 +141,10 @@ class LimbCircle:
     def draw(
         self, circle: Circle | None, offset: float, *, before: bool, after: Array | None
     ) -> None:
-        """Move it; nothing is drawn where there is no circle.
+        """Draw the circle, or nothing if there is none.
 
-        circle: of the pose before; offset: what is taken out of the limb, radians; before: whether
-        its mark is drawn; after: the middle joint's place there, (3,), None without its mark.
+        circle: of the pose before; offset: of the limb, radians; before: draw the mark of before;
+        after: the middle joint's place after correction, (3,), or None for no mark.
         """
         turned = circle is not None and bool(abs(offset) > SAME)
         both = turned and before and after is not None
@@ -174,7 +171,7 @@ class LimbCircle:
             self.way.move(self._arrow(circle, -offset))
 
     def _arrow(self, circle: Circle, turn: float) -> Array:
-        """The way along the circle to where the mark of after begins, and its head."""
+        """Return the points of the arrow along the circle to the mark of after."""
         radius = float(np.linalg.norm(circle.aside))
         stop = turn - np.sign(turn) * min(self._mark / radius, 0.5 * abs(turn))
         size = min(2.0 * self._mark, 0.5 * radius * abs(stop))

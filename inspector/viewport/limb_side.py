@@ -1,4 +1,4 @@
-"""From which side a limb's error shows best, and what of the limb is to be in the picture."""
+"""The view direction that shows a limb's error best, and the points to frame."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_AIR = 0.045  # round the limb, of the figure's height
+_AIR = 0.045  # margin around the limb, in figure heights
 
 
 @dataclass(frozen=True, eq=False)
 class LimbSide:
-    """direction: a unit vector (3,) towards the eye; points: what is to be seen, (n, 3)."""
+    """A view of a limb. direction: unit vector towards the camera; points: to frame, (n, 3)."""
 
     direction: Array
     points: Array
@@ -29,14 +29,14 @@ class LimbSide:
     def camera(
         self, camera: OrbitCamera, height: float, aspect: float, margin: float = 1.4
     ) -> OrbitCamera:
-        """A camera on this side; height: of the figure; aspect: a picture's width to its height."""
+        """Return a camera for this view; height: of the figure; aspect: width to height."""
         corners = [self.points + _AIR * height * e for e in (*np.eye(3), *-np.eye(3))]
         turned = camera.looking_from(self.direction)
         return turned.framing(np.vstack(corners), aspect, margin=margin)
 
 
 def limb_joints(chain: Chain, positions: Array) -> Array:
-    """The places of a chain's joints, (2 or 3, 3), of positions (joints, 3)."""
+    """Return the places of a chain's joints, (2 or 3, 3), from positions (joints, 3)."""
     joints = [j for j in (chain.parent, chain.child, chain.grandchild) if j >= 0]
     return positions[joints]
 
@@ -54,13 +54,11 @@ def limb_side(
     above: int = -1,
     body: Sequence[int] = (),
 ) -> LimbSide | None:
-    """The best side of a chain or limb; None where it has no body.
+    """Return the best view of a chain or limb, or None if it has no body.
 
-    Where it turns on a circle, as a limb and a twist bone do, that is seen open.
-
-    before, after: global rotations (joints, 4) and positions (joints, 3); facing, up: unit vectors
-    (3,) of the figure; height: of the figure; above: a joint that is to be in the picture as well,
-    −1 for none; body: the joints of the limb's person, all by default.
+    For limbs and twist bones the circle is seen open. before, after: global rotations (joints, 4)
+    and positions (joints, 3); facing, up: unit vectors (3,) of the figure; height: of the figure;
+    above: another joint to frame, −1 for none; body: the joints of the person, by default all.
     """
     rotations, positions = after
     limb = limb_joints(chain, positions)

@@ -1,7 +1,7 @@
-"""One mesh with its actor, whose points and colours are written in place every frame.
+"""A mesh with its actor; its points and colours are updated in place every frame.
 
-Everything here is measured in tenths of milliseconds: arrays are looked up once, plain VTK mappers
-draw them, and nothing is told to VTK that has not changed.
+This code must be fast: arrays are looked up once, plain VTK mappers draw them, and VTK is notified
+only of changes.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ Index = NDArray[np.int64]
 
 
 class Piece:
-    """So many vertices with constant faces, (n, 3) or (n, 4), or lines, (n, 2).
+    """A number of vertices with constant faces, (n, 3) or (n, 4), or lines, (n, 2).
 
-    channels: of the colour of a vertex, 3 or 4; 0 draws all in one colour, that of `tint`.
+    channels: of a vertex colour, 3 or 4; 0: one colour for all, set by `tint`.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Piece:
         self._renderers: list[vtkRenderer] = []
 
     def unlit(self, *, width: float = 1.0, back_faces: bool = True) -> Piece:
-        """Colours as they are, without light; the width of lines in pixels."""
+        """Draw without lighting; width: of lines, pixels."""
         prop = self.actor.GetProperty()
         prop.LightingOff()
         prop.SetLineWidth(width)
@@ -72,7 +72,7 @@ class Piece:
         return self
 
     def lit(self) -> Piece:
-        """Mostly the colour itself, a little light and gloss to tell faces apart."""
+        """Draw with a little light and gloss to distinguish faces."""
         prop = self.actor.GetProperty()
         prop.SetAmbient(0.66)
         prop.SetDiffuse(0.50)
@@ -81,16 +81,16 @@ class Piece:
         return self
 
     def blended(self) -> Piece:
-        """Drawn after all that is opaque, whatever the colours' alpha is now."""
+        """Draw after all opaque pieces, independent of the current alpha."""
         self.actor.ForceTranslucentOn()
         return self
 
     def tint(self, colour: ArrayLike) -> None:
-        """One colour, (3,) in 0…255, for a piece without colours of its own."""
+        """Set the colour, (3,) in 0…255, of a piece without vertex colours."""
         self.actor.GetProperty().SetColor(*(np.asarray(colour, dtype=float) / 255.0))
 
     def move(self, points: ArrayLike, normals: ArrayLike | None = None) -> None:
-        """Put the vertices there, (V, 3); normals: likewise, for a piece that has them."""
+        """Set the vertices, (V, 3), and the normals, likewise, of a piece with normals."""
         self.points[:] = points
         self._data.Modified()
         if self._normals is not None and normals is not None:
@@ -99,39 +99,39 @@ class Piece:
         self._mesh.Modified()
 
     def paint(self, colours: ArrayLike) -> None:
-        """Give the vertices these colours, (V, channels)."""
+        """Set the colours of the vertices, (V, channels)."""
         self.colours[:] = colours
         if self._scalars is not None:
             self._scalars.Modified()
             self._mesh.Modified()
 
     def show(self, shown: bool) -> None:
-        """Draw it or not."""
+        """Show or hide it."""
         if bool(self.actor.GetVisibility()) != shown:
             self.actor.SetVisibility(shown)
 
     @property
     def shown(self) -> bool:
-        """Whether it is drawn."""
+        """True if it is visible."""
         return bool(self.actor.GetVisibility())
 
     def add_to(self, renderer: vtkRenderer) -> Piece:
-        """Draw it there, too."""
+        """Add it to a renderer."""
         renderer.AddActor(self.actor)
         self._renderers.append(renderer)
         return self
 
     def remove(self) -> None:
-        """Take it out of every renderer."""
+        """Remove it from all renderers."""
         for renderer in self._renderers:
             renderer.RemoveActor(self.actor)
         self._renderers.clear()
 
 
 def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
-    """One small piece of every kind that a figure is made of, in the colour of the paper, (3,).
+    """Add a small piece of every kind of mesh in the background colour `paper`, (3,).
 
-    Drawn while nobody waits, before the first clip, they make the driver compile its shaders.
+    Drawing these before the first clip makes the driver compile its shaders early.
     """
     triangle, line = [[0, 1, 2]], [[0, 1]]
     made = [
@@ -150,7 +150,7 @@ def specimens(renderer: vtkRenderer, paper: NDArray[np.float64]) -> list[Piece]:
 
 
 def segments(lines: Index) -> Index:
-    """The pieces (n, 2) of lines, each a row of points."""
+    """Return the segments (n, 2) of lines, each a row of points."""
     return np.stack([lines[..., :-1], lines[..., 1:]], axis=-1).reshape(-1, 2)
 
 

@@ -1,7 +1,7 @@
-"""Mouse and wheel over the 3D view: what they do with the camera.
+"""Controls the camera with mouse and wheel over the 3D view.
 
-VTK's own styles are kept out: they render twice a move, tip the figure over, and listen to keys
-that quit or change the scene.
+VTK's own interaction styles are not used: they render twice per move, tip the figure over, and
+react to keys that quit or change the scene.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ from PySide6.QtCore import QEvent, QObject, QPointF, Qt, Signal
 from PySide6.QtGui import QMouseEvent, QWheelEvent
 from PySide6.QtWidgets import QWidget
 
-_CLICK = 4.0  # pixels the mouse may move between press and release
-_TURN = 0.0075  # radians a pixel
-_STEP = 1.15  # zoom a wheel notch
+_CLICK = 4.0  # most pixels of movement in a click
+_TURN = 0.0075  # radians per pixel
+_STEP = 1.15  # zoom per wheel notch
 
 
 class Navigation(QObject):
-    """Filters the events of a widget: drag, Shift+drag or middle drag, wheel, click, hover."""
+    """Filters a widget's events: drag, Shift+drag or middle drag, wheel, click, hover."""
 
-    steered = Signal(object)  # what makes of an OrbitCamera the one that is wanted
+    steered = Signal(object)  # a function from OrbitCamera to OrbitCamera
     clicked = Signal(QPointF)
     hovered = Signal(QPointF)
 
@@ -30,10 +30,10 @@ class Navigation(QObject):
         widget.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Take what is meant for the camera; VTK sees no input at all."""
+        """Handle events for the camera; VTK gets no input at all."""
         kind = event.type()
         if kind in (QEvent.Type.KeyPress, QEvent.Type.KeyRelease):
-            event.ignore()  # on to the window, which knows the keys
+            event.ignore()  # pass on to the window, which handles keys
             return True
         if isinstance(event, QWheelEvent):
             self._zoom(event.angleDelta().y() / 120.0)

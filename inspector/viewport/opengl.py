@@ -1,4 +1,4 @@
-"""Which OpenGL there is: none, software or hardware. Asked once."""
+"""Detects the kind of OpenGL: none, software or hardware."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from PySide6.QtGui import QGuiApplication, QOffscreenSurface, QOpenGLContext, QS
 from inspector.language import tr
 
 _GL_RENDERER = 0x1F01
-_PICTURELESS = ("offscreen", "minimal")  # Qt platforms on which VTK's picture stays blank
-_WAYLAND = "wayland"  # 'wayland-egl' and others too; pyvistaqt has no way to draw there yet
+_PICTURELESS = ("offscreen", "minimal")  # Qt platforms where VTK's picture is blank
+_WAYLAND = "wayland"  # also 'wayland-egl'; pyvistaqt cannot draw there yet
 _STRONG = ("nvidia", "geforce", "quadro", "rtx", "radeon", "amd", "apple m")
 _NO_OPENGL = tr(
-    "The 3D view needs OpenGL 3.2, which this display does not offer.\n"
+    "The 3D view needs OpenGL 3.2, which is not available on this display.\n"
     "Curves, tables and export work without it."
 )
 _NO_XWAYLAND = tr(
-    "The 3D view draws through X, and this Wayland desktop runs no X server: install Xwayland.\n"
+    "The 3D view needs an X server, which this Wayland desktop does not run. Install Xwayland.\n"
     "Curves, tables and export work without it."
 )
 _SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software", "swrast", "gdi generic")
@@ -25,7 +25,7 @@ _SOFTWARE = ("llvmpipe", "softpipe", "swiftshader", "software", "swrast", "gdi g
 
 @functools.cache
 def renderer_name() -> str:
-    """What the driver calls itself; empty where no desktop OpenGL 3.2 can be had."""
+    """Return the driver's name; '' if there is no desktop OpenGL 3.2. The result is cached."""
     platform = QGuiApplication.platformName()
     if platform in _PICTURELESS or platform.startswith(_WAYLAND):
         return ""
@@ -49,18 +49,18 @@ def renderer_name() -> str:
 
 
 def is_software() -> bool:
-    """Whether the processor draws."""
+    """True if OpenGL is rendered in software."""
     return any(word in renderer_name().lower() for word in _SOFTWARE)
 
 
 def multisamples() -> int:
-    """Samples a pixel: none where the processor would pay for them, 8 where they cost nothing."""
+    """Return samples per pixel: 0 with software rendering, 8 on fast hardware."""
     if is_software():
         return 0
     return 8 if any(word in renderer_name().lower() for word in _STRONG) else 4
 
 
 def complaint() -> str:
-    """Why there is no 3D view, and what works all the same: for where `renderer_name` is empty."""
+    """Return why there is no 3D view, for an empty `renderer_name`."""
     on_wayland = QGuiApplication.platformName().startswith(_WAYLAND)
     return _NO_XWAYLAND if on_wayland else _NO_OPENGL

@@ -1,4 +1,4 @@
-"""What lies over the picture: legend, notice, scale of colours, the line between two pictures."""
+"""Overlays of the picture: legend, notice, colour scale, and the line between two pictures."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ EMPTY = tr("Open a clip (Ctrl+O), drop one here, or try the sample")
 
 
 class Overlays:
-    """The widgets over a view; the mouse goes through them."""
+    """The widgets over a view, which ignore the mouse."""
 
     def __init__(self, view: QWidget) -> None:
-        # Between two pictures side by side; first, so that it lies under the others' words.
+        # Between two pictures; created first, so that it is below the other widgets.
         self.divider = _let_through(QWidget(view))
         self.divider.hide()
         self.notice = _let_through(QLabel(view))  # a sentence in the middle
         self.notice.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self.notice.setWordWrap(True)
-        self.legend = _let_through(QLabel(view))  # the small key of colours
+        self.legend = _let_through(QLabel(view))  # the key of colours
         self.legend.setTextFormat(Qt.TextFormat.RichText)
         self.legend.hide()
         self.scale = OffsetScale(view)
         self._split = False
 
     def colour(self, theme: Theme, points: float) -> None:
-        """Draw in other colours; points: of the legend's type."""
+        """Apply the theme's colours; points: font size of the legend."""
         self.notice.setStyleSheet(f"color: {theme.soft}; background: transparent; font-size: 15px")
         self.legend.setStyleSheet(
             f"background: {theme.raised}; color: {theme.text}; border: 1px solid {theme.line};"
@@ -49,8 +49,8 @@ class Overlays:
         self.scale.colour(theme)
 
     def place(self, *, drawing: bool, by_offset: bool, split: bool) -> None:
-        """Each in its corner, and none of a figure's over a view that draws nothing."""
-        view = self.notice.parentWidget()  # kept, it would outlive its end, and OpenGL with it
+        """Place all overlays; those of a figure only while one is drawn."""
+        view = self.notice.parentWidget()  # no reference, which would keep OpenGL
         assert view is not None
         high = view.height()
         self._split = split
@@ -61,25 +61,25 @@ class Overlays:
         self.divider.setVisible(drawing and split)
         self.fit()
 
-    def tell(self, text: str) -> None:
-        """The legend, rich text."""
+    def show_legend(self, text: str) -> None:
+        """Show a legend, rich text."""
         if text != self.legend.text():
             self.legend.setText(text)
             self.fit()
 
     @property
     def top(self) -> int:
-        """Pixels at the top that the legend takes: while it says nothing, those of one line."""
+        """The height in pixels of the legend, at least one line."""
         line = 2 * _MARGIN + self.legend.fontMetrics().height()
         return max(self.legend.geometry().bottom() + 1, line)
 
     def fit(self) -> None:
-        """The legend in its picture, in as many lines as it needs; no divider through it."""
+        """Fit the legend into its picture, and start the divider below it if they overlap."""
         view, legend = self.notice.parentWidget(), self.legend
         assert view is not None
         middle = view.width() // 2
         room = (middle if self._split else view.width()) - 2 * _MARGIN
-        if legend.wordWrap():  # setting it lays the text out anew
+        if legend.wordWrap():  # setting it lays out the text again
             legend.setWordWrap(False)
         size = legend.sizeHint()
         if size.width() > room:
@@ -87,7 +87,7 @@ class Overlays:
             wide = max(room, legend.minimumSizeHint().width())
             size = QSize(wide, legend.heightForWidth(wide))
         legend.setGeometry(QRect(QPoint(_MARGIN, _MARGIN), size))
-        top = 0  # in a view narrower than a word of it the line begins under the legend
+        top = 0  # in a very narrow view the line begins below the legend
         if legend.geometry().right() >= middle - _MARGIN // 2:
             top = legend.geometry().bottom() + _MARGIN
         self.divider.setGeometry(middle - 1, top, 2, view.height() - top)
@@ -103,10 +103,10 @@ def legend_text(
     swivel: bool = False,
     fault: str = "",
 ) -> str:
-    """Rich text: what is before and after, by colour and form, and the chain's offset now.
+    """Return the legend as rich text: the colours of before and after, and the chain's offset.
 
-    show: one of document.Show, or 'split' for one beside the other; tracked: with a third figure;
-    swivel: the offset is a limb's; fault: words on what stays as it is, in place of the offset.
+    show: one of document.Show, or 'split' for two pictures; tracked: with a third figure; swivel:
+    the offset is a limb's; fault: text about an error that is only shown, instead of the offset.
     """
     before = _key("□" if show == Show.BOTH else "■", theme.before, tr("before"))
     after = _key("■", theme.after, tr("after"))
@@ -129,13 +129,13 @@ def legend_text(
 
 
 def trails_text(apart: float) -> str:
-    """Rich text: how far before and after are apart, in shares of the figure's height."""
+    """Return rich text about the distance of hands and feet before and after, in figure heights."""
     same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
     return "<br>" + tr("hands and feet: {share} of the height apart", share=same)
 
 
 class OffsetScale(QWidget):
-    """The colours of |offset|, 0…180°."""
+    """The colour scale of |offset|, 0…180°."""
 
     def __init__(self, parent: QWidget) -> None:
         super().__init__(parent)
@@ -146,12 +146,12 @@ class OffsetScale(QWidget):
         self.hide()
 
     def colour(self, theme: Theme) -> None:
-        """Draw in other colours."""
+        """Apply the theme's colours."""
         self._theme = theme
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """A bar of colours with its numbers."""
+        """Draw a bar of colours with numbers."""
         painter, theme = QPainter(self), self._theme
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
         painter.setPen(QColor(theme.line))
@@ -184,6 +184,6 @@ def _key(mark: str, colour: str, text: str) -> str:
 
 
 def _let_through(widget: _Shown) -> _Shown:
-    """The same widget, and the mouse goes past it to the view."""
+    """Return the widget, made transparent for the mouse."""
     widget.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
     return widget

@@ -1,4 +1,4 @@
-"""What VTK draws: figures on their ground, in one picture or in two side by side."""
+"""The VTK scene: figures on the ground, in one picture or in two."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ AXES = np.array([[225, 72, 64], [74, 168, 84], [64, 118, 235]], dtype=np.uint8) 
 
 
 class Scene:
-    """The pieces of one clip in a plotter; built anew for another clip."""
+    """The scene of a clip in a plotter; another clip gets a new scene."""
 
     def __init__(self, plotter: QtInteractor, document: Document, theme: Theme) -> None:
         data = document.data
@@ -41,7 +41,7 @@ class Scene:
         self._document = document
         self.data: Analysed = data
         self._theme = theme
-        self._limbs = find_chains(data.motion)  # whatever chains a person wants
+        self._limbs = find_chains(data.motion)  # independent of a person's own chains
         people = find_people(data.motion.skeleton)
         self.people = {person.name: person.joints for person in people}
         self.up = guess_up(data.positions, self._limbs, data.motion.skeleton)
@@ -58,40 +58,40 @@ class Scene:
         self._triads.paint(np.repeat(np.tile(AXES, (2, 1)), 2, axis=0))
         self.trails: Trails | None = None
         self._seen: tuple[float, ...] = ()
-        self._other: Solid | None = None  # the solid one on the right
-        self._third: DashedOutline | None = None  # few clips are tracked
-        self._circle: LimbCircle | None = None  # made for the first limb that is selected
+        self._other: Solid | None = None  # the solid figure on the right
+        self._third: DashedOutline | None = None  # made when needed
+        self._circle: LimbCircle | None = None  # made when needed
         self._dress(Style.WEDGES)
         self.colour(theme)
 
-    # -- what it looks like -------------------------------------------------------------------
+    # -- look ---------------------------------------------------------------------------------
 
     @property
     def style(self) -> Style:
-        """What bodies look like."""
+        """The style of the bodies."""
         return self.shapes.style
 
     @property
     def split(self) -> bool:
-        """Whether before and after stand side by side."""
+        """True if before and after are in separate pictures."""
         return self._right is not None
 
     def set_style(self, style: Style) -> None:
-        """Wedges or skin."""
+        """Set the style: wedges or skin."""
         if style != self.style:
             self._undress()
             self._dress(style)
             self._restore()
 
     def take_chains(self, data: Analysed) -> None:
-        """The clip has other chains: a skin goes along other bones."""
+        """Rebuild the figures, because the chains have changed."""
         self.data = data
         self._undress()
         self._dress(self.style)
         self._restore()
 
     def set_split(self, on: bool) -> None:
-        """Two pictures with one camera, before on the left, or one."""
+        """Show before and after in two pictures with one camera, or in one picture."""
         if on == self.split:
             return
         trailing = self.trails is not None
@@ -115,7 +115,7 @@ class Scene:
         self.set_trails(trailing)
 
     def set_trails(self, on: bool) -> None:
-        """Show the ways of hands and feet, or not."""
+        """Show or hide the trails of hands and feet."""
         if self.trails is not None:
             self.trails.remove()
             self.trails = None
@@ -124,21 +124,21 @@ class Scene:
             self.trails.colour(self._theme, background(self._theme))
 
     def colour(self, theme: Theme) -> None:
-        """Draw in other colours; figures are painted with the next pose."""
+        """Apply the theme's colours; figures are painted with the next pose."""
         self._theme = theme
         self._restore()
 
     # -- a frame ------------------------------------------------------------------------------
 
     def draw(self, pose: Pose, after: Pose | None = None) -> None:
-        """Move and paint everything; `after`: the figure on the right. The caller repaints."""
+        """Draw the figures; after: the figure on the right. The caller repaints."""
         self._solid.draw(pose)
         self._ghost.draw(pose)
         if self._other is not None and after is not None:
             self._other.draw(after)
 
     def draw_companion(self, figure: tuple[Array, Array] | None, solid: Pose) -> None:
-        """The third figure (global rotations, positions) around the solid one, or none."""
+        """Draw the third figure (global rotations, positions) around the solid one, or hide it."""
         if figure is not None and self._third is None:
             self._third = DashedOutline(self.bones, self.height, self.renderers()[-1])
             self._third.colour(self._theme)
@@ -147,14 +147,11 @@ class Scene:
 
     @property
     def accompanied(self) -> bool:
-        """Whether the third figure is seen."""
+        """True if the third figure is visible."""
         return self._third is not None and self._third.shown
 
     def draw_triads(self, pose: Pose, chain: Chain | None) -> None:
-        """The axes of the chain's P and C as the figure has them, of a limb those of P and E.
-
-        None without a chain.
-        """
+        """Draw the axes of a chain's P and C, or of a limb's P and E; None hides them."""
         self._triads.show(chain is not None)
         if chain is None:
             return
@@ -172,7 +169,7 @@ class Scene:
         before: bool = False,
         after: Array | None = None,
     ) -> None:
-        """What the selected limb turns on, as in LimbCircle.draw; nothing without a circle."""
+        """Draw the circle of the selected limb, as LimbCircle.draw; None hides it."""
         if circle is not None and self._circle is None:
             self._circle = LimbCircle(self.height, self.renderers())
             self._circle.colour(self._theme)
@@ -181,7 +178,7 @@ class Scene:
 
     @property
     def circled(self) -> bool:
-        """Whether a limb's circle is seen."""
+        """True if a limb's circle is visible."""
         return self._circle is not None and self._circle.circle.shown
 
     @property
@@ -190,17 +187,17 @@ class Scene:
         return [joints[0] for joints in self.people.values()]
 
     def facing(self, positions: Array, person: str = "") -> Array:
-        """The level unit vector (3,) that the figure's front shows to, from places of joints.
+        """Return the direction that the figure faces, a level unit vector (3,).
 
-        person: of several people whose front; by default the first one's.
+        person: one of several people, by default the first.
         """
         own = tuple(limb for limb in self._limbs if not person or limb.person == person)
         return heading(positions, own, self.up)
 
     def show_from(self, camera: OrbitCamera) -> None:
         """Look through the camera."""
-        # Everything lies on the ground's disc or near the figure; asking VTK for the bounds of
-        # all actors would cost more than the frame's own arithmetic.
+        # Everything is on the ground's disc or near the figure. Asking VTK for the bounds of all
+        # actors would take longer than computing the frame.
         reach = float(np.linalg.norm(camera.position - self.ground.centre))
         reach += self.ground.radius + 2.0 * self.height
         near = max(0.02 * camera.distance, 1e-4 * reach)
@@ -216,7 +213,7 @@ class Scene:
         vtk.SetClippingRange(near, reach)
 
     def remove(self) -> None:
-        """Take everything out of the plotter."""
+        """Remove everything from the plotter."""
         self.set_trails(False)
         self._undress()
         self._grid.remove()
@@ -244,7 +241,7 @@ class Scene:
         return [figure for figure in every if figure is not None]
 
     def _restore(self) -> None:
-        """Give the theme's colours to everything."""
+        """Apply the theme's colours to everything."""
         back = background(self._theme)
         for renderer in self.renderers():
             renderer.SetBackground(*(back / 255.0))
@@ -256,7 +253,7 @@ class Scene:
             self.trails.colour(self._theme, back)
 
     def renderers(self) -> list[vtkRenderer]:
-        """That of the one picture, or of the left and the right one."""
+        """Return the renderers of the pictures, from left to right."""
         return [self._left] if self._right is None else [self._left, self._right]
 
     def _drop_right(self) -> None:
@@ -275,15 +272,15 @@ class Scene:
 
 
 def make_plotter(parent: QWidget) -> QtInteractor | None:
-    """The widget that a scene stands in, lit and empty; None without OpenGL."""
+    """Return an empty VTK widget with lights, or None without OpenGL."""
     if not opengl.renderer_name():
         return None
     plotter = QtInteractor(parent, auto_update=False, multi_samples=opengl.multisamples())
-    plotter.setAcceptDrops(False)  # the window opens what is dropped
+    plotter.setAcceptDrops(False)  # the window handles drops
     plotter.reset_key_events()
     plotter.remove_all_lights()
     light(plotter.renderer)
-    # The ghost is thin and convex: plain blending does, at a tenth of the cost of VTK's
-    # order-independent pass over the whole picture.
+    # Plain blending is enough for the thin, convex ghost, at a tenth of the cost of VTK's
+    # order-independent pass.
     plotter.renderer.SetUseOIT(False)
     return plotter

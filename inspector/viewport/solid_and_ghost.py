@@ -1,4 +1,4 @@
-"""A figure to be drawn: the solid one with its shadow, and the ghost around it."""
+"""The solid figure with its shadow, and the ghost around it."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from inspector.widgets.theme import Theme
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.rotation import Array, geodesic_angle
 
-_GROWN = 1.09  # the ghost lies around a solid body of the same pose, not in its faces
-_FAINT = 64  # alpha of a body that only stands by
-SAME = np.radians(0.05)  # bones that differ by less are not shown apart
+_GROWN = 1.09  # the ghost is slightly larger than the solid body
+_FAINT = 64  # alpha of a faint body
+SAME = np.radians(0.05)  # bones that differ by less count as equal
 
 
 class Style(StrEnum):
-    """What bodies look like."""
+    """The style of bodies."""
 
     WEDGES = "wedge bones"
     SKIN = "skinned limbs"
@@ -40,13 +40,12 @@ class Style(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Pose:
-    """What one frame looks like.
+    """The pose and look of a frame.
 
-    rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,), of
-    bone_colours.Role; ghost: rotations (joints, 4) of the other figure, with which of its bones are
-    drawn, (bones,), or None; ghost_positions: (joints, 3), where not those of the solid one;
-    offsets: |offset| of the bones, radians, (bones,), where they give the colour; faint: bones that
-    only stand by, (bones,), where some do: what is behind them is seen.
+    rotations (joints, 4), positions (joints, 3): the solid figure; roles (bones,): of
+    bone_colours.Role; ghost: rotations (joints, 4) of the ghost and its drawn bones (bones,), or
+    None; ghost_positions: (joints, 3), if they differ from the solid figure's; offsets: |offset| of
+    the bones, radians, (bones,), to colour by offset; faint: translucent bones, (bones,), if any.
     """
 
     rotations: Array
@@ -59,7 +58,7 @@ class Pose:
 
 
 class Shapes:
-    """The vertices of a clip's figure in one style, joined by all who draw it."""
+    """The shapes of a clip's figure in one style, shared by all figures."""
 
     def __init__(
         self,
@@ -70,7 +69,7 @@ class Shapes:
         *,
         fine: bool | None = None,
     ) -> None:
-        """fine: a rounder skin; as the screen's driver can do it where nobody says."""
+        """fine: a rounder skin; by default depends on the OpenGL driver."""
         self.style = style
         worn = chains if style == Style.SKIN else ()
         fine = not opengl.is_software() if fine is None else fine
@@ -79,19 +78,23 @@ class Shapes:
         self.around: Soup = build_soup(bones, grown=_GROWN, joints=False, without=self.skin.covered)
         self._parents = np.array([b.parent for b in bones], dtype=np.int64)
         self._ends = [(b.parent, b.child) for b in bones]
-        # A wedge turns with its own joint; skin is wrung by the joint below as well.
+        # A wedge turns with its own joint; skin is also twisted by the joint below.
         self._other = self._parents.copy()
         for number in self.skin.covered:
             self._other[number] = bones[number].child
 
     def differing(self, before: Array, after: Array) -> NDArray[np.bool_]:
-        """Which bones look different in two poses, global rotations (joints, 4); (bones,)."""
+        """Return the mask of bones that differ between two poses, global rotations (joints, 4);
+        (bones,).
+        """
         differs = geodesic_angle(before, after) > SAME
         found: NDArray[np.bool_] = differs[self._parents] | differs[self._other]
         return found
 
     def belonging(self, shape: Soup | Skin, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which vertices belong to chosen bones (bones,) or are of a sphere at their ends, (V,)."""
+        """Return the mask of vertices of chosen bones (bones,) and of the spheres at their ends,
+        (V,).
+        """
         own: NDArray[np.bool_] = (shape.bone >= 0) & chosen[shape.bone]
         if isinstance(shape, Soup):
             ends = {j for k in np.flatnonzero(chosen).tolist() for j in self._ends[k]}
@@ -100,7 +103,7 @@ class Shapes:
 
 
 class _Figure:
-    """Wedges, and skin where there is any: of each the shape, its faces and what goes with them."""
+    """A figure of wedges and skin: shapes with their faces and shadows or outlines."""
 
     def __init__(
         self, parts: list[tuple[Soup | Skin, Piece, Piece]], renderer: vtkRenderer
@@ -111,7 +114,7 @@ class _Figure:
             piece.add_to(renderer)
 
     def remove(self) -> None:
-        """Take it out of the picture."""
+        """Remove it from the picture."""
         for piece in self.pieces:
             piece.remove()
 
@@ -121,7 +124,7 @@ class Solid(_Figure):
 
     def __init__(self, shapes: Shapes, ground: Ground, renderer: vtkRenderer) -> None:
         wedges, skin = shapes.bodies, shapes.skin
-        # Without spheres and stripes it is the same shadow of a quarter of the polygons.
+        # Without spheres and stripes the shadow is the same, with a quarter of the polygons.
         large = ~np.isin(wedges.part[wedges.faces[:, 0]], (JOINT, STRIPE))
         shadows = (wedges, wedges.faces[large]), (skin, skin.faces)
         parts: list[tuple[Soup | Skin, Piece, Piece]] = [
@@ -136,11 +139,11 @@ class Solid(_Figure):
         super().__init__(parts, renderer)
         self._shapes, self._ground, self._renderer = shapes, ground, renderer
         self._painted: tuple[bytes, ...] | None = None
-        self._faint: list[Piece] = []  # where a pose has some
+        self._faint: list[Piece] = []  # pieces of faint bones
         self._apart: list[NDArray[np.bool_]] = []  # their vertices
 
     def colour(self, theme: Theme) -> None:
-        """Take over colours; the next pose is painted in them."""
+        """Apply the theme's colours with the next pose."""
         self._theme = theme
         self._colours = palette(theme)
         self._painted = None
@@ -148,21 +151,21 @@ class Solid(_Figure):
             shadow.tint(mix(theme.window, "#000000", 0.38 if theme.dark else 0.13))
 
     def draw(self, pose: Pose) -> None:
-        """Move and paint."""
+        """Draw a pose."""
         degrees = b"" if pose.offsets is None else np.round(np.degrees(pose.offsets), 1).tobytes()
         faint = b"" if pose.faint is None else pose.faint.tobytes()
         look = pose.roles.tobytes(), degrees, faint
-        afresh = look != self._painted
-        if afresh and (self._painted is None or faint != self._painted[2]):
+        changed = look != self._painted
+        if changed and (self._painted is None or faint != self._painted[2]):
             self._set_apart(pose.faint)
         for k, (shape, faces, shadow) in enumerate(self.parts):
             points, normals = _placed(shape, pose.rotations, pose.positions)
             shadow.move(shadow_points(points, self._ground))
-            if afresh:
+            if changed:
                 self._paint(k, pose)
             if self._faint:
                 self._faint[k].move(points)
-                points[self._apart[k]] = points[0]  # no area: not drawn
+                points[self._apart[k]] = points[0]  # zero area is not drawn
             faces.move(points, normals)
         self._painted = look
 
@@ -178,7 +181,7 @@ class Solid(_Figure):
             self._faint[k].paint(np.hstack([colours, alpha]))
 
     def _set_apart(self, faint: NDArray[np.bool_] | None) -> None:
-        """Find what is faint of the shapes, and make pieces for it."""
+        """Make pieces for the faint bones."""
         for piece in self._faint:
             piece.remove()
             self.pieces.remove(piece)
@@ -195,7 +198,7 @@ class Solid(_Figure):
 
 
 class Ghost(_Figure):
-    """The other figure as a thin shell: faces that let the solid through, an outline."""
+    """The ghost: a translucent shell with an outline."""
 
     def __init__(self, shapes: Shapes, renderer: vtkRenderer) -> None:
         parts: list[tuple[Soup | Skin, Piece, Piece]] = [
@@ -212,13 +215,13 @@ class Ghost(_Figure):
         super().__init__(parts, renderer)
 
     def colour(self, theme: Theme) -> None:
-        """Take over colours."""
+        """Apply the theme's colours."""
         for shape, faces, outline in self.parts:
             faces.paint(ghost_paint(shape, theme))
             outline.tint(rgb(theme.before))
 
     def draw(self, pose: Pose) -> None:
-        """Move it, and show of it what differs."""
+        """Draw the parts of the ghost that differ."""
         rotations, drawn = pose.ghost or (pose.rotations, None)
         positions = pose.positions if pose.ghost_positions is None else pose.ghost_positions
         for shape, *pieces in self.parts:
@@ -236,7 +239,7 @@ class Ghost(_Figure):
 def _placed(
     shape: Soup | Skin, rotations: Array, positions: Array, *, grown: float = 1.0
 ) -> tuple[Array, Array | None]:
-    """Vertices in the world, and of skin their normals, both (V, 3); wedges have grown already."""
+    """Return world vertices and, for skin, normals, both (V, 3); wedges ignore `grown`."""
     if isinstance(shape, Skin):
         return drape(shape, rotations, positions, grown=grown)
     return place(shape, rotations, positions), None

@@ -1,9 +1,9 @@
-"""A skin of stripes along the limbs: a wrong twist wrings it like the paper of a candy.
+"""A striped skin along the limbs, which a wrong twist wrings like a candy wrapper.
 
-As with twist bones in a game character, the roll of the skin runs evenly along a bone, from that
-of the joint above to that of the joint below. Where both are right the stripes run straight; a
-joint turned by 90° between two that are not winds them up on the one side of it and back on the
-other, though every joint is where it was [Choi26 Fig. 1].
+As with the twist bones of a game character, the roll of the skin changes evenly along a bone, from
+the joint above to the joint below. Correct joints give straight stripes. A joint that is wrongly
+turned winds the stripes up on one side and back on the other, although no joint has moved
+[Choi26 Fig. 1].
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ from twistcore.skeleton.rotation import (
     twist_angle,
 )
 
-_BANDS = 6  # stripes round a limb, dark and light in turns: their pattern repeats after 120°
+_BANDS = 6  # alternating dark and light stripes around a limb; the pattern repeats after 120°
 STATIONS = np.array([0.0, 0.05, 0.11, 0.19, 0.30, 0.42, 0.54, 0.66, 0.78, 0.87, 0.94, 1.0])
-_BEND = 0.20  # of a bone: so near to a joint the skin begins to bend with the next one
-_CAP = 0.11  # of a bone: so far a limb's end is rounded off
-_SWELL = 0.16  # a limb is that much thicker in its upper middle
-# Radius by segment at P and at C, in units of the figure's height.
+_BEND = 0.20  # share of a bone near a joint where the skin bends with the next bone
+_CAP = 0.11  # share of a bone at a limb's end that is rounded
+_SWELL = 0.16  # extra thickness of a limb in its upper middle
+# Radius at P and at C by segment, in figure heights.
 _GIRTH = {
     "Shoulder": (0.026, 0.027),
     "Arm": (0.029, 0.023),
@@ -44,14 +44,14 @@ _USUAL = (0.024, 0.020)
 
 @dataclass(frozen=True, eq=False)
 class Skin:
-    """Tubes of B bones, each of K rings of M vertices; vertices in the order (B, K, M).
+    """Tubes of B bones with K rings of M vertices; vertices in the order (B, K, M).
 
-    parent, child: joints of the bones, (B,); below: the bone that goes on from C, or the bone
-    itself, (B,); above: that which leads to P, likewise; axis: P→C in P's coordinates, (B, 3);
-    across: two unit vectors normal to it, (B, 2, 3), carried along the limb in the rest pose so
-    that stripes meet; radius: (B, K); circle: cosine and sine of the vertices, (M, 2); bone: the
-    number of the body's bone, (B·K·M,); part: of bodies.PARTS, likewise; faces: (n, 4); edges:
-    lines (n, 2), along the edges of the dark stripes.
+    parent, child: joints of the bones, (B,); below: the bone after C, or the bone itself, (B,);
+    above: the bone before P, likewise; axis: P→C in P's coordinates, (B, 3); across: two unit
+    vectors perpendicular to it, (B, 2, 3), aligned along the limb in the rest pose, so that stripes
+    meet; radius: (B, K); circle: cosine and sine of the vertices, (M, 2); bone: index of the body's
+    bone, (B·K·M,); part: of bodies.PARTS, likewise; faces: (n, 4); edges: lines (n, 2) along the
+    dark stripes.
     """
 
     parent: Index
@@ -69,14 +69,14 @@ class Skin:
 
     @property
     def covered(self) -> frozenset[int]:
-        """Numbers of the bones that the skin covers."""
+        """The indices of the bones that the skin covers."""
         return frozenset(self.bone.tolist())
 
 
 def build_skin(
     bones: Sequence[BoneSegment], chains: Sequence[Chain], height: float, *, fine: bool = False
 ) -> Skin:
-    """The skin of every chain's bone P→C that has a body; `fine`: twice as round."""
+    """Return the skin of every chain's bone P→C with a body; fine: with twice as many vertices."""
     numbers = {(b.parent, b.child): k for k, b in enumerate(bones) if b.child >= 0}
     pairs = [(c, numbers[c.parent, c.child]) for c in chains if (c.parent, c.child) in numbers]
     count = len(pairs)
@@ -88,7 +88,7 @@ def build_skin(
     above = np.array([to_joint.get(c.parent, k) for k, (c, _) in enumerate(pairs)], dtype=np.int64)
     axis, across = np.zeros((count, 3)), np.zeros((count, 2, 3))
     radius = np.zeros((count, len(STATIONS)))
-    for k in np.argsort(parent).tolist():  # the bone above comes first
+    for k in np.argsort(parent).tolist():  # bones above come first
         chain, number = pairs[k]
         bone = bones[number]
         length = float(np.linalg.norm(bone.tip))
@@ -113,7 +113,7 @@ def build_skin(
 
 
 def roll(skin: Skin, rotations: Array) -> Array:
-    """Twist of each bone's C against P about P→C, radians, (B,)."""
+    """Return the twist of each bone's C relative to P about P→C, radians, (B,)."""
     local = multiply(conjugate(rotations[skin.parent]), rotations[skin.child])
     return twist_angle(local, skin.axis)
 
@@ -121,7 +121,7 @@ def roll(skin: Skin, rotations: Array) -> Array:
 def drape(
     skin: Skin, rotations: Array, positions: Array, *, grown: float = 1.0
 ) -> tuple[Array, Array]:
-    """Vertices and their normals, both (V, 3), from global rotations and positions of joints."""
+    """Return vertices and normals, both (V, 3), from global rotations and positions of joints."""
     if not len(skin.parent):
         return np.zeros((0, 3)), np.zeros((0, 3))
     matrices = matrix_from_quaternion(rotations[skin.parent])
@@ -130,13 +130,13 @@ def drape(
     start, stop = positions[skin.parent], positions[skin.child]
     centre = start[:, None] + STATIONS[:, None] * (stop - start)[:, None]
     frame = _turned(angle, sides)  # (B, K, 2, 3)
-    # Near a joint the ring belongs to both bones, to equal shares at the joint itself, as with
-    # linear blend skinning: its place and its sides are means of what either would have.
-    end = _turned(angle[:, -1:], sides)  # the roll with which a bone ends …
+    # Near a joint a ring belongs to both bones, as in linear blend skinning, with equal shares at
+    # the joint itself. Its place and sides are weighted means.
+    end = _turned(angle[:, -1:], sides)  # the roll at the end of a bone …
     for other, ours, reach in ((skin.below, stop, STATIONS - 1.0), (skin.above, start, STATIONS)):
         share = 0.5 * np.clip(1.0 - np.abs(reach) / _BEND, 0.0, 1.0) ** 2
         share = share * (other != np.arange(len(other)))[:, None]  # (B, K)
-        # … is that with which the next begins.
+        # … is the roll at the start of the next.
         theirs = end[other] if other is skin.above else sides[other][:, None]
         length = np.linalg.norm(stop - start, axis=1)[:, None, None]
         along = normalise(stop - start)[other][:, None]
@@ -150,14 +150,14 @@ def drape(
 
 
 def _turned(angle: Array, sides: Array) -> Array:
-    """Sides (B, 2, 3) turned by angles (B, K) about their common normal: (B, K, 2, 3)."""
+    """Return sides (B, 2, 3) turned by angles (B, K) about their common normal: (B, K, 2, 3)."""
     cosine, sine = np.cos(angle)[..., None], np.sin(angle)[..., None]
     first, second = sides[:, None, 0], sides[:, None, 1]
     return np.stack([cosine * first + sine * second, cosine * second - sine * first], axis=-2)
 
 
 def _carried(vector: Array, start: Array, stop: Array) -> Array:
-    """A normal (3,) of `start` taken along the smallest turn to `stop`, normal to that."""
+    """Return a normal (3,) of `start`, turned along with the shortest turn to `stop`."""
     across = start + stop
     if across @ across < 1e-6:
         return vector
@@ -167,9 +167,9 @@ def _carried(vector: Array, start: Array, stop: Array) -> Array:
 
 
 def _ring(pieces: int, bones: int) -> tuple[Array, NDArray[np.bool_], Index, Index]:
-    """Cosine and sine (M, 2) round a ring, which of it is dark (M,), all tubes' faces and edges.
+    """Return cosine and sine (M, 2) of a ring, its dark vertices (M,), and all faces and edges.
 
-    A stripe shares no vertex with the next, so that its edge is sharp.
+    Stripes share no vertices, so that their edges are sharp.
     """
     across = np.linspace(0.0, 1.0, pieces + 1)
     turn = 2.0 * np.pi / _BANDS

@@ -1,6 +1,6 @@
-"""Where hands and feet go: their way before and after around a frame, one over the other.
+"""Trails of hands and feet around a frame, before and after correction.
 
-A correction of twist moves no joint [Choi26 §3.2]; two lines that coincide show it.
+A twist correction moves no joint [Choi26 §3.2], which the coinciding trails show.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
 
 REACH = 1.0  # seconds before and after the frame
-_NEARER = 0.004  # of the way to the eye
+_NEARER = 0.004  # share of the distance to the eye
 
 
 def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64]:
-    """Hands and feet; where limbs are unknown, the last joints of the hierarchy."""
+    """Return hands and feet, or the last joints of the hierarchy if limbs are unknown."""
     found = {c.child for c in chains if c.segment in ("ForeArm", "Leg")}
     if not found:
         found = {joint for joint, _ in motion.skeleton.ends}
@@ -30,10 +30,10 @@ def end_effectors(motion: Motion, chains: tuple[Chain, ...]) -> NDArray[np.int64
 
 
 class Trails:
-    """The ways as lines, fading towards the future: broad for before, thin on top for after."""
+    """The trails as fading lines: broad for before, thin on top for after."""
 
     def __init__(self, document: Document, renderers: list[vtkRenderer]) -> None:
-        """`renderers`: one, or that of before and of after."""
+        """`renderers`: one, or two for before and after."""
         data = document.data
         assert data is not None
         self._document, self._data = document, data
@@ -46,10 +46,10 @@ class Trails:
         self.after = Piece(count, lines=lines).unlit(width=2.0).add_to(renderers[-1])
         self._drawn: tuple[int, bytes] = (-1, b"")
         self._known: tuple[int, int, Array, Array] | None = None
-        self.apart = 0.0  # largest distance between the two in the drawn frames, file's unit
+        self.apart = 0.0  # largest distance between both trails, in the file's unit
 
     def colour(self, theme: Theme, background: Array) -> None:
-        """Take over colours."""
+        """Apply the theme's colours."""
         fade = np.linspace(1.0, -1.0, self._stops)
         strength = np.where(fade >= 0.0, 1.0 - 0.35 * fade, 1.0 + 0.75 * fade)[:, None]
         for piece, colour in (
@@ -60,12 +60,12 @@ class Trails:
             piece.paint(np.tile(line, (len(self._joints), 1)).astype(np.uint8))
 
     def forget(self) -> None:
-        """The review has changed: places after are computed anew."""
+        """Drop computed places, because the review has changed."""
         self._known = None
         self._drawn = (-1, b"")
 
     def draw(self, frame: int, eye: Array, *, before: bool, after: bool) -> None:
-        """The ways around a frame, seen from a point (3,)."""
+        """Draw the trails around a frame, seen from a point (3,)."""
         self.before.show(before)
         self.after.show(after)
         if self._drawn == (frame, eye.tobytes()):
@@ -73,14 +73,14 @@ class Trails:
         self._drawn = (frame, eye.tobytes())
         first, second = self._around(frame)
         self.apart = float(np.linalg.norm(first - second, axis=2).max()) if first.size else 0.0
-        # Along the line of sight: it does not move in the picture, and lies on top.
+        # Shift along the line of sight, so that it is on top at the same place in the picture.
         for piece, way in ((self.before, first), (self.after, second + _NEARER * (eye - second))):
             piece.move(way.transpose(1, 0, 2).reshape(-1, 3))
 
     def _around(self, frame: int) -> tuple[Array, Array]:
-        """Both ways around a frame, (stops, joints, 3), the ends held at the clip's ends.
+        """Return both trails around a frame, (stops, joints, 3), held at the clip's ends.
 
-        Computed for several seconds at a time: playing on costs a look-up then.
+        Several seconds are computed at once, so that playing needs only a look-up.
         """
         frames = self._document.frames
         low, high = max(frame - self._length, 0), min(frame + self._length + 1, frames)
@@ -94,6 +94,6 @@ class Trails:
         return before[at - start], after[at - start]
 
     def remove(self) -> None:
-        """Take them out of the picture."""
+        """Remove the trails from the picture."""
         self.before.remove()
         self.after.remove()

@@ -1,4 +1,4 @@
-"""The 3D view of the document: a figure of oriented bones before and after, and its camera."""
+"""The 3D view of the document: the figure before and after correction, and its camera."""
 
 from __future__ import annotations
 
@@ -30,19 +30,18 @@ from inspector.widgets.later import Stale
 from inspector.widgets.theme import Colours, Theme
 from twistcore.skeleton.chain import Chain
 
-_AFTER_CURVES_MS = 12  # a dragged τ paints tables and curves first, the picture behind them
-_WARM_MS = 60  # after the window has been shown
-_MOST_COVERED = 0.25  # of the view's height, by a legend of many lines
-_REST_MS = 400  # a figure that moves is not told of
-_FIGURE_MS = 30  # a clip opens with tables and curves; the figure comes in turns of its own
+_AFTER_CURVES_MS = 12  # while τ is dragged, tables and curves are painted first
+_WARM_MS = 60  # after the window is shown
+_MOST_COVERED = 0.25  # largest share of the height covered by the legend
+_REST_MS = 400  # no description while the figure moves
+_FIGURE_MS = 30  # tables and curves of a new clip come first, then the figure
 
 
 class Viewport(Steering):
-    """Draws the document's frame; emits nothing, a click on a bone selects its chain there.
+    """The 3D view; a click on a bone selects its chain in the document.
 
-    Any number of changes in one turn of the event loop end in one picture, of the last of them.
-    Call `close()` before the window goes: the render window must be finalised while its OpenGL
-    context lives.
+    All changes in one turn of the event loop are drawn together. Call `close()` before the window
+    is destroyed, because the render window must be finalised while its OpenGL context exists.
     """
 
     def __init__(self, document: Document, colours: Colours) -> None:
@@ -63,7 +62,7 @@ class Viewport(Steering):
         self._warmer = QTimer(self, singleShot=True, interval=_WARM_MS)
         self._warmer.timeout.connect(self._warm)
         self._make_view()
-        self.overlays = Overlays(self)  # made after what they lie over
+        self.overlays = Overlays(self)  # created after the view, to be on top
         self._rest = QTimer(self, singleShot=True, interval=_REST_MS)
         self._rest.timeout.connect(self._describe)
         self.setAccessibleName(tr("3D view of the figure"))
@@ -79,11 +78,11 @@ class Viewport(Steering):
         colours.follow(self._colour)
         self._opened()
 
-    # -- what the window asks for -------------------------------------------------------------
+    # -- called by the window -----------------------------------------------------------------
 
     @property
     def theme(self) -> Theme:
-        """The colours that it is drawn in."""
+        """The theme of the view."""
         return self.colours.theme
 
     def _colour(self, theme: Theme) -> None:
@@ -95,12 +94,12 @@ class Viewport(Steering):
         self._schedule()
 
     def set_scale(self, scale: float) -> None:
-        """Larger type over the picture, 1 as usual."""
+        """Scale the text over the picture; 1 is the normal size."""
         self._scale = scale
         self._colour(self.theme)
 
     def look(self, **changes: Any) -> None:
-        """See the figure otherwise: fields of Looks."""
+        """Change display options, given as fields of Looks."""
         self.drawing.looks = looks = replace(self.drawing.looks, **changes)
         self._place_overlays()
         if self.scene is not None and looks.split != self.scene.split:
@@ -110,26 +109,26 @@ class Viewport(Steering):
         self._schedule()
 
     def look_like(self, other: Viewport) -> None:
-        """Take over how another view of the same clip looks at it."""
+        """Take the display options and the camera of another view of the same clip."""
         self.look(**vars(other.drawing.looks))
         self.take_view(other)
 
     def invite(self, guest: Guest | None) -> None:
-        """Let a guest draw along from now on, or nobody."""
+        """Let a guest draw into the view; None: no guest."""
         if self.drawing.guest is not None and guest is not self.drawing.guest:
             self.drawing.guest.leave()
         self.drawing.guest = guest
         self._schedule()
 
     def accompany(self, companion: Companion) -> None:
-        """Draw a third figure along with before and after, whenever there is one."""
+        """Draw a third figure from a companion, whenever it has one."""
         self.drawing.companion = companion
         companion.changed.connect(self._schedule)
 
     # -- drawing ------------------------------------------------------------------------------
 
     def refresh(self) -> None:
-        """Draw what the document says now; the picture follows with Qt's next repaint."""
+        """Draw the current state of the document; Qt's next repaint shows it."""
         self._timer.stop()
         self._stale.take()
         if self.view is None:
@@ -138,12 +137,12 @@ class Viewport(Steering):
             self._go_along(scene)
             assert self.camera is not None
             self.drawing.draw(scene, self.camera)
-            self.overlays.tell(self.drawing.legend(scene, self.theme))
+            self.overlays.show_legend(self.drawing.legend(scene, self.theme))
             self._rest.start()
         self._repaint()
 
     def _repaint(self) -> None:
-        """With Qt's next repaint; what pyvista calls `update` would render at once."""
+        """Repaint with Qt's next repaint; pyvista's `update` would render at once."""
         if self.view is not None:
             QWidget.update(self.view)
 
@@ -153,7 +152,7 @@ class Viewport(Steering):
 
     @property
     def pending(self) -> bool:
-        """Whether a picture is still to be drawn."""
+        """True if a picture is still to be drawn."""
         return self._stale.pending or self._timer.isActive() or self._builder.isActive()
 
     # -- the clip -----------------------------------------------------------------------------
@@ -182,7 +181,7 @@ class Viewport(Steering):
         self._schedule()
 
     def _build(self) -> None:
-        """The figure of the clip that is open; in the turn after, its camera and the picture."""
+        """Build the figure of the open clip and, in the next turn, its camera."""
         if self._scene is None:
             assert self.view is not None
             self._scene = Scene(self.view, self.document, self.theme)
@@ -198,12 +197,12 @@ class Viewport(Steering):
         self._schedule()
 
     def _warm(self) -> None:
-        """Draw specimens once, and the turn after take them out again."""
+        """Draw specimens once, and remove them in the next turn."""
         if self._specimens:
             for piece in self._specimens:
                 piece.remove()
             self._specimens = []
-            self._repaint()  # the light makes them differ from the paper a little
+            self._repaint()  # lighting makes them slightly visible
         elif self.view is not None and self._scene is None:
             self._specimens = specimens(self.view.renderer, background(self.theme))
             self.view.renderer.reset_camera(render=False)
@@ -216,12 +215,12 @@ class Viewport(Steering):
             self._warm()
 
     def _complete(self) -> None:
-        """Whoever asks for the figure before its turn gets it whole."""
+        """Finish building the figure at once."""
         while self._builder.isActive():
             self._build()
 
     def _reviewed(self) -> None:
-        """Draw again where the picture changes: most steps of τ leave this frame alone."""
+        """Draw again if the frame has changed; most steps of τ do not affect it."""
         trails = self._scene.trails if self._scene is not None else None
         if trails is not None:
             trails.forget()
@@ -231,7 +230,7 @@ class Viewport(Steering):
             self._timer.start()
 
     def _towards(self, chain: Chain, scene: Scene, camera: OrbitCamera) -> OrbitCamera | None:
-        """To what a guest has to show, else to the limb's best side."""
+        """Return the camera for a guest's aim, or for the limb's best side."""
         guest = self.drawing.guest
         aim = guest.aim(scene) if guest else None
         if aim is None:
@@ -241,7 +240,7 @@ class Viewport(Steering):
     # -- Qt -----------------------------------------------------------------------------------
 
     def _make_view(self) -> None:
-        """The OpenGL widget; without OpenGL there is none, and a notice instead."""
+        """Create the OpenGL widget; without OpenGL a notice is shown instead."""
         self.view = make_plotter(self)
         if self.view is None:
             return
@@ -253,7 +252,7 @@ class Viewport(Steering):
         vbox(self.view, owner=self, margins=(0, 0, 0, 0))
 
     def _describe(self) -> None:
-        """What the legend says, for those who do not see the figure."""
+        """Set the legend as description for screen readers."""
         if self.view is not None:
             self.view.setAccessibleDescription(plain_text(self.overlays.legend.text()))
 
@@ -269,16 +268,16 @@ class Viewport(Steering):
         )
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the legend in its corner, the notice in the middle, the preset in frame."""
+        """Place the overlays and frame the preset for the new size."""
         super().resizeEvent(event)
         self._place_overlays()
         if self._framed:
             self.set_view(self._framed)
-        self._schedule()  # a guest's labels stand at pixels
-        QToolTip.hideText()  # so does the name of a bone
+        self._schedule()  # labels of a guest are placed in pixels
+        QToolTip.hideText()  # so is the name of a bone
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Catch up."""
+        """Draw changes that were made while hidden."""
         super().showEvent(event)
         self._schedule()
         if self._scene is None and not self._warmed:
@@ -286,13 +285,13 @@ class Viewport(Steering):
             self._warmer.start()
 
     def changeEvent(self, event: QEvent) -> None:
-        """A larger font makes a larger legend."""
+        """Fit the legend to a new font."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.FontChange:
             self.overlays.fit()
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Stop listening and let the render window go."""
+        """Stop listening and close the render window."""
         self._timer.stop()
         self._rest.stop()
         self._builder.stop()
@@ -305,8 +304,8 @@ class Viewport(Steering):
                 self._scene.remove()
             self._scene = None
             self.view.close()
-            # Qt deletes the surface with the window and tells nobody. What Python still had of it
-            # was taken for an action of the next window that came to lie at the same address.
+            # Qt deletes the surface with the window. A stale Python reference to it was once taken
+            # for an action of the next window at the same address.
             self.view._surface = None
             self.view = None
         super().closeEvent(event)

@@ -1,1 +1,1 @@
-"""Parts of a window that know nothing of twist."""
+"""General widgets, which know nothing about twist."""

@@ -1,4 +1,4 @@
-"""Work off the GUI thread: one function, one answer on the GUI thread."""
+"""Work in background threads, with the answer delivered in the GUI thread."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from twistcore.work.progress import Cancelled, Tell
 
 
 class _Post(QObject):
-    """Brings what threads say into the GUI thread.
+    """Delivers calls from threads to the GUI thread.
 
-    It outlives every task: a task's own signal, emitted by a thread, could still be at it while
-    the GUI thread, which has the answer already, deletes the task.
+    The object outlives every task: a thread could still be emitting a task's own signal while the
+    GUI thread, which has the answer already, deletes the task.
     """
 
     said = Signal(object)
@@ -34,9 +34,9 @@ _post: _Post | None = None
 
 
 class Task(QObject):
-    """Runs `work(tell)` in the pool; `finished` or `failed` (an exception) arrive in this thread.
+    """Runs `work(tell)` in a thread; emits `finished` or `failed` (with an exception) in this one.
 
-    Work that takes long tells how far it is; `progress(share)` arrives in this thread. After
+    Long work calls `tell` with its progress; `progress(share)` is emitted in this thread. After
     `cancel()` nothing is emitted.
     """
 
@@ -51,17 +51,17 @@ class Task(QObject):
         self._work: Callable[[Tell], Any] = work
 
     def start(self) -> None:
-        """Hand the work to the pool."""
+        """Start the work in the thread pool."""
         global _post
         _post = _post or _Post()
         QThreadPool.globalInstance().start(_Runner(self, _post))
 
     def cancel(self) -> None:
-        """Forget the answer; work under way ends when it next tells how far it is."""
+        """Ignore the answer; running work ends at its next report of progress."""
         self._cancelled = True
 
     def tell(self, share: float) -> None:
-        """For the work, in its thread: what share is done, 0…1; raises Cancelled after `cancel`."""
+        """Report progress from the thread, 0…1; raises Cancelled after `cancel`."""
         if self._cancelled:
             raise Cancelled
         if (percent := int(100.0 * share)) != self._percent:
@@ -74,16 +74,16 @@ class Task(QObject):
             self.progress.emit(share)
 
     def run(self) -> Callable[[], None]:
-        """In a thread of the pool: do the work; what is to be done with it in the GUI thread."""
+        """Do the work in the thread; return the call that delivers its answer."""
         try:
             return partial(self._deliver, self._work(self.tell), None)
-        except (Exception, Cancelled) as caught:  # whatever went wrong is told in the GUI thread
+        except (Exception, Cancelled) as caught:  # the GUI thread reports every error
             return partial(self._deliver, None, caught)
 
     def _deliver(self, result: object, error: object) -> None:
-        self._work = lambda _: None  # what it holds is let go here, not in the thread
+        self._work = lambda _: None  # free its objects here, not in the thread
         if not isValid(self):
-            return  # what it was for was closed meanwhile
+            return  # the owner was closed in the meantime
         if not self._cancelled:
             if error is not None:
                 self.failed.emit(error)
@@ -93,7 +93,7 @@ class Task(QObject):
 
 
 class OneTask(QObject):
-    """One work at a time: another takes the place of what is under way."""
+    """Runs one task at a time; a new one replaces the running one."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -101,7 +101,7 @@ class OneTask(QObject):
 
     @property
     def running(self) -> bool:
-        """Whether an answer is still to come."""
+        """True until the answer has arrived."""
         return self._task is not None
 
     def run(
@@ -111,7 +111,7 @@ class OneTask(QObject):
         failed: Callable[[Any], object] = lambda _: None,
         progress: Callable[[float], object] = lambda _: None,
     ) -> None:
-        """Run `work(tell)` in the pool; once nothing is under way any more `done` or `failed`."""
+        """Run `work(tell)` in a thread, then call `done` or `failed`, unless it was replaced."""
         self.cancel()
         self._task = Task(work, self)
         self._task.finished.connect(lambda result: self._end(done, result))
@@ -120,7 +120,7 @@ class OneTask(QObject):
         self._task.start()
 
     def cancel(self) -> None:
-        """Forget what is under way."""
+        """Cancel the running task."""
         if self._task is not None:
             self._task.cancel()
             self._task = None
@@ -136,12 +136,12 @@ class _Runner(QRunnable):
         self._task, self._post = task, post
 
     def run(self) -> None:
-        """Called in a thread of the pool."""
+        """Do the task's work in the thread."""
         answer = self._task.run()
-        with suppress(RuntimeError):  # the program is at its end: nobody is left to tell
+        with suppress(RuntimeError):  # the program is closing
             self._post.said.emit(answer)
 
 
 def wait_for_tasks(milliseconds: int) -> bool:
-    """Let what runs come to its end; False if it did not in this time."""
+    """Wait for running tasks; False if they did not end in this time."""
     return QThreadPool.globalInstance().waitForDone(milliseconds)

@@ -1,4 +1,4 @@
-"""Rows, columns and the small widgets that panels are made of, each in one call."""
+"""Functions that build rows, columns and small widgets for the panels."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _Label = TypeVar("_Label", bound=QLabel)
 _Box = TypeVar("_Box", bound=QBoxLayout)
 _Margins = tuple[int, int, int, int]  # pixels: left, top, right, bottom
 
-# A widget, a layout, words; one of them with its stretch; so many empty pixels; or the empty room.
+# A widget, a layout or a text; one of them with its stretch; a number of pixels; or a stretch.
 Part = QWidget | QLayout | str | tuple[QWidget | QLayout, int] | int | None
 
 
@@ -33,9 +33,9 @@ def hbox(
     margins: _Margins | None = None,
     spacing: int | None = None,
 ) -> QHBoxLayout:
-    """Parts from left to right; without margins or spacing as the style has them.
+    """Return a layout with its parts from left to right.
 
-    owner: the widget that they fill.
+    owner: the widget that gets the layout; margins, spacing: the style's if None.
     """
     box = QHBoxLayout() if owner is None else QHBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
@@ -47,7 +47,7 @@ def vbox(
     margins: _Margins | None = None,
     spacing: int | None = None,
 ) -> QVBoxLayout:
-    """Parts from top to bottom, likewise."""
+    """Return a layout with its parts from top to bottom; parameters as in `hbox`."""
     box = QVBoxLayout() if owner is None else QVBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
 
@@ -73,7 +73,7 @@ def _filled(
 
 
 class Wrapping(QWidget):
-    """Parts beside each other; under each other where there is not the width for all."""
+    """Parts side by side, or one below the other if the widget is too narrow."""
 
     def __init__(self, *parts: QLayout, spacing: int) -> None:
         super().__init__()
@@ -81,50 +81,50 @@ class Wrapping(QWidget):
         self._box = hbox(*parts, owner=self, margins=(0, 0, 0, 0), spacing=spacing)
 
     def minimumSizeHint(self) -> QSize:
-        """As wide as the widest part."""
+        """Return the width of the widest part."""
         wide = max(part.minimumSize().width() for part in self._parts)
         return QSize(wide, super().minimumSizeHint().height())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Beside each other or not."""
+        """Arrange the parts for the new width."""
         super().resizeEvent(event)
         self._arrange()
 
     def event(self, event: QEvent) -> bool:
-        """A part that has other words may be wider."""
+        """Arrange the parts again when a part's text changes."""
         if event.type() == QEvent.Type.LayoutRequest:
             self._arrange()
         return super().event(event)
 
     @property
     def beside(self) -> int:
-        """Pixels in which all parts are beside each other."""
+        """Pixels that all parts need side by side."""
         gaps = self._box.spacing() * (len(self._parts) - 1)
         return sum(part.minimumSize().width() for part in self._parts) + gaps
 
     def _arrange(self) -> None:
-        wanted = self.beside
-        beside = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
-        if self._box.direction() != (wanted_direction := beside[wanted > self.width()]):
-            self._box.setDirection(wanted_direction)
+        directions = QBoxLayout.Direction.LeftToRight, QBoxLayout.Direction.TopToBottom
+        direction = directions[self.beside > self.width()]
+        if self._box.direction() != direction:
+            self._box.setDirection(direction)
 
 
 def soft(label: _Label) -> _Label:
-    """The same label, in the theme's colour of secondary text."""
+    """Return the label, in the theme's colour of secondary text."""
     label.setObjectName("soft")
     return label
 
 
 def hint(text: str = "") -> QLabel:
-    """A soft sentence in the middle of the room, where there is nothing else to show."""
+    """Return a centred label for a panel that has nothing else to show."""
     return soft(QLabel(text, alignment=Qt.AlignmentFlag.AlignCenter, wordWrap=True))
 
 
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
-    """A small button with a word or a sign on it; flat: without a frame until the mouse is there.
+    """Return a small button with a word or a sign; flat: frameless until the mouse is over it.
 
-    A sign, not the style's picture: those are black on a dark window. A screen reader cannot say
-    it: it says the tip.
+    Signs are used because the style's icons are black on a dark window. Screen readers cannot read
+    signs, so they read the tip.
     """
     button = QToolButton(autoRaise=flat)
     button.setText(text)
@@ -135,7 +135,7 @@ def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
 
 
 def action_button(action: QAction, short: str = "") -> QToolButton:
-    """The button of an action; `short`: the word on it, where it is plain what it is about."""
+    """Return a button for an action; `short`: a shorter text, if the context explains it."""
     if short:
         action.setIconText(short)
     button = QToolButton()
@@ -144,7 +144,7 @@ def action_button(action: QAction, short: str = "") -> QToolButton:
 
 
 def scrolled(content: QWidget) -> QScrollArea:
-    """It keeps its size where there is less room, and scrolls."""
+    """Return a scroll area in which the content keeps its size."""
     area = QScrollArea(widgetResizable=True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setWidget(content)
@@ -152,6 +152,6 @@ def scrolled(content: QWidget) -> QScrollArea:
 
 
 def bring_to_front(widget: QWidget) -> None:
-    """Show it, and before what lies over it: a dock comes before the other tabs of its place."""
+    """Show a widget in front of others; a dock comes in front of its other tabs."""
     widget.show()
     widget.raise_()

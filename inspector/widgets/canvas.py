@@ -1,4 +1,4 @@
-"""A plot that is painted with its window, not by itself."""
+"""A plot that is repainted together with its window."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column;
 
 
 class Canvas(pg.GraphicsView):
-    """A view with its axes, which repaints when it is told to `touch`.
+    """A plot view with its axes, which repaints after `touch`.
 
-    Left to itself every graphics scene repaints its window at once and alone: four plots, four
-    repaints. pyqtgraph's own plot also makes forty widgets for a menu that nobody sees.
+    By default every graphics scene repaints the window by itself: four plots cause four repaints.
+    pyqtgraph's own plot also creates forty widgets for a menu that is never used.
     """
 
     def __init__(
@@ -28,7 +28,7 @@ class Canvas(pg.GraphicsView):
         view: pg.ViewBox | None = None,
         parent: QWidget | None = None,
     ) -> None:
-        """axes: by side, 'left', 'bottom', 'right'; without a view, one that no mouse moves."""
+        """`axes`: by side, 'left', 'bottom' or 'right'; view: None for one without mouse input."""
         super().__init__(parent)
         self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)
         self.enableMouse(False)
@@ -53,34 +53,34 @@ class Canvas(pg.GraphicsView):
         self.setFrameShape(self.Shape.NoFrame)
 
     def addItem(self, item: pg.GraphicsObject) -> None:
-        """Put something into the view; the range does not follow it."""
+        """Add an item to the view without changing the range."""
         self.view.addItem(item, ignoreBounds=True)
 
     def colour_ground(self, theme: Theme) -> None:
-        """A theme's colours for paper and axes."""
+        """Use a theme's colours for background and axes."""
         self.setBackground(theme.surface)
         for axis in self.axes.values():
             axis.setPen(QPen(QColor(theme.line), 1.0))
             axis.setTextPen(QColor(theme.soft))
 
     def count_from(self, first: int) -> None:
-        """Call the first frame `first`, on an axis of frames."""
+        """Count frames from `first` on the axis of frames."""
         axis = self.axes["bottom"]
         axis.first, axis.picture = first, None
         self.touch()
 
     def set_type(self, font: QFont) -> None:
-        """The type of the numbers at the axes."""
+        """Set the font of the axes' numbers."""
         for axis in self.axes.values():
             axis.setStyle(tickFont=font, tickLength=-4, autoExpandTextSpace=False)
 
     def touch(self) -> None:
-        """Be painted with the window's next repaint."""
+        """Repaint the plot at the window's next repaint."""
         self.viewport().update()
 
 
 class TauLine(pg.InfiniteLine):
-    """A line that is dragged; says when it moves, and when the mouse comes over it or leaves it."""
+    """A line that can be dragged; `changed` reports moves, and the mouse entering or leaving."""
 
     changed = Signal()
 
@@ -89,11 +89,11 @@ class TauLine(pg.InfiniteLine):
         self.sigPositionChanged.connect(self.changed)
 
     def let_go(self) -> None:
-        """Out of the hand that drags it: what that hand does next is no longer about it."""
+        """End a drag, so that the mouse no longer moves the line."""
         self.moving = False
 
     def setMouseHover(self, hover: bool) -> None:
-        """It is drawn thicker under the mouse."""
+        """Report when the mouse enters or leaves, as the line gets thicker then."""
         if hover != self.mouseHovering:
             super().setMouseHover(hover)
             self.changed.emit()

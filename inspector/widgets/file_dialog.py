@@ -1,4 +1,4 @@
-"""Asking for files; the window goes on while the dialog is open."""
+"""File dialogs that do not block the window."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def ask_files(
     folder: Path | None = None,
     several: bool = False,
 ) -> None:
-    """Ask for a file that is there, or for several; `then` gets what was chosen."""
+    """Ask for an existing file, or for several, and call `then` with the choice."""
     mode = QFileDialog.FileMode
     dialog = _dialog(parent, title, pattern, mode.ExistingFiles if several else mode.ExistingFile)
     if folder is not None:
@@ -39,7 +39,10 @@ def ask_where(
     wanted: Path,
     suffix: str = "",
 ) -> None:
-    """Ask where to write, `wanted` to begin with; suffix: given to a name without one."""
+    """Ask where to write.
+
+    wanted: the proposed path; suffix: added to a name without one.
+    """
     dialog = _dialog(parent, title, pattern, QFileDialog.FileMode.AnyFile)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
     dialog.setDefaultSuffix(suffix)
@@ -49,7 +52,7 @@ def ask_where(
 
 
 def ask_folder(parent: QWidget, title: str, then: Callable[[Path], object]) -> None:
-    """Ask for a folder that is there."""
+    """Ask for an existing folder, and call `then` with it."""
     dialog = _dialog(parent, title, "", QFileDialog.FileMode.Directory)
     dialog.setOption(QFileDialog.Option.ShowDirsOnly)
     dialog.fileSelected.connect(lambda name: then(Path(name)))
@@ -65,10 +68,10 @@ def _dialog(parent: QWidget, title: str, pattern: str, mode: QFileDialog.FileMod
 
 
 def _draw_arrows_as_text(dialog: QFileDialog) -> None:
-    """Qt's own dialog, where the desktop has none, draws them black: not to be seen on dark."""
+    """Draw the arrows of Qt's own dialog in the text colour, as black is invisible on dark."""
     for name in _ARROWS:
         button = dialog.findChild(QToolButton, name)
-        if button is None:  # the desktop's dialog
+        if button is None:  # the desktop's own dialog
             return
         drawn = QIcon()
         for mode, group in (

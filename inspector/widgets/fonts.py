@@ -1,6 +1,6 @@
-"""Fonts that come with the program, so that numbers stand in columns alike on every machine.
+"""Fonts that come with the program, so that columns of numbers look the same on all systems.
 
-They are matplotlib's, which the window needs anyway: no file of ours has any.
+The fonts are matplotlib's, which the window needs anyway.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _PICTURED = 9.0  # points
 
 
 def font_folder() -> Path | None:
-    """Return the folder of matplotlib's fonts without importing it; None where it is not there."""
+    """Return the folder of matplotlib's fonts without importing matplotlib, or None."""
     spec = find_spec("matplotlib")
     places = (spec and spec.submodule_search_locations) or ()
     return next((Path(place) / _FOLDER for place in places), None)
@@ -32,8 +32,8 @@ def font_folder() -> Path | None:
 def shipped_families() -> frozenset[str]:
     """Load the fonts into Qt the first time, and return their families; takes 5 ms.
 
-    A package of a distribution may have put them elsewhere: then the set is empty, and the system's
-    fonts are used.
+    A Linux distribution may store them in another folder. Then the set is empty, and the program
+    uses the system's fonts.
     """
     folder = font_folder()
     files = [folder / name for name in _FILES] if folder else []
@@ -43,12 +43,12 @@ def shipped_families() -> frozenset[str]:
 
 
 def use_shipped_fonts() -> None:
-    """Set the whole program in them, for pictures that are the same on every machine."""
+    """Use the shipped fonts everywhere, so that pictures look the same on all systems."""
     assert SANS in shipped_families(), "matplotlib's fonts are missing"
     font = QFont(QApplication.font())
     font.setFamilies([SANS])
     font.setPointSizeF(_PICTURED)
-    # Fontconfig's settings of a machine say how letters are drawn, unless the font does.
+    # These override fontconfig's settings of the system.
     font.setHintingPreference(QFont.HintingPreference.PreferVerticalHinting)
     font.setStyleStrategy(QFont.StyleStrategy.NoSubpixelAntialias)
     QApplication.setFont(font)

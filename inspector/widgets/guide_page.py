@@ -1,4 +1,4 @@
-"""The pages of docs/ inside the program: links, pictures, a way back, a search."""
+"""The guide's window: the pages of docs/ with links, pictures, history and search."""
 
 from __future__ import annotations
 
@@ -38,14 +38,14 @@ _TOPICS = (
     (tr("Limits"), "limits.md"),
 )
 _MARGIN = 24  # pixels around a page
-_SETTLE_MS = 150  # a window that is being resized
-_PICTURES = (".png", ".svg", ".gif")  # of a film its first frame
+_SETTLE_MS = 150  # wait until resizing ends
+_PICTURES = (".png", ".svg", ".gif")  # for a film its first frame
 _SOLID = QTextFrameFormat.BorderStyle.BorderStyle_Solid
 _Type = QTextDocument.ResourceType
 
 
 class GuidePage(QWidget):
-    """A window of its own."""
+    """The window of the guide."""
 
     def __init__(self, owner: QWidget, colours: Colours, docs: Path = DOCS) -> None:
         super().__init__(owner, Qt.WindowType.Window)
@@ -100,7 +100,7 @@ class GuidePage(QWidget):
         self.forward.setIcon(icon("forward", theme))
 
     def _find_typed(self) -> None:
-        """What is typed further may stand where its beginning was found."""
+        """Search again from the beginning of the current match."""
         cursor = self.browser.textCursor()
         cursor.setPosition(cursor.selectionStart())
         self._find(cursor)
@@ -109,18 +109,18 @@ class GuidePage(QWidget):
         self._find(self.browser.textCursor())
 
     def _find(self, behind: QTextCursor) -> None:
-        """The next place; at the end from the top again."""
+        """Go to the next match; after the end start again at the top."""
         words, document = self.line.text(), self.browser.document()
         place = document.find(words, behind)
         if place.isNull():
             place = document.find(words, 0)
-        self.found.setText(tr("not on this page") if words and place.isNull() else "")
+        self.found.setText(tr("no match on this page") if words and place.isNull() else "")
         if not place.isNull():
             self.browser.setTextCursor(place)
             self.browser.ensureCursorVisible()
 
     def _leave(self) -> None:
-        """Esc ends a search first, then the guide."""
+        """Clear the search on Esc, or close the guide if there is none."""
         if self.line.hasFocus() and self.line.text():
             self.line.clear()
         else:
@@ -128,13 +128,13 @@ class GuidePage(QWidget):
 
 
 class MarkdownPage(QTextBrowser):
-    """Tables have a line under a row, in the theme's colour: Qt draws a grid in that of text."""
+    """A Markdown page whose tables have faint lines under the rows instead of Qt's grid."""
 
     def soften_tables(self) -> None:
-        """Of the page as it is; a new one has to be softened again."""
+        """Replace the grids of the present page's tables by faint lines."""
         line = self.palette().color(QPalette.ColorRole.Mid)
         whole = QTextCursor(self.document())
-        whole.beginEditBlock()  # else each cell lays the page out anew
+        whole.beginEditBlock()  # or every cell would cause a new layout of the page
         for frame in self.document().rootFrame().childFrames():
             if isinstance(frame, QTextTable):
                 looks = frame.format()
@@ -151,33 +151,33 @@ class MarkdownPage(QTextBrowser):
         whole.endEditBlock()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Another theme has other lines."""
+        """Draw the tables' lines in the colours of a new theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self.soften_tables()
 
 
 class Pages(MarkdownPage):
-    """Markdown files of a folder; pictures are never wider than the page."""
+    """Shows the Markdown files of a folder, with pictures at most as wide as the page."""
 
     def __init__(self, docs: Path) -> None:
         super().__init__()
         self._docs = docs
         self.document().setDocumentMargin(_MARGIN)
-        # Else pictures are laid out for a page without it, and are too wide with it.
+        # Always, or the layout ignores the bar's width and pictures get too wide.
         self.setVerticalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOn)
-        self.shown_heading = ""  # as the last link named it that led to one
+        self.shown_heading = ""  # the heading of the last followed link
         self.setOpenLinks(False)
         self.anchorClicked.connect(self._follow)
         self._settled = QTimer(self, singleShot=True, interval=_SETTLE_MS)
-        self._settled.timeout.connect(self._lay_out_anew)
+        self._settled.timeout.connect(self._reload)
 
     def go(self, file: str) -> None:
         """Show a page of the folder."""
         self._follow(QUrl.fromLocalFile(str(self._docs / file)))
 
     def _follow(self, url: QUrl) -> None:
-        """Show the page of a link, from its top or a heading; the web is for a web browser."""
+        """Show a link's page, from its top or from a heading; open web pages in the browser."""
         if not url.isLocalFile():
             QDesktopServices.openUrl(url)
             return
@@ -185,7 +185,7 @@ class Pages(MarkdownPage):
         url.setFragment("")
         path = real_path(Path(url.toLocalFile()))
         if not path.is_file():
-            self.setMarkdown(tr("This page is not installed: {name}", name=path.name))
+            self.setMarkdown(tr("The page {name} is not installed.", name=path.name))
             return
         if url != self.source():
             self.setSource(url, _Type.MarkdownResource)
@@ -202,8 +202,8 @@ class Pages(MarkdownPage):
                 return
             block = block.next()
 
-    def _lay_out_anew(self) -> None:
-        """Pictures are as wide as the page was when they were read."""
+    def _reload(self) -> None:
+        """Load the page again, so that its pictures fit the new width."""
         bar = self.verticalScrollBar()
         share = bar.value() / max(bar.maximum(), 1)
         self.reload()
@@ -212,16 +212,16 @@ class Pages(MarkdownPage):
     # -- Qt -----------------------------------------------------------------------------------
 
     def doSetSource(self, name: QUrl | str, kind: _Type = _Type.UnknownResource) -> None:
-        """Every page, also one that is read again."""
+        """Load a page, and give its tables faint lines."""
         super().doSetSource(name, kind)
         self.soften_tables()
 
     def loadResource(self, kind: int, name: QUrl | str) -> Any:
-        """Pages as they are, pictures no wider than the page."""
+        """Load a page, or a picture at most as wide as the page."""
         url = QUrl(name)
         if Path(url.path()).suffix not in _PICTURES:
             return super().loadResource(kind, url)
-        if kind != _Type.ImageResource.value:  # a link to a picture: a page with nothing else
+        if kind != _Type.ImageResource.value:  # a link to a picture: show it as a page
             return f"![]({url.fileName()})"
         picture = QImage(self.source().resolved(url).toLocalFile())
         ratio = self.devicePixelRatioF()
@@ -232,12 +232,12 @@ class Pages(MarkdownPage):
         return picture
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Fit the pictures once the window stands."""
+        """Fit the pictures once resizing has ended."""
         super().resizeEvent(event)
         if event.oldSize().width() not in (-1, event.size().width()):
             self._settled.start()
 
 
 def _slug(heading: str) -> str:
-    """What links call a heading."""
+    """Return a heading's name in links."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")

@@ -1,4 +1,4 @@
-"""The program's icons: drawings in lines, in the colours of the theme."""
+"""The program's icons: line drawings in the theme's colours."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from PySide6.QtSvg import QSvgRenderer
 from inspector.bundled import ICONS
 from inspector.widgets.theme import Theme
 
-SIDE = 18  # pixels of a screen of scale 1
+SIDE = 18  # pixels at screen scale 1
 _SCALES = (1.0, 2.0)  # of screens
-_SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels: of title bars, task bars and menus
+_SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels, for title bars, task bars and menus
 
 
 def has_icon(name: str) -> bool:
-    """Whether there is a drawing of this name: an action's id, or a word."""
+    """True if an icon has this name, which is an action's id or a word."""
     return (ICONS / f"{name}.svg").is_file()
 
 
 def program_icon() -> QIcon:
-    """The program's own, in its own colours."""
+    """Return the program's icon."""
     renderer, made = QSvgRenderer(str(ICONS / "program.svg")), QIcon()
     for side in _SIDES:
         made.addPixmap(_drawn(renderer, side, 1.0))
@@ -28,7 +28,7 @@ def program_icon() -> QIcon:
 
 
 def icon(name: str, theme: Theme) -> QIcon:
-    """The drawing in the colour of text; where nothing can be pressed in a paler one."""
+    """Return an icon in the colour of text, and paler for a disabled button."""
     drawing = (ICONS / f"{name}.svg").read_text("utf-8")
     made = QIcon()
     for mode, colour in ((QIcon.Mode.Normal, theme.text), (QIcon.Mode.Disabled, theme.faint)):
@@ -39,7 +39,7 @@ def icon(name: str, theme: Theme) -> QIcon:
 
 
 def _drawn(renderer: QSvgRenderer, side: int, scale: float) -> QPixmap:
-    """A square picture; side: in pixels of a screen of scale 1."""
+    """Return a square picture; side: pixels at screen scale 1."""
     picture = QPixmap(round(side * scale), round(side * scale))
     picture.setDevicePixelRatio(scale)
     picture.fill(Qt.GlobalColor.transparent)

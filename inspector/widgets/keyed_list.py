@@ -1,4 +1,4 @@
-"""A list whose rows have words and a key, each in a column of its own."""
+"""A list with two columns: words and a key."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from inspector.widgets.tables import Index
 
 _KEY = Qt.ItemDataRole.UserRole + 1
 _SIDE = Qt.AlignmentFlag.AlignVCenter
-_PAD = 8  # pixels beside a key
+_PAD = 8  # pixels next to a key
 
 
 class KeyedList(QListWidget):
-    """Keys stand in front of the words, or at the right edge."""
+    """A list of words with keys, before the words or at the right edge."""
 
     def __init__(self, *, keys_first: bool) -> None:
         super().__init__()
@@ -29,7 +29,7 @@ class KeyedList(QListWidget):
         self.setItemDelegate(_KeyedRows(self))
 
     def add(self, words: str, key: str, data: object = None) -> None:
-        """A row; data: its UserRole."""
+        """Add a row; data: stored in its UserRole."""
         item = QListWidgetItem(words)
         item.setData(_KEY, key)
         if key:
@@ -44,7 +44,7 @@ class _KeyedRows(QStyledItemDelegate):
         self._owner = owner
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """The row without words, then words and key in their columns."""
+        """Paint the row, then words and key in their columns."""
         option = QStyleOptionViewItem(option)
         self.initStyleOption(option, index)
         words, option.text = option.text, ""

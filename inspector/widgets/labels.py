@@ -1,7 +1,7 @@
-"""Labels whose changing text moves nothing around them.
+"""Labels whose text can change without moving other widgets.
 
-An ordinary label asks for a new layout with every text, and the window lays itself out and repaints
-once more for each step of a drag.
+An ordinary label asks for a new layout at every change, so each step of a drag would cause an
+additional layout and repaint of the window.
 """
 
 from __future__ import annotations
@@ -23,93 +23,93 @@ from PySide6.QtWidgets import QLabel, QSizePolicy, QWidget
 from twistcore.files.encoding import legible
 
 _TAG = re.compile("[<&]")
-_MOST = 4000  # letters: to set millions of them takes minutes
-_LARGE = 2000  # pixels: no label is larger
-_ASIDE = 4  # pixels beside a line of the status bar
-_STILL_MS = 400  # a line that has not changed for so long is told to screen readers
+_MOST = 4000  # letters: laying out millions takes minutes
+_LARGE = 2000  # pixels: larger than any label
+_ASIDE = 4  # pixels next to a line of the status bar
+_STILL_MS = 400  # screen readers get a line that has not changed for this time
 
 
 class SteadyLabel(QLabel):
-    """A line of figures; it grows where they need more room and never shrinks."""
+    """A label that grows with its text and never shrinks."""
 
     _widest = ""
 
     def keep_room(self, text: str) -> None:
-        """Room for such a text from the start."""
+        """Reserve room for a text."""
         self._widest = text
         self._grow()
 
     def sizeHint(self) -> QSize:
-        """Room for the text, and for the widest that was told."""
+        """Return the size for the text, or for the reserved text if that is wider."""
         aligned, room = self.alignment().value, QRect(0, 0, _LARGE, _LARGE)
         widest = self.fontMetrics().boundingRect(room, aligned, self._widest).width()
         return super().sizeHint().expandedTo(QSize(widest, 0))
 
     def setText(self, text: str) -> None:
-        """Show a text, in more room if it needs more."""
+        """Show a text, and grow if needed."""
         if text != self.text():
             super().setText(text)
             self._grow()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Another font needs other room."""
+        """Fit the size to a new font."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
-            self.setMinimumSize(0, 0)  # a hint is never smaller than the minimum
+            self.setMinimumSize(0, 0)  # or the size hint could not get smaller
             self.setFixedSize(self.sizeHint())
 
     def _grow(self) -> None:
-        wanted, has = self.sizeHint(), self.maximumSize()
+        needed, has = self.sizeHint(), self.maximumSize()
         fixed = self.minimumSize() == has
-        room = QSize(wanted).expandedTo(has) if fixed else wanted
+        room = QSize(needed).expandedTo(has) if fixed else needed
         if not fixed or room != has:
             self.setFixedSize(room)
 
 
 def as_rich(text: str) -> str:
-    """Rich text that is seen as the plain text; nothing in it is obeyed."""
+    """Return rich text that looks like the plain text, with all markup escaped."""
     return escape(legible(text, lines=True, most=_MOST), quote=False)
 
 
 def bold(text: str) -> str:
-    """Rich text in bold of plain text."""
+    """Return plain text as bold rich text."""
     return f"<b>{as_rich(text)}</b>"
 
 
 def as_tip(text: str) -> str:
-    """Plain text as a tool tip has it; nothing in it is HTML, and nothing is obeyed.
+    """Return plain text for a tool tip, in which Qt sees no HTML.
 
-    Qt guesses of a tool tip whether it is HTML. A word joiner, which is not seen, behind what a tag
-    or the sign for '<' begins with leaves nothing to be guessed.
+    Qt guesses whether a tool tip is HTML. An invisible word joiner after every '<' and '&' prevents
+    that.
     """
     return _TAG.sub("\\g<0>\u2060", legible(text, lines=True, most=_MOST))
 
 
 def as_entry(text: str) -> str:
-    """Plain text as menus and buttons have it: no key is made of what is behind '&'."""
+    """Return plain text for menus and buttons, in which '&' marks no key."""
     return legible(text, most=_MOST).replace("&", "&&")
 
 
 def capitalised(text: str) -> str:
-    """Words for the middle of a sentence, to begin one with."""
+    """Return a text with its first letter in upper case."""
     return text[:1].upper() + text[1:]
 
 
 def inked(text: str, colour: str) -> str:
-    """Rich text in a colour, '#rrggbb'."""
+    """Return rich text in a colour, '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 
 def plain_text(rich: str) -> str:
-    """The words of rich text."""
+    """Return the plain text of rich text."""
     return QTextDocumentFragment.fromHtml(rich).toPlainText()
 
 
 class Caption(QWidget):
-    """Rich text as wide as there is room, broken into lines; it grows with them, never shrinks.
+    """Rich text in lines as wide as the widget, which grows with the text and never shrinks.
 
-    The label in it is placed by hand: no layout, no new one with every text. Where it is short it
-    is a line of plain text, and its tip tells the rest.
+    The label inside is placed by hand, so that a new text needs no new layout. A short caption is
+    one line of plain text, and its tip shows the rest.
     """
 
     def __init__(self, *, soft: bool = False) -> None:
@@ -122,36 +122,36 @@ class Caption(QWidget):
         self.setFixedHeight(self._line)
 
     def text(self) -> str:
-        """What it says, as rich text."""
+        """Return the rich text."""
         return self._text
 
     def set_text(self, text: str) -> None:
-        """Say something else, as rich text."""
+        """Show rich text."""
         if text != self._text:
             self._text = text
             self._fit(self.height())
 
     def set_plain(self, text: str) -> None:
-        """The same of plain text."""
+        """Show plain text."""
         self.set_text(as_rich(text))
 
     def says(self, text: str) -> bool:
-        """Whether it says this plain text."""
+        """True if the caption shows this plain text."""
         return self._text == as_rich(text)
 
     def set_short(self, short: bool) -> None:
-        """A line of plain text, or all of it."""
+        """Show one line of plain text, or the whole text."""
         if short != self._short:
             self._short = short
             self._fit(self._line)
 
     @property
     def _line(self) -> int:
-        """Pixels of a line's height."""
+        """Height of a line, in pixels."""
         return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Another width needs other lines."""
+        """Break the lines for the new width."""
         super().resizeEvent(event)
         self._fit(self._line)
 
@@ -163,8 +163,8 @@ class Caption(QWidget):
             line = self.fontMetrics().elidedText(whole, end, self.width())
             shown = escape(line)
             rest = [self._text, escape(self.toolTip()).replace("\n", "<br>")]
-            told = "<p>".join(filter(None, rest))
-            self.label.setToolTip(f"<qt>{told}</qt>" if line != whole else "")
+            tip = "<p>".join(filter(None, rest))
+            self.label.setToolTip(f"<qt>{tip}</qt>" if line != whole else "")
         if shown != self.label.text():
             self.label.setText(shown)
         if not self._short:
@@ -176,14 +176,14 @@ class Caption(QWidget):
 
 
 class ElidedLabel(QLabel):
-    """A line that makes nothing wider: where there is no room its end is left out."""
+    """A line of text that never widens its parent, and is cut off with … if too long."""
 
     def __init__(self) -> None:
         super().__init__()
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """As much of the text as there is room for."""
+        """Paint as much of the text as fits."""
         painter = QPainter(self)
         end = Qt.TextElideMode.ElideRight
         text = self.fontMetrics().elidedText(self.text(), end, self.width())
@@ -192,10 +192,9 @@ class ElidedLabel(QLabel):
 
 
 class Headline(QLabel):
-    """'<b>what</b> more' in a line that makes nothing wider: where room is short more ends in …
+    """A line '<b>what</b> more' that never widens its parent; a long text ends with ….
 
-    Rich text; without anything in bold plain text will do, where what stands for a sign of HTML in
-    it is escaped.
+    The text is rich text; plain text without bold works as well if its HTML signs are escaped.
     """
 
     def __init__(self) -> None:
@@ -203,11 +202,11 @@ class Headline(QLabel):
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def minimumSizeHint(self) -> QSize:
-        """As narrow as it has to be."""
+        """Return no width, so that the line can be narrow."""
         return QSize(0, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """As much as there is room for."""
+        """Paint as much as fits."""
         if self.sizeHint().width() <= self.width():
             super().paintEvent(event)
             return
@@ -228,31 +227,31 @@ class Headline(QLabel):
 
 
 class ElidedLine(QWidget):
-    """A line that may change many times a second: no other text asks for a new layout."""
+    """A line that may change many times a second without a new layout."""
 
     def __init__(self) -> None:
         super().__init__()
         self._text = ""
         self._still = QTimer(self, singleShot=True, interval=_STILL_MS)
-        self._still.timeout.connect(self._tell)
+        self._still.timeout.connect(self._name)
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def text(self) -> str:
-        """What it says."""
+        """Return the text."""
         return self._text
 
     def set_text(self, text: str) -> None:
-        """Say something else."""
+        """Show a text."""
         if text != self._text:
             self._text = text
             self.update()
             self._still.start()
 
-    def _tell(self) -> None:
+    def _name(self) -> None:
         self.setAccessibleName(self._text)
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """As much of the text as there is room for, in the colour of secondary text."""
+        """Paint as much of the text as fits, in the colour of secondary text."""
         painter = QPainter(self)
         painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
         room = self.rect().adjusted(_ASIDE, 0, -_ASIDE, 0)

@@ -1,4 +1,4 @@
-"""Work put off until the pending events are through, and steps that belong together."""
+"""Work delayed until pending events are handled, and series of quick steps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _BURST_MS = 800
 
 
 class Latest(QObject):
-    """Carries out only the last of many requests, once the pending events are through."""
+    """Carries out only the last of many requests, after the pending events."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -19,17 +19,17 @@ class Latest(QObject):
         self._timer.timeout.connect(self.flush)
 
     def ask(self, work: Callable[[], None]) -> None:
-        """Replace what is pending."""
+        """Replace the pending request."""
         self._work = work
         self._timer.start()
 
     def forget(self) -> None:
-        """Nothing is pending any more: what it was about is gone."""
+        """Drop the pending request."""
         self._timer.stop()
         self._work = None
 
     def flush(self) -> None:
-        """Do it now, if anything is pending."""
+        """Carry out the pending request now."""
         self._timer.stop()
         work, self._work = self._work, None
         if work is not None:
@@ -37,55 +37,55 @@ class Latest(QObject):
 
 
 class Stale(QObject):
-    """What of a view is to be drawn again: `due` once for all that a change has asked for.
+    """Collects requests to redraw a view, and emits `due` once for all of them.
 
-    It comes queued, once the change is through and before Qt's next repaint, so that tables, plots
-    and picture are painted at once. Whoever draws `take`s it.
+    The signal is queued: it arrives after the change and before Qt's next repaint, so that tables,
+    plots and picture are painted together. The view calls `take` when it draws.
     """
 
     due = Signal()
-    _asked = Signal()
+    _requested = Signal()
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
         self.pending = self._all = False
-        self._asked.connect(self.due, Qt.ConnectionType.QueuedConnection)
+        self._requested.connect(self.due, Qt.ConnectionType.QueuedConnection)
 
     def mark(self, *_: object) -> None:
-        """Something is to be drawn again."""
+        """Request a redraw."""
         if not self.pending:
             self.pending = True
-            self._asked.emit()
+            self._requested.emit()
 
     def mark_all(self, *_: object) -> None:
-        """Everything is."""
+        """Request a redraw of everything."""
         self._all = True
         self.mark()
 
     def take(self) -> tuple[bool, bool]:
-        """Whether anything, and whether everything was to be drawn; now nothing is."""
+        """Return whether anything and whether everything must be redrawn, and reset both."""
         taken = self.pending, self._all
         self.pending = self._all = False
         return taken
 
 
 class Burst(QObject):
-    """Steps in quick succession, as of a spin box, are one step of the history."""
+    """Joins quick steps, for example of a spin box, into one step of the history."""
 
     def __init__(self, begin_drag: Callable[[], int], parent: QObject) -> None:
-        """`begin_drag`: gives the number under which the steps are one."""
+        """`begin_drag`: returns the number that joins the steps."""
         super().__init__(parent)
         self._begin_drag, self._drag = begin_drag, 0
         self._timer = QTimer(self, singleShot=True, interval=_BURST_MS)
 
     @property
-    def going_on(self) -> bool:
-        """Whether the last step was just now."""
+    def active(self) -> bool:
+        """True if the last step was a moment ago."""
         return self._timer.isActive()
 
     def drag(self) -> int:
-        """The number for one more step."""
-        if not self.going_on:
+        """Return the number for one more step."""
+        if not self.active:
             self._drag = self._begin_drag()
         self._timer.start()
         return self._drag

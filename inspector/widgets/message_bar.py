@@ -1,4 +1,4 @@
-"""A sentence for the person, inside the window; nothing modal."""
+"""The message bar, which shows messages and questions inside the window."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ Answers = Sequence[tuple[str, Callable[[], object]]]
 
 
 class MessageBar(QFrame):
-    """Shows the last message; what went wrong stays until it is closed.
+    """Shows the last message; an error stays until it is closed.
 
-    A question that an error covers is back when the error is closed. Alt+1, Alt+2 … answer.
+    A question that an error covers returns when the error is closed. Alt+1, Alt+2 … answer it.
     """
 
     def __init__(self) -> None:
@@ -36,11 +36,11 @@ class MessageBar(QFrame):
         layout.addWidget(close, 0, Qt.AlignmentFlag.AlignTop)
         self._timer = QTimer(self, singleShot=True)
         self._timer.timeout.connect(self.hide)
-        self._asked: tuple[str, Answers] | None = None  # the question that waits
+        self._question: tuple[str, Answers] | None = None  # the question that waits
         self.hide()
 
     def show_message(self, text: str, wrong: bool) -> None:
-        """Show a sentence, twistcore's in the chosen language; `wrong` marks an error."""
+        """Show a message, in the chosen language; `wrong` marks an error."""
         text = of_core(text)
         if self.asks and not wrong:
             return  # a question waits for its answer
@@ -51,43 +51,43 @@ class MessageBar(QFrame):
             self._timer.start(_SHOWN_MS)
 
     def add_error(self, text: str) -> None:
-        """Show an error, behind the one that is shown if one is."""
+        """Show an error, after an error that is shown already."""
         text = of_core(text)
         if not (self.isVisible() and text in self.label.text()):
-            self.show_message(self._behind_error(text), True)
+            self.show_message(self._after_error(text), True)
 
     @property
     def asks(self) -> bool:
-        """Whether a question is seen that waits for its answer."""
-        return self._asked is not None and bool(self._answers.count()) and self.isVisible()
+        """True if the bar shows a question that waits for an answer."""
+        return self._question is not None and bool(self._answers.count()) and self.isVisible()
 
     def offer(self, text: str, answers: Answers) -> None:
-        """Show a sentence with buttons that goes by itself; not where a question waits."""
+        """Show a message with buttons for a while, unless a question waits."""
         if not self.asks:
-            self._asked = None
-            self._show(self._behind_error(text), False)
+            self._question = None
+            self._show(self._after_error(text), False)
             self._add(answers)
             self._timer.start(2 * _SHOWN_MS)
 
     def offer_behind(self, text: str, answers: Answers) -> None:
-        """The same, behind the sentence that is shown, for that has just been told."""
+        """Add a message with buttons after the message that is shown."""
         shown = self.label.text() if self.isVisible() and not self.property("wrong") else ""
         self.offer(f"{shown} {text}".strip(), answers)
 
     def withdraw(self, text: str) -> None:
-        """No longer show this sentence, if it is what is shown."""
+        """Hide this message, if the bar shows it."""
         if of_core(text) == self.label.text() and not self._answers.count():
             self._close()
 
     def ask(self, text: str, answers: Answers) -> None:
-        """Show a sentence with buttons; it stays until one is pressed or it is closed."""
-        self._asked = (text, answers)
-        self._show(self._behind_error(text), False)
+        """Show a question with buttons until it is answered or closed."""
+        self._question = (text, answers)
+        self._show(self._after_error(text), False)
         self._timer.stop()
         self._add(answers)
 
-    def _behind_error(self, text: str) -> str:
-        """Behind the error that is shown, if one is, for that is not to go unread."""
+    def _after_error(self, text: str) -> str:
+        """Return the text after the error that is shown, so that the error stays readable."""
         error = self.isVisible() and self.property("wrong") and not self._answers.count()
         return f"{self.label.text()} {text}" if error else text
 
@@ -102,21 +102,21 @@ class MessageBar(QFrame):
         self._keys.setText(", ".join(f"Alt+{k}" for k in range(1, len(answers) + 1)))
 
     def clear(self) -> None:
-        """Show nothing, and ask nothing any more."""
-        self._asked = None
+        """Hide the bar, and drop its question."""
+        self._question = None
         self._clear()
         self.hide()
 
     def buttons(self) -> list[QPushButton]:
-        """The answers that are offered now."""
+        """Return the buttons of the answers."""
         items = (self._answers.itemAt(k) for k in range(self._answers.count()))
         every = (item.widget() for item in items if item is not None)
         return [b for b in every if isinstance(b, QPushButton)]
 
     def _close(self) -> None:
-        if self._asked is not None and not self._answers.count():
+        if self._question is not None and not self._answers.count():
             self.hide()
-            self.ask(*self._asked)
+            self.ask(*self._question)
         else:
             self.clear()
 
@@ -134,6 +134,6 @@ class MessageBar(QFrame):
         self.style().unpolish(self)
         self.style().polish(self)
         self.show()
-        if QAccessible.isActive():  # read out at once, wherever the keyboard is
+        if QAccessible.isActive():  # screen readers read it at once, wherever the focus is
             alert = QAccessibleEvent(self.label, QAccessible.Event.Alert)
             QAccessible.updateAccessibility(alert)

@@ -1,8 +1,8 @@
-"""The 3D view gets a surface of its own: all else then reaches the screen without it.
+"""Give the 3D view its own native surface, so that the other widgets are drawn without OpenGL.
 
-Qt puts a window with an OpenGL view in it together by OpenGL, all of it, whatever has changed:
-with software OpenGL 8 ms, a third of the time from a moved τ to its plots. With the view apart,
-everything else is copied to the screen as it was painted.
+Qt composes a whole window with OpenGL if it contains an OpenGL view. With software OpenGL this
+takes 8 ms, a third of the time from a moved τ to its plots. With a separate surface Qt copies the
+other widgets to the screen directly.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from PySide6.QtWidgets import QWidget
 
 
 def own_surface(view: QWidget) -> None:
-    """Give a part of a window its own surface, where that is known to work: X11."""
+    """Give a widget its own native surface, on X11 only, where this is known to work."""
     if QGuiApplication.platformName() == "xcb":
-        # Not its siblings and parents as well: menus would leave their picture between them.
+        # Not its siblings and parents, or closed menus would stay visible between them.
         QGuiApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
         view.setAttribute(Qt.WidgetAttribute.WA_DontCreateNativeAncestors)
         view.setAttribute(Qt.WidgetAttribute.WA_NativeWindow)
@@ -23,10 +23,10 @@ def own_surface(view: QWidget) -> None:
 
 
 class _Uncovered(QObject):
-    """Copies what was painted to the screen again where something lay over the window.
+    """Copies the window to the screen again where something covered it.
 
-    Without a compositor the screen forgets what is covered. Qt then takes a window with an OpenGL
-    view for one that OpenGL puts together, and copies nothing: a menu's picture stayed.
+    Without a compositor the screen loses what is covered. Qt does not restore a window with an
+    OpenGL view, because it expects OpenGL to compose it, so a closed menu would stay visible.
     """
 
     def __init__(self, window: QWidget) -> None:
@@ -36,7 +36,7 @@ class _Uncovered(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Watch only."""
+        """Copy the window when it must be painted; never stop an event."""
         if watched is self._window:
             handle = self._window.windowHandle()
             if event.type() == QEvent.Type.Show and handle is not None:

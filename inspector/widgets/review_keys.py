@@ -1,10 +1,9 @@
-"""Whose a key is, in one place: the review's, unless a text or a number is being written.
+"""Decides whether a key belongs to the review or to the text or number that is being typed.
 
-Of a text being written are characters and what edits or copies them, of a number its figures;
-every other key of the program works meanwhile, of a number also Ctrl+Z. Enter keeps what was
-written, Esc brings back what stood there or clears a search, and both give the keyboard back to
-the review. What goes out of sight loses the keyboard, and a wheel turns no box that does not have
-it.
+A text gets characters and the keys that edit or copy them; a number gets digits. All other keys
+of the program still work, and next to a number Ctrl+Z, too. Enter keeps the input; Esc restores
+the old text or clears a search. Both give the focus back to the review. A widget that is hidden
+loses the focus, and the mouse wheel changes only a box that has the focus.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from shiboken6 import isValid
 _Key = Qt.Key
 _ENDS = (_Key.Key_Return, _Key.Key_Enter, _Key.Key_Escape)
 _MODIFIERS = (_Key.Key_Shift, _Key.Key_Control, _Key.Key_Alt, _Key.Key_AltGr, _Key.Key_Meta)
-_MOVES = (  # with whatever modifiers
+_MOVES = (  # with any modifiers
     _Key.Key_Left, _Key.Key_Right, _Key.Key_Home, _Key.Key_End, _Key.Key_Backspace, _Key.Key_Delete,
 )  # fmt: skip
 _STEPS = (_Key.Key_Up, _Key.Key_Down, _Key.Key_PageUp, _Key.Key_PageDown)
@@ -43,25 +42,25 @@ _UNDOING = QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo
 
 
 class ReviewKeys(QObject):
-    """Watches a window's boxes and lines; `watch` takes in what is built later."""
+    """Watches the boxes and lines of a window; call `watch` for widgets that are built later."""
 
     def __init__(self, window: QWidget, home: Callable[[], QWidget]) -> None:
-        """`home`: what has the keyboard while nothing is being written."""
+        """`home`: returns the widget that has the focus while nothing is typed."""
         super().__init__(window)
         self._window, self._home = window, home
-        self._before = ""  # of a text that has the keyboard: what stood there when it got it
+        self._before = ""  # the text of the focused widget when it got the focus
         self.watch(window)
         window.installEventFilter(self)
         for dock in window.findChildren(QDockWidget):
             dock.visibilityChanged.connect(lambda on, d=dock: None if on else self._out_of_sight(d))
         app = QApplication.instance()
         assert isinstance(app, QApplication)
-        app.focusChanged.connect(self._moved_on)
+        app.focusChanged.connect(self._focus_changed)
 
     def watch(self, root: QWidget) -> None:
-        """Boxes, lines and tables in a widget: the rules are theirs from now on."""
+        """Watch all boxes, lines and tables in a widget."""
         for table in root.findChildren(QAbstractItemView):
-            table.setTabKeyNavigation(False)  # Tab goes on, arrows go about in it
+            table.setTabKeyNavigation(False)  # Tab leaves the table, arrows move in it
         boxes: list[QWidget] = [*root.findChildren(QAbstractSpinBox)]
         boxes += root.findChildren(QComboBox)
         for box in boxes:
@@ -71,15 +70,15 @@ class ReviewKeys(QObject):
             e for kind in (QLineEdit, QTextEdit, QPlainTextEdit) for e in root.findChildren(kind)
         ]
         for widget in (*boxes, *lines):
-            widget.removeEventFilter(self)  # installed twice, it would be asked twice
+            widget.removeEventFilter(self)  # never install it twice
             widget.installEventFilter(self)
 
     def go_home(self) -> None:
-        """The keyboard is the review's."""
+        """Give the focus back to the review."""
         self._home().setFocus(Qt.FocusReason.OtherFocusReason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Sort keys and wheel; all else goes its way."""
+        """Handle keys and the wheel; pass on all other events."""
         kind = event.type()
         if isinstance(event, QChildEvent):
             child = event.child()
@@ -88,7 +87,7 @@ class ReviewKeys(QObject):
                 self.watch(child)  # a dialog
         elif kind == QEvent.Type.Wheel and isinstance(watched, QAbstractSpinBox | QComboBox):
             if not watched.hasFocus():
-                event.ignore()  # what it lies on may scroll
+                event.ignore()  # the widget below may scroll
                 return True
         elif kind == QEvent.Type.FocusIn and _line(watched) is not None:
             self._before = _text(watched)
@@ -100,7 +99,7 @@ class ReviewKeys(QObject):
         return False
 
     def _is_here(self, watched: QObject) -> bool:
-        """Whether it has the keyboard in the window or a dock beside it: a dialog has own rules."""
+        """True if a widget of the window or of a floating dock has the focus, not of a dialog."""
         if not isinstance(watched, QWidget) or not watched.hasFocus() or _line(watched) is None:
             return False
         return watched.window() is self._window or isinstance(watched.window(), QDockWidget)
@@ -114,7 +113,7 @@ class ReviewKeys(QObject):
             event.accept()
         else:
             if number is not None:
-                number.interpretText()  # what was typed counts before the review goes on
+                number.interpretText()  # apply the typed number before the review's action
             event.ignore()
         return True
 
@@ -122,12 +121,12 @@ class ReviewKeys(QObject):
         if event.key() == _Key.Key_Escape:
             _restore(watched, self._before)
         elif not isinstance(watched, QAbstractSpinBox):
-            watched.event(event)  # who waits for its Enter is told
+            watched.event(event)  # the line's own Enter
         self.go_home()
         return True
 
-    def _moved_on(self, old: QWidget | None, new: QWidget | None) -> None:
-        """What had the keyboard is put away: Qt hands it on, perhaps to a line to write in."""
+    def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
+        """Go home if the focused widget was hidden and Qt gave the focus to another input."""
         if old is None or new is None or not isValid(old) or (old.isVisible() and old.isEnabled()):
             return
         if new.window() is self._window and _line(new) is not None:
@@ -140,14 +139,14 @@ class ReviewKeys(QObject):
 
 
 def is_text_written() -> bool:
-    """Whether the keyboard is a text's now: a letter that comes next is no decision."""
+    """True if the person is typing a text, so that letters are no decisions."""
     focus = QApplication.focusWidget()
     number = isinstance(focus, QAbstractSpinBox)
     return focus is not None and not number and _line(focus) is not None
 
 
 def _line(widget: QObject) -> QWidget | None:
-    """Where the letters are that it has being written; None where none are."""
+    """Return the widget in which a person types text, or None."""
     if isinstance(widget, QAbstractSpinBox):
         return None if widget.isReadOnly() else widget
     if isinstance(widget, QComboBox):
@@ -167,13 +166,13 @@ def _text(widget: QObject) -> str:
 
 def _restore(widget: QObject, before: str) -> None:
     if isinstance(widget, QSpinBox):
-        widget.setValue(widget.value())  # not what was typed since
+        widget.setValue(widget.value())  # discards the typed text
     elif isinstance(widget, QDoubleSpinBox):
         widget.setValue(widget.value())
     elif isinstance(widget, QComboBox):
         widget.setCurrentText(before)
     elif isinstance(widget, QLineEdit):
-        # A line to search in, which can be cleared, is: then all is listed again.
+        # A search line, which has a clear button, becomes empty.
         widget.setText("" if widget.isClearButtonEnabled() else before)
     elif isinstance(widget, QTextEdit | QPlainTextEdit):
         widget.setPlainText(before)

@@ -1,4 +1,4 @@
-"""Numbers as a person reads them: a real minus sign, and no sign before a zero."""
+"""Numbers for people: with a real minus sign, and without a sign before zero."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ _MINUS = "−"
 
 
 def signed(value: float, digits: int = 1) -> str:
-    """With its sign, '+' too: '+12.0', '−0.3', but '0.0'."""
+    """Return a number with its sign: '+12.0', '−0.3', but '0.0'."""
     text = plain(value, digits)
     return f"+{text}" if text[0] != _MINUS and float(text) else text
 
 
 def plain(value: float, digits: int = 1) -> str:
-    """With a minus sign where it is below zero as it is rounded: '12.0', '−0.3', '0.0'."""
+    """Return a number with a minus sign if it is negative after rounding: '12.0', '−0.3', '0.0'."""
     return f"{round(float(value), digits) + 0.0:.{digits}f}".replace("-", _MINUS)
 
 
 def angle_of(kind: Kind, radians: float) -> str:
-    """The angle of an interval in a list: '+12.0°', '±8.0°' of noise, '–' of frozen frames."""
+    """Return an interval's angle for a list: '+12.0°', '±8.0°' of noise, '–' of frozen frames."""
     if not (sign := kind.info.sign):
         return "–"
     degrees = math.degrees(radians)
@@ -32,18 +32,18 @@ def angle_of(kind: Kind, radians: float) -> str:
 
 
 class SignedBox(QDoubleSpinBox):
-    """A box that shows its number so; either minus can be typed."""
+    """A number box with a real minus sign, which accepts both minus signs."""
 
     def textFromValue(self, value: float) -> str:
-        """What stands in the box."""
+        """Return the text of a value."""
         return plain(value, self.decimals())
 
     def valueFromText(self, text: str) -> float:
-        """What was typed."""
+        """Return the value of a typed text."""
         return super().valueFromText(text.replace(_MINUS, "-"))
 
     def validate(self, text: str, place: int) -> tuple[QValidator.State, str, int]:
-        """Whether that is a number, or may become one."""
-        said = super().validate(text.replace(_MINUS, "-"), place)
-        assert isinstance(said, tuple)
-        return said[0], text, said[2]  # the text as it is, with its own minus
+        """Check whether a text is a number or may become one."""
+        checked = super().validate(text.replace(_MINUS, "-"), place)
+        assert isinstance(checked, tuple)
+        return checked[0], text, checked[2]  # keep the text with its minus

@@ -1,4 +1,4 @@
-"""Tables as the panels need them: one description a row, and only what changes is drawn again."""
+"""Tables for the panels: rows are described once, and only changed rows are drawn again."""
 
 from __future__ import annotations
 
@@ -35,26 +35,26 @@ _Thing = TypeVar("_Thing")
 _Feature = QStyleOptionViewItem.ViewItemFeature
 Index = QModelIndex | QPersistentModelIndex
 SORT_ROLE = Qt.ItemDataRole.UserRole
-_TOP = QModelIndex()  # what a table's rows lie under
+_TOP = QModelIndex()  # the parent of a table's rows
 _LEFT, _RIGHT = (
     side | Qt.AlignmentFlag.AlignVCenter
     for side in (Qt.AlignmentFlag.AlignLeft, Qt.AlignmentFlag.AlignRight)
 )
 _MARK_ROOM = 4 * "\N{NO-BREAK SPACE}"
-_BESIDE = 12  # pixels between a text and what stands beside it
+_BESIDE = 12  # pixels between a text and the soft text after it
 _END = Qt.TextElideMode.ElideRight
-_MOST = 500  # letters of a cell: to set millions of them takes minutes
-_FEW = 64  # rows that come and go one by one; more of them make a new table
+_MOST = 500  # letters of a cell: laying out millions takes minutes
+_FEW = 64  # at most so many rows are added or removed one by one; more reset the table
 
 
 @dataclass(frozen=True)
 class TableRow:
-    """What a table shows of one thing.
+    """A row as the table shows it.
 
-    texts: a text a column; sort: a sortable value a column, the texts if empty; colours: '#rrggbb'
-    by column; tip: shown over every column, or by column; tick: of the first column, if it has one;
-    beside: soft words behind the first column's text, for a BesideDelegate; spoken: what a screen
-    reader says of a column in place of its text, where that is a sign, a bar or nothing.
+    texts: a text per column; sort: a sortable value per column, the texts if empty; colours:
+    '#rrggbb' by column; tips: one for all columns, or one per column; tick: the first column's
+    check box, if it has one; beside: a soft text after the first column's text, drawn by a
+    BesideDelegate; spoken: texts for screen readers by column, for signs, bars and empty cells.
     """
 
     texts: tuple[str, ...]
@@ -67,16 +67,16 @@ class TableRow:
 
 
 class RowModel(QAbstractTableModel, Generic[_Thing]):
-    """Rows for things that have a key. A subclass says what `things` there are and `describe`s one.
+    """Rows for things with keys; a subclass implements `key` and `describe`.
 
-    A thing equal to the one shown before under its key is not drawn again, so things must be
-    values: frozen, and compared by what they show.
+    A thing that equals the one shown before under its key is not drawn again. Things must therefore
+    be frozen, and compare equal if they look equal.
     """
 
     heads: tuple[str, ...] = ()
     head_tips: tuple[str, ...] = ()
-    right: Collection[int] = ()  # columns of figures
-    middle: Collection[int] = ()  # of names that differ in their last letters: the middle is elided
+    right: Collection[int] = ()  # columns aligned to the right
+    middle: Collection[int] = ()  # columns of names that are cut in the middle, not at the end
 
     def __init__(self, colours: Colours) -> None:
         super().__init__()
@@ -87,17 +87,17 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         self._rows: dict[Hashable, TableRow] = {}
 
     def key(self, thing: _Thing) -> Hashable:
-        """What tells a thing from the others."""
+        """Return the key that identifies a thing."""
         raise NotImplementedError
 
     def describe(self, thing: _Thing) -> TableRow:
-        """What is shown of it; asked only for rows that are seen."""
+        """Return the row of a thing; called only for visible rows."""
         raise NotImplementedError
 
     # -- change -------------------------------------------------------------------------------
 
     def show(self, things: Sequence[_Thing]) -> None:
-        """Other things, or others of the same."""
+        """Show these things, and update only what has changed."""
         keys = [self.key(t) for t in things]
         if keys != self._keys:
             self._change_rows(things, keys)
@@ -111,7 +111,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
                 self.dataChanged.emit(self.index(first, 0), self._last(last))
 
     def begin_anew(self, things: Sequence[_Thing]) -> None:
-        """Things under other heads, or too many others: a new table."""
+        """Show these things in a new table, for other headings or many changes."""
         self.beginResetModel()
         self.things, self._keys = things, [self.key(t) for t in things]
         self._rows.clear()
@@ -119,11 +119,11 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 
     @property
     def theme(self) -> Theme:
-        """The colours to describe things in."""
+        """The present theme."""
         return self._colours.theme
 
     def redraw(self) -> None:
-        """Describe everything anew: another theme, other numbering."""
+        """Describe all rows again, for example for another theme or numbering."""
         self._rows.clear()
         if self.things:
             self.dataChanged.emit(self.index(0, 0), self._last(len(self.things) - 1))
@@ -155,7 +155,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         self.show(things)
 
     def _reorder(self, things: Sequence[_Thing], keys: list[Hashable]) -> None:
-        """The same things in another order: what is selected stays selected."""
+        """Show the same things in another order, and keep the selection."""
         self.layoutAboutToBeChanged.emit()
         old, before = self.persistentIndexList(), self._keys
         self.things, self._keys = things, keys
@@ -171,26 +171,26 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
     # -- Qt -----------------------------------------------------------------------------------
 
     def row(self, row: int) -> TableRow:
-        """The description of a row."""
+        """Return the description of a row."""
         key = self._keys[row]
         if key not in self._rows:
             self._rows[key] = self.describe(self.things[row])
         return self._rows[key]
 
     def row_of(self, key: Hashable) -> int | None:
-        """Where the thing of a key stands."""
+        """Return the row of a key, or None."""
         return self._keys.index(key) if key in self._keys else None
 
     def rowCount(self, parent: Index = _TOP) -> int:
-        """A row a thing."""
+        """Return the number of things."""
         return 0 if parent.isValid() else len(self.things)
 
     def columnCount(self, parent: Index = _TOP) -> int:
-        """A column a head."""
+        """Return the number of headings."""
         return 0 if parent.isValid() else len(self.heads)
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        """Heads, their hints, and the side of what stands below them."""
+        """Return a heading, its tip or its alignment."""
         if orientation == Qt.Orientation.Horizontal:
             if role == Qt.ItemDataRole.DisplayRole:
                 return legible(self.heads[section], lines=True)
@@ -201,7 +201,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return None
 
     def data(self, index: Index, role: int = 0) -> Any:
-        """From the row's description."""
+        """Return a cell's data from the row's description."""
         if not index.isValid():
             return None
         column = index.column()
@@ -226,23 +226,23 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return None
 
     def spoken(self, row: int, column: int) -> str:
-        """What a screen reader says of a cell."""
-        told = self.row(row)
-        beside = told.beside if column == 0 else ""
-        return told.spoken.get(column) or ", ".join(filter(None, (told.texts[column], beside)))
+        """Return the text of a cell for screen readers."""
+        shown = self.row(row)
+        beside = shown.beside if column == 0 else ""
+        return shown.spoken.get(column) or ", ".join(filter(None, (shown.texts[column], beside)))
 
     def alignment(self, column: int) -> Qt.AlignmentFlag:
-        """Figures stand on the right."""
+        """Return the alignment of a column."""
         return _RIGHT if column in self.right else _LEFT
 
 
 class RowTable(QTableView):
-    """A table of whole rows under heads, without a grid; room: pixels beside a line's height."""
+    """A table with headings and without a grid; room: pixels of a row in addition to a line."""
 
     resized = Signal()
 
     def __init__(self, model: QAbstractItemModel, *, several: bool = False, room: int = 8) -> None:
-        """`several`: rows may be selected together."""
+        """`several`: allow to select several rows."""
         super().__init__(showGrid=False, wordWrap=False)
         mode = QAbstractItemView.SelectionMode
         self.setHorizontalHeader(_Heading(Qt.Orientation.Horizontal, self))
@@ -253,21 +253,21 @@ class RowTable(QTableView):
         self.verticalHeader().hide()
         self.set_room(room)
         self._first, self._spared = 0, tuple[int, ...]()
-        self._widths: dict[int, int] = {}  # of columns as they were before any was hidden
+        self._widths: dict[int, int] = {}  # of columns, before any was hidden
 
     def set_room(self, room: int) -> None:
-        """Rows are so many pixels higher than a line."""
+        """Make rows this many pixels higher than a line."""
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
-        """Columns that are not shown, in this order, where the first would be narrower than that.
+        """Hide the columns `spared`, in order, while the first column is narrower than `first`.
 
-        first: pixels of the first column, which takes what the others leave.
+        first: pixels of the first column, which takes the rest of the width.
         """
         self._first, self._spared = first, tuple(spared)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """The first column, which says what a row is about, is worth more than the last ones."""
+        """Hide columns if the first one, which names the row, would get too narrow."""
         if self._spared:
             header = self.horizontalHeader()
             room = self.viewport().width() - self._first
@@ -279,24 +279,24 @@ class RowTable(QTableView):
         self.resized.emit()
 
     def _width_of(self, column: int) -> int:
-        """Also of one that is hidden."""
+        """Return a column's width, even if it is hidden."""
         return self._widths.setdefault(column, self.columnWidth(column))
 
     @property
     def mark_room(self) -> int:
-        """Pixels that a heading is wider for the mark of the order."""
+        """Pixels that the sort indicator needs in a heading."""
         return self.fontMetrics().horizontalAdvance(_MARK_ROOM)
 
 
 class _Heading(QHeaderView):
-    """The mark of the order stands beside the words: Qt draws it over the end of those at right."""
+    """Headings with room for the sort indicator, which Qt draws over right-aligned texts."""
 
     def __init__(self, orientation: Qt.Orientation, parent: QTableView) -> None:
         super().__init__(orientation, parent)
         self.setSectionsClickable(True)
 
     def initStyleOptionForIndex(self, option: QStyleOptionHeader, section: int) -> None:
-        """Room for it behind the words."""
+        """Add room for the sort indicator after the text."""
         super().initStyleOptionForIndex(option, section)
         marked = self.isSortIndicatorShown() and self.sortIndicatorSection() == section
         if marked and option.textAlignment & Qt.AlignmentFlag.AlignRight:
@@ -304,9 +304,9 @@ class _Heading(QHeaderView):
 
 
 class RowDelegate(QStyledItemDelegate):
-    """Takes text, side, colour and tick of a cell from the model's row, in one call.
+    """Draws cells from the model's row descriptions, with one call per cell.
 
-    Qt would ask the model seven times. proxy: what stands before the model.
+    Qt would call the model seven times. proxy: the proxy model of the table, if any.
     """
 
     def __init__(
@@ -316,12 +316,12 @@ class RowDelegate(QStyledItemDelegate):
         self._model, self._proxy = model, proxy
 
     def described(self, index: Index) -> TableRow:
-        """The row's description."""
+        """Return the description of the row."""
         source = self._proxy.mapToSource(index) if self._proxy else index
         return self._model.row(source.row())
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
-        """What the model's data() says, by the same description."""
+        """Fill in the style option from the description, as `data` would."""
         row, column = self.described(index), index.column()
         assert isinstance(index, QModelIndex)
         option.index = index
@@ -338,10 +338,10 @@ class RowDelegate(QStyledItemDelegate):
 
 
 class BesideDelegate(RowDelegate):
-    """Draws the soft words beside the first column's text, as many as there is room for."""
+    """Draws a soft text after the first column's text, as much as fits."""
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """The cell, and behind its text the rest."""
+        """Draw the cell, then the soft text."""
         super().paint(painter, option, index)
         row = self.described(index)
         if not row.beside:

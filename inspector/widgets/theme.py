@@ -1,4 +1,4 @@
-"""Colours and fonts: one accent, orange = before, blue = after, light and dark."""
+"""Colours and fonts of the light and the dark theme; orange is before, blue is after."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from inspector.widgets.fonts import FIXED, shipped_families
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours by role as '#rrggbb'. Text roles have a contrast of 4.5:1 or more on `surface`."""
+    """Colours by role as '#rrggbb'; text has a contrast of at least 4.5:1 on `surface`."""
 
     dark: bool
     window: str  # behind panels
     surface: str  # tables, plots, the 3D view
     raised: str  # buttons, headers
     line: str  # borders of panels, grid
-    edge: str  # borders of what is pressed or filled in: 3:1 or more on `surface` and `window`
+    edge: str  # borders of buttons and inputs: at least 3:1 on `surface` and `window`
     text: str
     soft: str  # secondary text
     accent: str  # selection, focus, playhead
     on_accent: str
     before: str  # the clip as it is: orange
     after: str  # the clip as corrected: blue
-    tracked: str  # what QuaMo makes of it: magenta
+    tracked: str  # the clip as tracked with QuaMo: magenta
     tau: str  # the τ line
     accepted: str
     rejected: str
@@ -39,7 +39,7 @@ class Theme:
 
     @property
     def faint(self) -> str:
-        """Text and signs of what cannot be used now."""
+        """Colour of disabled texts and icons."""
         return mixed(self.soft, self.window, 150).name()
 
 
@@ -74,7 +74,7 @@ _BOXES = (
 
 
 class Colours(QObject):
-    """The theme that views have now; `changed` carries another one to all that are connected."""
+    """The present theme; `changed` reports a new one to all connected views."""
 
     changed = Signal(object)  # the Theme
 
@@ -83,29 +83,29 @@ class Colours(QObject):
         self.theme = theme
 
     def follow(self, colour: Callable[[Theme], None]) -> None:
-        """Let a view colour itself now, and whenever there is another theme.
+        """Call `colour` now, and for every new theme.
 
-        colour: a method of the view, which is a QObject: Qt forgets it when the view goes.
+        colour: a method of a QObject, which Qt disconnects when the object is deleted.
         """
         self.changed.connect(colour)
         colour(self.theme)
 
     def use(self, theme: Theme) -> None:
-        """Give all views that are connected this theme, the one that they have already too."""
+        """Send a theme to all connected views, even if they have it already."""
         self.theme = theme
         self.changed.emit(theme)
 
 
 def system_theme() -> Theme:
-    """Light or dark as the system asks."""
+    """Return the light or the dark theme, as set in the system."""
     scheme = QGuiApplication.styleHints().colorScheme()
     return DARK if scheme == Qt.ColorScheme.Dark else LIGHT
 
 
 def apply_theme(app: QApplication, theme: Theme) -> None:
-    """Give the program Fusion with the theme's palette and style sheet.
+    """Apply Qt's Fusion style with the theme's palette and style sheet.
 
-    One that it has already is not given again: for a whole window that would take 0.15 s.
+    A theme that is in use is not applied again, as this takes 0.15 s for a whole window.
     """
     lit = mixed(theme.accent, theme.window, 60).name()
     sheet = _STYLE.format(**vars(theme), lit=lit)
@@ -140,16 +140,16 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
     for target in (role.Text, role.WindowText, role.ButtonText, role.PlaceholderText):
         palette.setColor(QPalette.ColorGroup.Disabled, target, QColor(theme.faint))
     app.setPalette(palette)
-    # Fusion draws the border of a box in a shade of the window behind it: on a dark one nobody
-    # sees it. What is drawn in that shade and in nothing else of the window gets another one.
+    # Fusion draws borders in a shade of the window's colour, invisible on a dark window. These
+    # widgets use the colour for borders only, so they get a lighter one.
     palette.setColor(role.Window, QColor(theme.edge).lighter(_OUTLINE))
     for kind in _BOXES:
-        app.setPalette(palette, kind)  # type: ignore[arg-type]  # bytes, say its stubs: refused
+        app.setPalette(palette, kind)  # type: ignore[arg-type]  # the stubs ask for bytes, wrongly
     app.setStyleSheet(sheet)
 
 
 def figures_font(size: float = 0.0) -> QFont:
-    """The fixed-pitch font of numbers in columns; size: points, 0 for the program's own."""
+    """Return the fixed-pitch font for columns of numbers; size: points, 0 for the program's."""
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
     if FIXED in shipped_families():
         font.setFamilies([FIXED])
@@ -160,7 +160,7 @@ def figures_font(size: float = 0.0) -> QFont:
     return font
 
 
-# A label does not guess from its text whether that is HTML: one that has any says so, as RichText.
+# Labels show plain text, unless they are set to RichText: Qt would guess.
 _STYLE = """
 QLabel[textFormat="AutoText"] {{ qproperty-textFormat: PlainText; }}
 * {{ dialogbuttonbox-buttons-have-icons: 0; }}
@@ -212,7 +212,7 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
 
 @cache
 def mixed(colour: str, paper: str, alpha: int) -> QColor:
-    """A colour as it looks on paper at alpha/255; opaque fills are 30 times as fast."""
+    """Return a colour blended over a background with alpha/255; opaque fills are 30× faster."""
     above, below, share = QColor(colour), QColor(paper), alpha / 255.0
     parts = (QColor.red, QColor.green, QColor.blue)
     return QColor(*(round(share * p(above) + (1.0 - share) * p(below)) for p in parts))

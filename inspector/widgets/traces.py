@@ -1,4 +1,4 @@
-"""A small plot of curves over the clip's frames, with the playhead; a click goes to a frame."""
+"""A small plot of curves over the clip's frames, with the playhead."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """x, y: frames and values, NaN where nothing is drawn; role: the theme's colour.
+    """A curve; x, y: frames and values, NaN for gaps; role: the theme's colour.
 
-    dots: isolated values, which no line would show.
+    dots: True for isolated values, which a line would not show.
     """
 
     x: Array
@@ -33,12 +33,12 @@ class Trace:
 
 
 class TracePlot(Canvas):
-    """It shows what it is given; `asked` says which frame the person wants to see."""
+    """A plot of curves; `asked` reports the frame that was clicked."""
 
     asked = Signal(int)
 
     def __init__(self, colours: Colours, unit: str = "", *, root: bool = False) -> None:
-        """`unit`: stands behind the numbers of the left axis; root: degrees on a root scale."""
+        """`unit`: after the numbers of the left axis; root: True for degrees on a root scale."""
         left = RootAxis("left") if root else UnitAxis("left")
         if isinstance(left, UnitAxis):
             left.unit = unit
@@ -67,9 +67,9 @@ class TracePlot(Canvas):
         self.show_lines(self._lines)
 
     def show_lines(self, lines: Sequence[Trace]) -> None:
-        """Draw these curves and no others."""
+        """Draw these curves instead of the present ones."""
         self._lines = tuple(lines)
-        # Items are kept: one taken out of a scene that is yet to be painted may be painted still.
+        # Items are never removed, as Qt may still paint a removed item.
         while len(self.curves) < len(lines):
             self.curves.append(pg.PlotCurveItem())
             self.addItem(self.curves[-1])
@@ -88,19 +88,19 @@ class TracePlot(Canvas):
         self.touch()
 
     def show_range(self, frames: int, low: float, high: float) -> None:
-        """All frames, and these values."""
+        """Show all frames, and this range of values."""
         self.view.setXRange(-0.5, max(frames - 0.5, 0.5), padding=0.0)
         high = high if high > low else low + 1.0
         self.view.setYRange(low, high, padding=0.06)
         self.touch()
 
     def fit(self, frames: int) -> None:
-        """All frames, and values from 0 to the largest."""
+        """Show all frames, and values from 0 to the largest."""
         tops = [float(np.nanmax(k.y)) for k in self._lines if np.isfinite(k.y).any()]
         self.show_range(frames, 0.0, max([*tops, 1e-3]))
 
     def show_level(self, value: float | None) -> None:
-        """A line across, or none."""
+        """Draw a horizontal line, or none."""
         self._level.setVisible(value is not None)
         if value is not None:
             self._level.setValue(value)

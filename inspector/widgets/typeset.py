@@ -1,4 +1,4 @@
-"""TeX as outlines: matplotlib sets it once, Qt fills the outlines at any scale and colour."""
+"""Typeset TeX with matplotlib as outlines, which Qt fills at any scale and in any colour."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from PySide6.QtGui import QPainterPath
 from inspector.language import tr
 from inspector.widgets.background import Task
 
-EM = 100.0  # of the outlines: units an em
-_one_at_a_time = Lock()  # matplotlib's parser of TeX is one for all threads
+EM = 100.0  # units of the outlines per em
+_one_at_a_time = Lock()  # matplotlib's TeX parser is not thread-safe
 
 
 @dataclass(frozen=True, eq=False)
 class Formula:
-    """Outlines with the baseline at y = 0, y down, EM units high; advance: their width."""
+    """Outlines of a formula: baseline at y = 0, y downwards, EM units per em."""
 
     path: QPainterPath
     box: QRectF
 
 
 class Typesetter(QObject):
-    """Formulas by TeX; those asked for together come together, from a thread: no window waits.
+    """Typesets formulas in a thread; formulas that are requested together arrive together.
 
-    It takes half a second, several where matplotlib has to look at all fonts first.
+    This takes half a second, or several seconds if matplotlib must index the fonts first.
     """
 
     ready = Signal()
@@ -37,43 +37,43 @@ class Typesetter(QObject):
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
         self._known: dict[str, Formula] = {}
-        self._asked: dict[str, None] = {}
-        self._waiting: list[tuple[str, ...]] = []  # one thread at a time uses matplotlib
+        self._requested: dict[str, None] = {}
+        self._waiting: list[tuple[str, ...]] = []  # requests, handled one at a time
         self._task: Task | None = None
         self.trouble = ""
 
     def start(self, texts: Iterable[str]) -> None:
-        """Set these; `ready` tells when. What was asked for before is not set again."""
-        wanted = tuple(tex for tex in texts if tex not in self._asked)
-        self._asked |= dict.fromkeys(wanted)
-        if wanted:
-            self._waiting.append(wanted)
+        """Typeset these formulas, unless requested before, and emit `ready` when they are done."""
+        fresh = tuple(tex for tex in texts if tex not in self._requested)
+        self._requested |= dict.fromkeys(fresh)
+        if fresh:
+            self._waiting.append(fresh)
             self._next()
 
     def _next(self) -> None:
         if self._task is None and self._waiting:
-            wanted = self._waiting.pop(0)
-            self._task = Task(lambda _: outlines(wanted), self)
+            texts = self._waiting.pop(0)
+            self._task = Task(lambda _: outlines(texts), self)
             self._task.finished.connect(self._take)
             self._task.failed.connect(self._fail)
             self._task.start()
 
     def formula(self, tex: str) -> Formula | None:
-        """A formula, or None while it is being set."""
+        """Return a formula, or None while it is being typeset."""
         return self._known.get(tex)
 
     def has(self, texts: Iterable[str]) -> bool:
-        """Whether all of these are set."""
+        """True if all of these formulas are ready."""
         return all(tex in self._known for tex in texts)
 
     @property
     def started(self) -> bool:
-        """Whether anything was ever asked for."""
-        return bool(self._asked)
+        """True if any formula was requested."""
+        return bool(self._requested)
 
     @property
     def done(self) -> bool:
-        """Whether all formulas that were asked for are there."""
+        """True if all requested formulas are ready."""
         return bool(self._known) and self._task is None
 
     def _take(self, outlines: dict[str, Any]) -> None:
@@ -81,7 +81,7 @@ class Typesetter(QObject):
         self._over()
 
     def _fail(self, error: Exception) -> None:
-        self.trouble = tr("The equations cannot be typeset ({error}).", error=error)
+        self.trouble = tr("The equations could not be typeset: {error}.", error=error)
         self._over()
 
     def _over(self) -> None:
@@ -91,9 +91,9 @@ class Typesetter(QObject):
 
 
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
-    """Vertices, y up, and codes of every text; safe in any thread.
+    """Return the vertices, y upwards, and the codes of every formula; thread-safe.
 
-    A text that is no TeX, as a person may write one, has none.
+    A text that is no valid TeX is left out.
     """
     out = {}
     with _one_at_a_time:
@@ -109,7 +109,7 @@ def outlines(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def _formula(vertices: Any, codes: Any) -> Formula:
-    """matplotlib's path as Qt's; y turned down."""
+    """Convert matplotlib's path to Qt's, with y downwards."""
     path = QPainterPath()
     path.setFillRule(Qt.FillRule.WindingFill)
     points = [(float(x), -float(y)) for x, y in vertices]

@@ -1,4 +1,4 @@
-"""The form in which a person says where to write a file, and what into it."""
+"""The base of dialogs that write a file."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from twistcore.files.ordinary import is_there
 
 
 class WriteDialog(QDialog):
-    """A form with a file's name; its button does what its title says.
+    """A form with a file's name; the button has the dialog's title.
 
-    A kind of form adds its rows to `form`, `where` and `replace` among them, then ends it.
+    A subclass adds its rows to `form`, including `where` and `replace`, then calls `end_form`.
     """
 
     def __init__(self, title: str, path: Path, parent: QWidget | None = None) -> None:
@@ -41,7 +41,7 @@ class WriteDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def end_form(self) -> None:
-        """Below all rows the buttons: the tab key goes in the order of making."""
+        """Add the buttons below all rows; last, because Tab follows the order of creation."""
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
         )
@@ -52,7 +52,7 @@ class WriteDialog(QDialog):
         vbox(self.form, None, buttons, owner=self)
 
     def pattern(self) -> str:
-        """The files that a file dialog lists."""
+        """Return the pattern of files for the file dialog."""
         return tr("All files (*)")
 
     def _browse(self) -> None:
@@ -61,4 +61,4 @@ class WriteDialog(QDialog):
 
     def _take(self, path: Path) -> None:
         self.path.setText(str(path))
-        self.replace.setChecked(is_there(path))  # the file dialog has asked already
+        self.replace.setChecked(is_there(path))  # the file dialog has asked about replacing

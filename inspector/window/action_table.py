@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from inspector.bundled import SAMPLE
-from inspector.feature import ActionRow, ActionSpec, Switch
+from inspector.feature import ActionRow, ActionSpec, Switch, Tool
 from inspector.language import tr, tr_as
 from inspector.session.open_clip import Show
 from inspector.viewport.solid_and_ghost import Style
@@ -35,9 +35,11 @@ def _search_intervals(parts: Parts) -> None:
 _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     "File": (
         ActionSpec("open_dialog", tr("Open…"), ("Ctrl+O",), tr("Open a clip or a session"),
+                   tool=Tool(tr_as("tool", "Open"), 10, 1),
                    do=lambda p: p.files.open_dialog()),
         ActionSpec("open_folder", tr("Open folder…"), ("Ctrl+Shift+O",),
                    tr("Analyse all clips of a folder and list the worst first"),
+                   tool=Tool(tr_as("tool", "Folder"), 11, 1),
                    do=lambda p: p.files.open_folder()),
         ActionSpec("next_clip", tr("Next clip"), ("Ctrl+N",),
                    tr("Open the worst clip that has undecided intervals"),
@@ -56,6 +58,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
         ActionSpec("save_session_as", tr("Save session as…"), ("Ctrl+Shift+S",),
                    needs="clip", do=lambda p: p.files.save_session_as()),
         ActionSpec("export_dialog", tr("Export…"), ("Ctrl+E",), tr("Write the corrected clip"),
+                   tool=Tool(tr_as("tool", "Export"), 12),
                    needs="clip", do=lambda p: p.files.export_dialog()),
         ActionSpec("export_at_once", tr("Export at once"), ("Ctrl+Shift+E",),
                    tr("Export with the usual options; asks only if a file would be replaced"),
@@ -64,19 +67,26 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
         ActionSpec("close", tr("Quit"), ("Ctrl+Q",), do=lambda p: p.close()),
     ),
     "Edit": (
-        ActionSpec("undo", tr("Undo"), ("Ctrl+Z",), do=lambda p: p.document.undo()),
-        ActionSpec("redo", tr("Redo"), ("Ctrl+Shift+Z", "Ctrl+Y"), do=lambda p: p.document.redo()),
+        ActionSpec("undo", tr("Undo"), ("Ctrl+Z",),
+                   tool=Tool(tr_as("tool", "Undo"), 20, 1),
+                   do=lambda p: p.document.undo()),
+        ActionSpec("redo", tr("Redo"), ("Ctrl+Shift+Z", "Ctrl+Y"),
+                   tool=Tool(tr_as("tool", "Redo"), 21, 1),
+                   do=lambda p: p.document.redo()),
         None,
         ActionSpec("accept", tr("Accept"), ("A",),
                    tr("Accept the interval and go to the next undecided one"),
+                   tool=Tool(tr_as("tool", "Accept"), 32),
                    needs="clip", do=lambda p: p.review_actions.decide(Decision.ACCEPTED)),
         ActionSpec("reject", tr("Reject"), ("R",),
                    tr("Reject the interval and go to the next undecided one"),
+                   tool=Tool(tr_as("tool", "Reject"), 33),
                    needs="clip", do=lambda p: p.review_actions.decide(Decision.REJECTED)),
         ActionSpec("reject_for", tr("Reject with a reason…"), ("Q",),
                    tr("Pick a reason with 1 to 9, or type one"),
                    do=lambda p: p.review_actions.reject_for()),
         ActionSpec("reset", tr("Reset to undecided"), ("Backspace",),
+                   tool=Tool(tr_as("tool", "Undecided"), 34),
                    needs="clip", do=lambda p: p.review_actions.decide(Decision.UNDECIDED)),
         ActionSpec("accept_confident", tr("Accept confident intervals…"), ("Ctrl+Shift+A",),
                    tr("Accept all undecided intervals above a confidence that you choose"),
@@ -122,9 +132,11 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     "Go": (
         ActionSpec("next_interval", tr("Next interval"), ("N",),
                    tr("Go to the next undecided interval; when all are decided, to the next one"),
+                   tool=Tool(tr_as("tool", "Next"), 31),
                    needs="clip", do=lambda p: p.review_actions.step_interval(+1)),
         ActionSpec("previous_interval", tr("Previous interval"), ("Shift+N",),
                    tr("Go to the undecided interval before it; if there is none, one step back"),
+                   tool=Tool(tr_as("tool", "Previous"), 30),
                    needs="clip", do=lambda p: p.review_actions.step_interval(-1)),
         ActionSpec("next_of_all", tr("Next interval, decided or not"), ("Ctrl+Down",),
                    do=lambda p: p.review_actions.step_any(+1)),
@@ -146,6 +158,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    do=lambda p: p.player.toggle()),
         Switch("loop_interval", tr("Loop the interval"), ("O",),
                tr("Repeat the selected interval with 0.5 s before and after it"),
+               tool=Tool(tr_as("tool", "Loop"), 40),
                needs="clip", turn=lambda p, on: p.player.set_loop(on)),
         ActionSpec("play_edge", tr("Play over the edge"), ("P",),
                    tr("Play from 0.25 s before to 0.25 s after the edge nearest to the playhead"),
@@ -178,9 +191,11 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     "View": (
         ActionSpec("cycle_show", tr("Before / after / both"), ("B",),
                    tr("Switch between the captured and the corrected figure"),
+                   tool=Tool(tr_as("tool", "Before/after"), 41, 2),
                    needs="figure", do=lambda p: p.document.set_show(_NEXT[p.document.show])),
         ActionSpec("focus_chain", tr("Focus the chain"), ("F",),
                    tr("Turn the camera to the selected limb"),
+                   tool=Tool(tr_as("tool", "Focus"), 43, 2),
                    needs="figure", do=lambda p: p.viewport.focus_chain(p.settings.turn_ms)),
         Switch("follow_root", tr("Follow the root"), ("G",), checked=True,
                needs="figure", turn=lambda p, on: p.viewport.set_follow(on)),
@@ -191,6 +206,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                turn=lambda p, on: p.viewport.look(style=Style.SKIN if on else Style.WEDGES)),
         Switch("side_by_side", tr("Side by side"), ("V",),
                tr("Before on the left, after on the right, with one camera"),
+               tool=Tool(tr_as("tool", "Side by side"), 42, 2),
                needs="figure", turn=lambda p, on: p.viewport.look(split=on)),
         Switch("trails", tr("Trails of hands and feet"), ("T",),
                    tr("Show their paths for a second before and after the frame"),

@@ -39,7 +39,7 @@ class ChainActions:
     def _retitle(self) -> None:
         rig = self._rig
         self.dock.setWindowTitle(
-            tr("Chains ({changed})", changed=_changed(rig)) if rig else tr("Chains")
+            tr("Chains ({changed})", changed=_changes_text(rig)) if rig else tr("Chains")
         )
 
     @property
@@ -71,7 +71,7 @@ class ChainActions:
             return
         if self.names is None:
             self.names = JointNamesDialog(self.document, self.window)
-            self.names.chosen.connect(self._name)
+            self.names.chosen.connect(self._use_names)
             self.names.finished.connect(self._forget_names)
             self.names.show()
         self.names.raise_()
@@ -80,7 +80,7 @@ class ChainActions:
     def _forget_names(self) -> None:
         self.names = None
 
-    def _name(self, rig: Rig) -> None:
+    def _use_names(self, rig: Rig) -> None:
         """Use the names of joints, and save them for this skeleton."""
         if rig == self._rig:
             return
@@ -113,7 +113,9 @@ class ChainActions:
         """Go back to the chains that the program found."""
         if self._open():
             self._change(
-                AS_FOUND, tr("Chains as found"), tr("The chains are already those that were found.")
+                AS_FOUND,
+                tr("Restore detected chains"),
+                tr("The chains are already the detected ones."),
             )
 
     def use_rig(self) -> None:
@@ -140,9 +142,9 @@ class ChainActions:
         rig = self._rig
         if not self._open() or not self._keep(rig):
             return
-        which = tr("the chains as found")
+        which = tr("the detected chains")
         if rig:
-            which = tr("these chains ({changed})", changed=_changed(rig))
+            which = tr("these chains ({changed})", changed=_changes_text(rig))
         message = tr(
             "From now on, clips of this skeleton without a session open with {chains}.",
             chains=which,
@@ -172,7 +174,7 @@ class ChainActions:
         return self.document.data is not None
 
 
-def _changed(rig: Rig) -> str:
+def _changes_text(rig: Rig) -> str:
     """Return how the chains differ from those found: '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),

@@ -20,7 +20,7 @@ from inspector.window.chain_actions import ChainActions
 
 
 class Chains(FeatureParts):
-    """The list of chains, and what its actions do."""
+    """The list of chains, and its actions."""
 
     def __init__(self, window: HostWindow) -> None:
         names = window.actions_by_id["joint_names"]
@@ -47,7 +47,7 @@ _ROWS: tuple[ActionRow[Chains] | None, ...] = (
     ActionSpec("joint_names", tr("Joint names…"), (),
                tr("See what each joint was taken for, and name an unknown hand or foot"),
                needs="clip", do=lambda p: p.chain_actions.joint_names()),
-    ActionSpec("restore_chains", tr("Chains as found"), (),
+    ActionSpec("restore_chains", tr("Restore detected chains"), (),
                tr("Undo all added, removed and named chains"),
                needs="clip", do=lambda p: p.chain_actions.restore_chains()),
     None,

@@ -47,7 +47,7 @@ class Script(QObject):
         document = window.document
         document.opened.connect(self._begin)
         document.message.connect(self._watch)
-        document.question.connect(self._asked)
+        document.question.connect(self._stop_at_question)
         window.part(folder).queue.changed.connect(self._look_at_folder)
         self._dialogs = QTimer(self, interval=_LOOK_MS)
         self._dialogs.timeout.connect(self._look_for_dialog)
@@ -105,7 +105,7 @@ class Script(QObject):
         if wrong:
             self.fail(text)
 
-    def _asked(self, text: str, _answers: object) -> None:
+    def _stop_at_question(self, text: str, _answers: object) -> None:
         if self._steps is None:  # after opening, a question may stay unanswered
             self.fail(text)
 

@@ -60,7 +60,7 @@ class ExportDialog(WriteDialog):
         repairable = (j for j in document.intervals if j.interval.repairable)
         every = sum(j.decision == Decision.UNDECIDED for j in repairable)
         total = counts[Decision.UNDECIDED]  # including jumps, which cannot be corrected
-        self.undecided = QCheckBox(_to_correct(undecided, every, total))
+        self.undecided = QCheckBox(_undecided_text(undecided, every, total))
         self.undecided.setToolTip(
             tr(
                 "Intervals that are not open, with a confidence of {confidence:.2f} or more",
@@ -93,7 +93,7 @@ class ExportDialog(WriteDialog):
         tracking = document.review.state.tracking if document.data else None
         if tracking is not None:
             how = tr(
-                "{joints} with QuaMo, {way}, {gains} gains, afterwards",
+                "{joints} with QuaMo after the correction ({way}, {gains} gains)",
                 joints=of_core(tracking.what),
                 way=tr("causally") if tracking.causal else tr("both ways"),
                 gains=tr_as("gains", "learned") if tracking.learned else tr_as("gains", "hand"),
@@ -108,7 +108,7 @@ class ExportDialog(WriteDialog):
         form.addRow("", self.obstacle)
         self.end_form()
         self.path.textChanged.connect(self._path_changed)
-        self.replace.toggled.connect(self._see_whether_it_can)
+        self.replace.toggled.connect(self._check_obstacles)
         for beside in (self.session, self.report):
             beside.toggled.connect(self._path_changed)
         self._path_changed()
@@ -123,9 +123,9 @@ class ExportDialog(WriteDialog):
             self.replace.hide()
             self.obstacle.hide()
             self.do_it.setEnabled(False)
-            self._look.run(lambda _: _take_marks(long), lambda _: self._seen())
+            self._look.run(lambda _: _hash_files(long), lambda _: self._show_replaced())
         else:
-            self._seen()
+            self._show_replaced()
 
     @property
     def looking(self) -> bool:
@@ -139,7 +139,7 @@ class ExportDialog(WriteDialog):
         else:
             then()
 
-    def _seen(self) -> None:
+    def _show_replaced(self) -> None:
         there = replaced(self.choice(), self._document.exported)
         foreign = [path for path, ours in there.items() if not ours]
         whose = (
@@ -149,11 +149,11 @@ class ExportDialog(WriteDialog):
         lines = [f"{path.name} ({whose[ours]})" for path, ours in there.items()]
         self.replaces.setText("\n".join(lines) or tr("no file: all files are new"))
         self.replace.setVisible(bool(foreign))
-        self._see_whether_it_can()
+        self._check_obstacles()
         then, self._then = self._then, lambda: None
         then()
 
-    def _see_whether_it_can(self) -> None:
+    def _check_obstacles(self) -> None:
         """Enable the button, or show what prevents the export."""
         why = ""
         document = self._document
@@ -184,7 +184,7 @@ class ExportDialog(WriteDialog):
         return f"{ending.upper()} (*.{ending})"
 
 
-def _to_correct(sure: int, repairable: int, total: int) -> str:
+def _undecided_text(sure: int, repairable: int, total: int) -> str:
     """Return the text of the box that corrects undecided intervals as well."""
     if sure != repairable:
         return plural(
@@ -209,7 +209,7 @@ def _format(document: Document) -> str:
     return document.data.clip.format if document.data is not None else "bvh"
 
 
-def _take_marks(files: Iterable[Path]) -> None:
+def _hash_files(files: Iterable[Path]) -> None:
     for path in files:
         with suppress(OSError):  # deleted in the meantime
             file_mark(path)

@@ -23,7 +23,7 @@ FEATURES: tuple[AnyFeature, ...] = (
 
 
 def joined(own: Menus) -> Menus:
-    """Return the window's own menus with the rows of every feature in their places."""
+    """Return the window's own menus with the rows of all features inserted."""
     menus = {name: list(rows) for name, rows in own.items()}
     for rows in (rows for feature in FEATURES for rows in feature.rows):
         _place(rows, menus)

@@ -12,6 +12,11 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QApplication, QDockWidget, QMenu
 
+from inspector.folder.remembered_folders import (
+    NEXT_AFTER_EXPORT,
+    known_of_folder,
+    remember_folder,
+)
 from inspector.language import chosen_language, plural, tr, tr_as
 from inspector.session.export_files import Export, ExportChoice
 from inspector.session.leftovers import unsaved_among
@@ -104,7 +109,7 @@ class FileActions(Saving):
         Opens the clip where the person stopped last time; if there is none, the worst clip known
         after a few seconds, or once all are analysed.
         """
-        kept = self.settings.of_folder(folder)
+        kept = known_of_folder(self.settings, folder)
         self._wait_for_first = False
         there = (kept["method"] or DEFAULT_METHOD) in DETECTORS
         profile = Profile(kept["tau"], kept["method"]) if kept["profile"] and there else None
@@ -157,7 +162,8 @@ class FileActions(Saving):
     def _keep_profile(self) -> None:
         if (folder := self.queue.folder) is not None:
             profile = self.queue.profile or Profile({})
-            self.settings.remember_folder(
+            remember_folder(
+                self.settings,
                 folder,
                 profile=self.queue.profile_name,
                 method=profile.method,
@@ -216,7 +222,7 @@ class FileActions(Saving):
                 self._visited = [*(p for p in self._visited if p != path), path][-_VISITED:]
             self._back_to = None
             if self.queue.folder is not None and path in self.queue.clips:
-                self.settings.remember_folder(self.queue.folder, clip=path.name)
+                remember_folder(self.settings, self.queue.folder, clip=path.name)
                 if not self.document.keeper.leftovers:  # a question about these comes first
                     QTimer.singleShot(0, self.window, self.begin)
         self._show_recent()
@@ -295,7 +301,7 @@ class FileActions(Saving):
         if path not in self.queue.clips:
             return
         self.queue.note_export(path, export.choice.path)
-        if not own or self.closing or export.changed or not self.settings.next_after_export:
+        if not own or self.closing or export.changed or not NEXT_AFTER_EXPORT.of(self.settings):
             return
         if self._is_busy(export.state):
             return
@@ -359,7 +365,7 @@ class FileActions(Saving):
                 self.document.recovery.restore(leftovers[0])
 
         self._when_open = clip, go_on
-        if self.settings.of_folder(clip.parent)["clip"] == clip.name:
+        if known_of_folder(self.settings, clip.parent)["clip"] == clip.name:
             self.open_queue(clip.parent)
         else:
             self.open_path(clip)

@@ -43,7 +43,7 @@ _HEADS = (
 _INDENT = "\N{NO-BREAK SPACE}" * 2
 _SIZE = 820, 620  # pixels
 _CHOICES = {  # the rig's word for a joint, and the text in the list
-    "": tr_as("a joint", "as found"),
+    "": tr_as("a joint", "as detected"),
     "left shoulder": tr("left shoulder (collar bone)"),
     "left arm": tr("left upper arm (Arm)"),
     "left forearm": tr("left forearm"),
@@ -126,7 +126,7 @@ class JointNamesDialog(QDialog):
         self._use = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
         self._use.setText(tr("Use these names"))
         reset = self.buttons.button(QDialogButtonBox.StandardButton.Reset)
-        reset.setText(tr("All as found"))
+        reset.setText(tr("Reset all"))
         reset.clicked.connect(self.reset)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
@@ -230,7 +230,7 @@ class JointNamesDialog(QDialog):
             self._rig = rig
             body = rig.body(data.motion)
             missing = unexamined_limbs(body, chains)
-            text = _counted(chains)
+            text = _chain_counts(chains)
             if missing:
                 text += " · " + " ".join(of_core(str(limb)) for limb in missing)
             else:
@@ -251,7 +251,7 @@ class JointNamesDialog(QDialog):
                 taken = f"{side.title()} {_SEGMENTS.get(part, part.title())}" if part else ""
             elif joint in by_shape or (helper is not None and not name.helper):
                 by = tr_as("by", "the skeleton's shape")
-            words = _within(taken) if taken else _outside(name)
+            words = _limb_joint_text(taken) if taken else _other_joint_text(name)
             if helper is not None and helper.segment:
                 bone = of_core(f"{helper.side} {helper.segment}")
                 words = tr("twist bone of {bone}", bone=bone)
@@ -266,21 +266,21 @@ class JointNamesDialog(QDialog):
             super().accept()
 
 
-def _counted(chains: Sequence[Chain]) -> str:
+def _chain_counts(chains: Sequence[Chain]) -> str:
     """Return the numbers of chains and twist bones: '10 chains, 12 twist bones'."""
     helpers = sum(isinstance(chain, Helper) for chain in chains)
     text = plural("{n} chain", "{n} chains", len(chains) - helpers)
     return f"{text}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else text
 
 
-def _within(taken: str) -> str:
+def _limb_joint_text(taken: str) -> str:
     """Return the words for what a joint of a limb was taken for."""
     whole = taken.removeprefix(_PIECE)
     words = _UNNAMED.get(whole) or of_core(whole)
     return words if whole == taken else tr("piece of {bone}", bone=words)
 
 
-def _outside(name: JointName) -> str:
+def _other_joint_text(name: JointName) -> str:
     """Return the words for a joint that is in no arm or leg."""
     if name.helper:
         return tr("twist bone")

@@ -36,9 +36,12 @@ _MOUSE = (
         tr("pan or zoom · move the playhead"),
     ),
     (tr("3D: drag · Shift+drag · wheel"), tr("orbit · pan · zoom")),
-    (tr("3D: click a bone"), tr("select its chain; again: its whole arm or leg")),
-    (tr("Teaching: drag w in 3D · its dial · with Ctrl"), tr("swing · twist · the child counters")),
-    (tr("Teaching: click a symbol"), tr("light it up in the list, in 3D and in the plots")),
+    (tr("3D: click a bone"), tr("select its chain; click again for the whole arm or leg")),
+    (
+        tr("Teaching: drag w in 3D · its dial · with Ctrl"),
+        tr("swing · twist · let the child turn back"),
+    ),
+    (tr("Teaching: click a symbol"), tr("highlight it in the list, in 3D and in the plots")),
 )
 
 
@@ -53,7 +56,7 @@ def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
         return all(word in " ".join(texts).lower() for word in words)
 
     lines = ["# " + tr("Keyboard and mouse"), ""]
-    key, does, place, mouse_title = tr("key"), tr("does"), tr("where"), tr("Mouse")
+    key, does, place, mouse_title = tr("key"), tr("action"), tr("where"), tr("Mouse")
     for name, menu in menus.items():
         title = menu_title(name).replace("&", "")
         keyed = [row for row in menu if row is not None and row.keys]

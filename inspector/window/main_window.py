@@ -72,7 +72,9 @@ class MainWindow(Parts):
         self._restore()
         self.keys = ReviewKeys(self, self._keyboard_home)
         complain = partial(self.bar.show_message, wrong=True)
-        self._kept_settings = SettingsKeeper(settings, settings_file, self._looks, complain, self)
+        self._kept_settings = SettingsKeeper(
+            settings, settings_file, self._geometry_and_layout, complain, self
+        )
         # At once: after a crash the next start must know which clip was open.
         self.document.opened.connect(self._kept_settings.write)
 
@@ -88,7 +90,7 @@ class MainWindow(Parts):
             self._publish(self.built[feature.name])
 
     def _publish(self, part: FeatureParts) -> None:
-        """Make what a feature has built attributes of the window."""
+        """Make the public parts of a feature attributes of the window."""
         for name, built in vars(part).items():
             if not name.startswith("_"):
                 setattr(self, name, built)
@@ -112,7 +114,7 @@ class MainWindow(Parts):
         return dock
 
     def _build_bars(self) -> None:
-        self.tools = ToolBar(self.actions_by_id, self.colours)
+        self.tools = ToolBar(MENUS, self.actions_by_id, self.colours)
         self.addToolBar(self.tools)
         view = self._menus["View"]
         view.addSeparator()
@@ -166,8 +168,8 @@ class MainWindow(Parts):
         table = self.intervals.table
         return self if table.visibleRegion().isEmpty() else table
 
-    def _looks(self) -> tuple[str, str] | None:
-        """Geometry and layout, as a person has them when nothing is presented."""
+    def _geometry_and_layout(self) -> tuple[str, str] | None:
+        """Return the window's geometry and layout; None during a presentation."""
         if self.actions_by_id["presentation"].isChecked():
             return None
         return self.usual_layout.kept(self.settings.geometry)

@@ -104,7 +104,7 @@ class Preferences(QDialog):
         settings.first_frame = self.first.currentIndex()
         settings.step = self.step.value()
         for name, box in self.boxes.items():
-            setattr(settings, name, box.isChecked())
+            settings.put(name, box.isChecked())
         settings.language = self.language.currentData()
         changed = {}
         for row in self._rows:
@@ -131,6 +131,6 @@ class Preferences(QDialog):
 
 def _box(tick: Tick, settings: Settings) -> QCheckBox:
     box = QCheckBox(tick.text)
-    box.setChecked(getattr(settings, tick.name))
+    box.setChecked(settings.value(tick.name))
     box.setToolTip(tick.tip)
     return box

@@ -25,7 +25,7 @@ from inspector.widgets.message_bar import MessageBar
 from inspector.widgets.signed_numbers import signed
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.why_not import Reason, Why
-from twistcore.detection import DETECTORS, Interval, Kind
+from twistcore.detection import Interval, Kind
 from twistcore.review import Annotate, Decision, Remove, ReviewState
 from twistcore.review.model import flattened, following, resized
 
@@ -77,7 +77,7 @@ class ReviewActions:
             order = self.intervals.shown_ids()
             self.document.decide(decision, self.intervals.selected_ids(), order)
             if decision != Decision.UNDECIDED and self.document.interval is not None:
-                self._tell_end()
+                self._report_end()
 
     def decide(self, decision: Decision) -> None:
         """Decide about the selected intervals, and go to the next undecided one.
@@ -111,7 +111,7 @@ class ReviewActions:
         If no interval is undecided in that direction, go to the neighbouring interval.
         """
         order = self.intervals.shown_ids()
-        if self._tell_not_examined():
+        if self._report_unexamined():
             return
         if direction < 0 and not self._undecided_before(order):
             self.step_any(direction)
@@ -119,13 +119,13 @@ class ReviewActions:
         if not self.document.step_interval(direction, undecided=True, order=order):
             judged = self.document.interval
             if judged is None or judged.decision != Decision.UNDECIDED:
-                self._tell_end()
+                self._report_end()
                 self.document.step_interval(direction, order=order)
             else:
                 self.bar.show_message(tr("This is the last undecided interval."), False)
         self._arrive(zoom=True)
 
-    def _tell_not_examined(self) -> bool:
+    def _report_unexamined(self) -> bool:
         """Show a message if nothing was found because nothing could be examined."""
         blind = "" if self.document.intervals else reason_unexamined(self.document.data)
         if blind:
@@ -157,7 +157,7 @@ class ReviewActions:
         if zoom and self.settings.zoom_to_interval:
             self.visible.zoom_to_interval()
 
-    def _tell_end(self) -> None:
+    def _report_end(self) -> None:
         """Show what to do next once every listed interval is decided."""
         intervals, listed = self.document.intervals, set(self.intervals.shown_ids())
         left = [j.id for j in intervals if j.decision == Decision.UNDECIDED]
@@ -201,7 +201,7 @@ class ReviewActions:
         document = self.document
         if document.data is not None and document.unasked(confidence):
             document.accept_undecided(confidence)
-            self._tell_end()
+            self._report_end()
         else:
             text = tr(
                 "No undecided interval has a confidence of {least:.2f} or more.", least=confidence
@@ -316,13 +316,13 @@ class ReviewActions:
         if data.blind:
             self.bar.show_message(BLIND, False)
             return
-        if self._tell_not_examined():
+        if self._report_unexamined():
             return
         past = list(peaks(document))
         faint = faint_intervals(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
-            text = tr("Nothing suspicious down to half of τ.") + _settled(past)
+            text = tr("Nothing suspicious down to half of τ.") + _count_explained(past)
             self.bar.show_message(text, False)
             return
         order = [c.name for c in data.chains_and_limbs]
@@ -392,7 +392,7 @@ def _first_frame(moment: Interval | Reason) -> int:
     return moment.frame if isinstance(moment, Reason) else moment.start
 
 
-def _settled(past: Sequence[Reason]) -> str:
+def _count_explained(past: Sequence[Reason]) -> str:
     """Return how many peaks above τ have a harmless reason; '' for none."""
     if not past:
         return ""
@@ -415,7 +415,7 @@ def _settled(past: Sequence[Reason]) -> str:
 
 def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
     """Return what the detector finds between half of τ and τ, outside the review's intervals."""
-    if DETECTORS.usable(state.method) != state.method:
+    if clip.usable(state.method) != state.method:
         return []
     detector, out = clip.detector(state.method), []
     for chain in (c for c in clip.chains_and_limbs if c.name in state.tau):

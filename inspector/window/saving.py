@@ -46,7 +46,7 @@ class Saving:
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
             return
-        if self._nothing_kept():
+        if self._is_borrowed():
             return
         ask_where(
             self.window,
@@ -59,7 +59,7 @@ class Saving:
     def save_session(self, path: Path | None = None) -> bool:
         """Write the session to `path` or next to the clip; True if it is on disk."""
         self.detail.commit()
-        if self._nothing_kept():
+        if self._is_borrowed():
             return False
         saved, trouble = self.document.keeper.save(path)
         if saved:
@@ -77,7 +77,7 @@ class Saving:
             self.bar.show_message(trouble.strip(), True)
         return saved
 
-    def _nothing_kept(self) -> bool:
+    def _is_borrowed(self) -> bool:
         """True, with a message, if the clip is borrowed and its session must not be saved."""
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
@@ -106,7 +106,7 @@ class Saving:
                 text = tr("The decisions about {clip} cannot be saved.", clip=name)
                 self._ask_to_leave(text, then)
         else:
-            self._ask_to_leave(_unsaved(data.clip.name), then)
+            self._ask_to_leave(_unsaved_text(data.clip.name), then)
 
     def _ask_to_leave(self, text: str, then: Callable[[], object]) -> None:
         def save() -> None:
@@ -120,7 +120,7 @@ class Saving:
                 self.queue.refresh(self.document.data.clip.path)
             then()
 
-        elsewhere = (tr("Save as…"), self.save_session_as)
+        elsewhere = (tr("Save elsewhere…"), self.save_session_as)
         without = (tr("Leave without saving"), leave)
         self.bar.ask(text, ((tr_as("do", "Save"), save), elsewhere, without))
 
@@ -185,7 +185,7 @@ class Saving:
         self.detail.commit()
         if not ask or self.document.data is None or self._is_kept():
             return True
-        unsaved, trouble = _unsaved(self.document.data.clip.name), ""
+        unsaved, trouble = _unsaved_text(self.document.data.clip.name), ""
         if self.settings.autosave:
             saved, trouble = self._save()
             if saved:
@@ -231,7 +231,7 @@ class Saving:
         return answer == button.Close
 
 
-def _unsaved(clip: str) -> str:
+def _unsaved_text(clip: str) -> str:
     return tr("{clip} has unsaved decisions.", clip=clip)
 
 

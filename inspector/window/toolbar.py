@@ -8,44 +8,34 @@ from PySide6.QtCore import QEvent, QSize, Qt
 from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import QToolBar
 
-from inspector.language import tr, tr_as
+from inspector.language import tr
 from inspector.widgets.icons import SIDE, has_icon, icon
 from inspector.widgets.theme import Colours, Theme
+from inspector.window.actions import Menus, rows
 
-_TOOLS = {  # by the action's id: the word on its button; "|": a separator
-    "open_dialog": tr_as("tool", "Open"), "open_folder": tr_as("tool", "Folder"),
-    "export_dialog": tr_as("tool", "Export"), "|1": "",
-    "undo": tr_as("tool", "Undo"), "redo": tr_as("tool", "Redo"), "|2": "",
-    "previous_interval": tr_as("tool", "Previous"), "next_interval": tr_as("tool", "Next"),
-    "accept": tr_as("tool", "Accept"), "reject": tr_as("tool", "Reject"),
-    "reset": tr_as("tool", "Undecided"), "|3": "",
-    "loop_interval": tr_as("tool", "Loop"), "cycle_show": tr_as("tool", "Before/after"),
-    "side_by_side": tr_as("tool", "Side by side"), "focus_chain": tr_as("tool", "Focus"),
-}  # fmt: skip
 # In a narrow window these lose their words: first what every program has, then the views.
-_SPARED = (
-    (),
-    ("undo", "redo", "open_dialog", "open_folder"),
-    ("undo", "redo", "open_dialog", "open_folder", "cycle_show", "side_by_side", "focus_chain"),
-)
+_SPARED: tuple[tuple[int, ...], ...] = ((), (1,), (1, 2))
 _Word = Qt.ToolButtonStyle
 
 
 class ToolBar(QToolBar):
     """Actions as buttons, which lose their words in a narrow window."""
 
-    def __init__(self, actions: Mapping[str, QAction], colours: Colours) -> None:
+    def __init__(self, menus: Menus, actions: Mapping[str, QAction], colours: Colours) -> None:
         super().__init__(tr("Tools"))
         self.setObjectName("tools")
         self.setMovable(False)
         self.setIconSize(QSize(SIDE, SIDE))
-        self._actions = {name: actions[name] for name in _TOOLS if name in actions}
-        for name, word in _TOOLS.items():
-            if name in actions:
-                actions[name].setIconText(word)
-                self.addAction(actions[name])
-            else:
+        tools = [(row.tool, row.id) for row in rows(menus) if row.tool is not None]
+        self._tools = {name: tool for tool, name in sorted(tools, key=lambda entry: entry[0].place)}
+        self._actions = {name: actions[name] for name in self._tools}
+        before: int | None = None
+        for name, tool in self._tools.items():
+            if before is not None and before // 10 != tool.place // 10:
                 self.addSeparator()
+            before = tool.place
+            actions[name].setIconText(tool.word)
+            self.addAction(actions[name])
         self._fitted = 0  # the width, in pixels, for which the words were chosen
         colours.follow(self._colour)
 
@@ -73,7 +63,7 @@ class ToolBar(QToolBar):
         for spared in _SPARED:
             self.setToolButtonStyle(_Word.ToolButtonTextBesideIcon)
             for name, action in self._actions.items():
-                low = name in spared
+                low = self._tools[name].spared in spared
                 priority = QAction.Priority.LowPriority if low else QAction.Priority.NormalPriority
                 if action.priority() != priority:
                     action.setPriority(priority)

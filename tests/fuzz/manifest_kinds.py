@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from inspector.folder.batch_folder import BatchFolder, _in_words
+from inspector.folder.batch_folder import BatchFolder, _options_text
 from tests.fuzz.json_damage import TEXTS, damage_bytes, damaged_json
 from tests.fuzz.review_kinds import ASSETS
 from tests.fuzz.trial import Kind
@@ -158,7 +158,7 @@ def _read(folder: Path) -> object:
             manifest.has_result(row.sha256, row.mark)
         manifest.sizes("a")
         list(manifest.uncorrected())
-        words = [_in_words(told) for told in manifest.parameters().values()]
+        words = [_options_text(told) for told in manifest.parameters().values()]
         records = manifest.records()
         for record in records:
             manifest.record(record.source)

@@ -141,7 +141,7 @@ def _read_settings(folder: Path) -> object:
     known, said = load_settings(path)
     assert path.read_bytes() == before, "what cannot be read is not written over"
     assert len(said) < 2000
-    other = Settings(recent=["/x/y.bvh"], keys={"a": ["B"]}, folders={"/f": {}})
+    other = Settings(recent=["/x/y.bvh"], keys={"a": ["B"]}, of_features={"folders": {"/f": {}}})
     merged(Settings(), other, known)
     for trouble in (save_changes(path, other, known), save_settings(path, known)):
         if trouble:

@@ -107,7 +107,7 @@ def test_what_the_window_cannot_do_as_the_batch_did_it_does_itself(qtbot, queue,
     assert main(batch) == 0
     with qtbot.waitSignal(queue.finished, timeout=60_000):
         queue.open(out)
-    assert "--fps" in queue.profile_told
+    assert "--fps" in queue.profile_text
     assert queue.ordered[0].state == ClipState.READY
 
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-
 import pytest
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QLabel
 
 from inspector.feature import (
@@ -16,12 +15,13 @@ from inspector.feature import (
     FeatureParts,
     MenuRows,
     Tick,
+    Tool,
 )
-from inspector.session.settings import Settings
 from inspector.window import features
 from inspector.window.action_table import MENUS
 from inspector.window.actions import rows
 from inspector.window.preferences import Preferences
+from inspector.window.toolbar import ToolBar
 
 
 def row(name: str) -> ActionSpec[object]:
@@ -83,16 +83,29 @@ def test_every_name_is_given_once():
 
 def test_preferences_ask_for_the_settings_of_features(qapp, show_window):
     window = show_window()
-    known = {field.name: field.type for field in fields(Settings)}
     ticks = [tick for f in features.FEATURES for tick in f.settings]
-    assert {known[tick.name] for tick in ticks} == {"bool"}
-    before = {tick.name: getattr(window.settings, tick.name) for tick in ticks}
+    before = {tick.name: window.settings.value(tick.name) for tick in ticks}
+    assert {type(value) for value in before.values()} == {bool}
     dialog = Preferences(window.settings, MENUS, [*ticks, Tick("zoom_to_interval", "Z")], window)
     for name in (*before, "zoom_to_interval"):
         dialog.boxes[name].toggle()
     dialog.accept()
-    assert all(getattr(window.settings, name) is not was for name, was in before.items())
+    assert all(window.settings.value(name) is not was for name, was in before.items())
     assert window.settings.zoom_to_interval is False
+
+
+def test_a_row_of_a_feature_declares_its_button(show_window):
+    window = show_window()
+    new = ActionSpec("new", "New", do=lambda _: None, tool=Tool("Word", 25))
+    old = ActionSpec("old", "Old", do=lambda _: None, tool=Tool("First", 21, 1))
+    actions = {name: QAction(name, window) for name in ("new", "old", "plain")}
+    bar = ToolBar({"File": (new, row("plain"), None, old)}, actions, window.colours)
+    assert bar.actions() == [actions["old"], actions["new"]]
+    assert actions["new"].iconText() == "Word"
+    third = {"third": QAction("third", window)}
+    later = ActionSpec("third", "", do=lambda _: None, tool=Tool("Third", 30))
+    bar = ToolBar({"File": (later, new)}, actions | third, window.colours)
+    assert [a.isSeparator() for a in bar.actions()] == [False, True, False]
 
 
 def test_parts_of_features_are_attributes_of_the_window(show_window):

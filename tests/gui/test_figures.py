@@ -51,7 +51,7 @@ def figure(window, tmp_path):
         paper = paper or Paper(DPI, 8.0, white=True)
         choice = RecordChoice(tmp_path / name, size=size, contents=contents, paper=paper)
         window.record_actions.record(choice)
-        assert window.bar.label.text() == f"{name} written."
+        assert window.bar.label.text() == f"{name} was written."
         return choice.path
 
     return make

@@ -112,7 +112,7 @@ def test_the_window_stays_free_while_clips_are_analysed(qtbot, show_window, tmp_
 @pytest.mark.thorough
 def test_exports_are_no_clips_and_tell_what_was_exported(qtbot, show_window, tmp_path):
     """By the session that replays one, by its report, or by the name that it has by default."""
-    window = show_window(Settings(turn_ms=0, next_after_export=False))
+    window = show_window(Settings(turn_ms=0, of_features={"next_after_export": False}))
     for k in (2, 4):
         put_errors(tmp_path / f"{k}.bvh", k)
     shutil.copy(ASSETS / "walk.bvh", tmp_path / "alone_refined.bvh")  # of no clip here
@@ -160,7 +160,7 @@ def test_next_goes_down_the_list_and_round_it(queue, tmp_path):
     queue.changed.emit()
     assert panel.status.text() == told.replace("1 of 3", "0 of 3")
     for clip, state, told in (
-        (cut, "cut short", "286 frames that its header declares are missing"),
+        (cut, "cut short", "286 frames are missing"),
         (partly, "partly checked", "2 arms and legs were not examined"),
     ):
         (thing,) = [one for one in panel._model.things if one.path == clip]

@@ -58,7 +58,7 @@ def test_every_link_of_every_page_leads_to_its_heading(guide):
 @pytest.mark.thorough
 def test_what_is_not_installed_is_said_in_a_sentence(window, tmp_path):
     page = GuidePage(window, Colours(LIGHT), tmp_path)
-    assert page.browser.toPlainText() == "This page is not installed: guide.md"
+    assert page.browser.toPlainText() == "The page guide.md is not installed."
     page.close()
 
 
@@ -75,4 +75,4 @@ def test_back_and_forward_and_a_search(qtbot, guide):
     guide.line.returnPressed.emit()
     assert guide.browser.textCursor().position() > first
     guide.line.setText("no such words")
-    assert guide.found.text() == "not on this page"
+    assert guide.found.text() == "no match on this page"

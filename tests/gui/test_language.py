@@ -162,7 +162,7 @@ def test_english_stands_where_a_language_has_nothing(german):
 def test_a_language_that_there_is_not_is_refused(tmp_path):
     done = start("--language", "fr", environment={})
     assert done.returncode == 2
-    assert done.stderr == "twist-inspector: --language takes en, de or system, not fr.\n"
+    assert done.stderr == "twist-inspector: --language fr: expected one of en, de or system.\n"
 
 
 @pytest.mark.thorough

@@ -38,7 +38,7 @@ def test_steps_in_quick_succession_have_one_number(qtbot, qapp):
     numbers = iter(range(10))
     burst = Burst(lambda: next(numbers), qapp)
     assert [burst.drag(), burst.drag()] == [0, 0]
-    qtbot.waitUntil(lambda: not burst.going_on)
+    qtbot.waitUntil(lambda: not burst.active)
     assert burst.drag() == 1
 
 

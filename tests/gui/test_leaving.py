@@ -49,7 +49,7 @@ def test_what_was_not_saved_when_a_clip_was_left_is_read_in_the_next(
     with qtbot.waitSignal(decided.document.opened, timeout=20_000):
         decided.open_path(other)
     qtbot.waitUntil(lambda: "No space left" in decided.bar.label.text())
-    assert "Your decisions stay in the journal" in decided.bar.label.text()
+    assert "Your decisions are kept in the journal" in decided.bar.label.text()
     assert decided.bar.isVisible()
     assert decided.bar.property("wrong")
 

@@ -175,7 +175,10 @@ def offset_at(frame):
 def level_shift():
     inside = [offset_at(t) for t in range(_START, _STOP)]
     assert np.ptp(inside) == 0.0  # err(t) is 0 between the jumps
-    return {"0", deg(inside[0]), deg(offset_at(_STOP), 1), f"{_STOP - _START}", "10"}
+    left = offset_at(_STOP) - offset_at(_START - 1)  # by this pair, not by the errors before it
+    assert abs(left) < 0.1 * abs(offset_at(_STOP))
+    sums = {deg(inside[0]), deg(offset_at(_STOP), 1), deg(left, 3)}
+    return {"0", *sums, f"{_STOP - _START}", "10"}
 
 
 def apply():
@@ -192,8 +195,10 @@ def apply():
     poses = [m.rotations[k] for m, k in ((motion, now), (one, 0))]
     shins = [multiply(q[c.parent], q[c.child]) for q in poses]
     assert float(geodesic_angle(*shins)) < 1e-9  # Eq. 14
-    # P alone would have carried C along.
-    assert moved(_LEG, now, twist=float(np.degrees(-offset)))[2] > 1.0
+    # P alone would turn the shin and the foot along; the knee is on the axis and stays.
+    _, knee, foot = moved(_LEG, now, twist=float(np.degrees(-offset)))
+    assert knee < 1e-6
+    assert foot > 1.0
     return {deg(wrong.theta_p), deg(right.theta_p), deg(offset)}
 
 

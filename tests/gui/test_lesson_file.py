@@ -102,29 +102,33 @@ def test_a_clip_beside_the_lesson_comes_before_a_bundled_one(tmp_path):
 
 
 BAD = {
-    "title: A lesson": ("tittle: A lesson", 2, "a key of title, clip, found 'tittle: A lesson'"),
+    "title: A lesson": (
+        "tittle: A lesson",
+        2,
+        "the keys title, clip, found 'tittle: A lesson'",
+    ),
     "---\n\n# First": ("# First", 34, "'---' after title and clip"),
-    "clip: walk_injected.bvh\n": ("", 3, "'clip: …' above this line"),
+    "clip: walk_injected.bvh\n": ("", 3, "a line 'clip: …' above this one"),
     "# First": ("First", 6, "a page, which begins with a line '# Heading', found 'First'"),
-    "walk_injected": ("absent", 3, "a BVH file beside the lesson or one that is bundled"),
+    "walk_injected": ("absent", 3, "a BVH file in the lesson's folder or a bundled sample"),
     "frame: 90": ("frame: ninety", 12, "a frame, counted from 0, found 'ninety'"),
-    "frame: 90\n": ("frames: 90\n", 12, "'key: value' with a key of clip, frame, chain"),
-    "chain: LeftArm": ("frame: 3", 13, "'frame' once"),
+    "frame: 90\n": ("frames: 90\n", 12, "'key: value' with one of the keys clip, frame, chain"),
+    "chain: LeftArm": ("frame: 3", 13, "'frame' only once"),
     "camera: 30 20 1.5": ("camera: 30 20", 14, "'limb', or azimuth and elevation"),
-    "show: w, alpha": ("show: w, omega", 15, "a symbol of a, q, w"),
+    "show: w, alpha": ("show: w, omega", 15, "one of the symbols a, q, w"),
     "twist 75": ("twist far", 17, "an angle in degrees"),
     "swing 120": ("swung 120", 17, "twist, counter, swing"),
     "tab: teaching": ("tab: history", 18, "one of teaching, intervals, found 'history'"),
     "look: after, skin": ("look: after, before", 19, "one of before, after, both"),
-    "done: counter,": ("done: counted,", 20, "a condition of moved, seen, lit, swing"),
-    "twist >= 60": ("twist > 60", 20, "'twist >= number of degrees'"),
+    "done: counter,": ("done: counted,", 20, "one of the conditions moved, seen, lit, swing"),
+    "twist >= 60": ("twist > 60", 20, "'twist >= degrees'"),
     "accepted limb-flip": (
         "accepted flip",
         35,
         "one of counter-twist, limb-flip, helper-roll, lone-jump",
     ),
-    "limb-flip\n```": ("limb-flip", 32, "'```' after the settings that begin here"),
-    "camera: limb": ("```\n```lesson", 34, "one block of settings a page"),
+    "limb-flip\n```": ("limb-flip", 32, "'```' at the end of the settings that begin here"),
+    "camera: limb": ("```\n```lesson", 34, "only one block of settings in a page"),
 }
 
 
@@ -157,7 +161,7 @@ OUT_OF_RANGE = {
     ("right", "wrong"), [(right, wrong) for right, all_ in OUT_OF_RANGE.items() for wrong in all_]
 )
 def test_what_no_slider_reaches_is_refused(tmp_path, right, wrong):
-    with pytest.raises(FormatError, match=r"line (14|17|20): expected .*( from |, above 0|whole)"):
+    with pytest.raises(FormatError, match=r"line (14|17|20): expected .*( from |, greater|whole)"):
         read_lesson(written(tmp_path, LESSON.replace(right, wrong, 1)))
 
 
@@ -183,9 +187,15 @@ def test_a_task_that_nobody_can_do_is_refused(tmp_path, done):
 @pytest.mark.parametrize(
     ("wrong", "expected"),
     [
-        ("frame: 344", "line 12: expected a frame of walk_injected.bvh up to 343, found '344'"),
-        ("done: moved 254, along", "line 20: expected 'moved' and up to 253 frames, .*'moved 254'"),
-        ("chain: Tail", r"line 13: expected a chain of walk_injected.bvh \(.*LeftArm.*'Tail'"),
+        ("frame: 344", "line 12: expected a frame of walk_injected.bvh from 0 to 343, found '344'"),
+        (
+            "done: moved 254, along",
+            "line 20: expected 'moved' with at most 253 frames",
+        ),
+        (
+            "chain: Tail",
+            r"line 13: expected .* chains of walk_injected.bvh \(.*LeftArm.*'Tail'",
+        ),
     ],
 )
 def test_what_has_no_place_in_the_clip_is_told_with_its_line(tmp_path, wrong, expected):
@@ -202,7 +212,7 @@ def test_what_a_page_has_from_the_one_before_is_told_at_its_heading(tmp_path):
     assert last < 340  # else the frame lies in both clips
     lesson = read_lesson(written(tmp_path, LESSON.replace("frame: 90", "frame: 340")))
     chain_of(lesson, lesson.pages[0], analyse_clip(read_bvh(SAMPLE)))
-    with pytest.raises(FormatError, match=rf"line 26: expected a frame of kick.bvh up to {last}"):
+    with pytest.raises(FormatError, match=rf"line 26: .*kick.bvh.* {last}"):
         chain_of(lesson, lesson.pages[1], analyse_clip(kick))
 
 
@@ -233,7 +243,7 @@ def test_a_clip_outside_the_lessons_folder_is_none_of_its(tmp_path, folder):
     (beside / "..\\own.bvh").write_bytes((ASSETS / "walk.bvh").read_bytes())
     name = f"{folder.format(elsewhere)}own.bvh"
     path = written(beside, LESSON.replace("walk_injected.bvh", name, 1))
-    with pytest.raises(FormatError, match="line 3: expected a BVH file's name without a folder"):
+    with pytest.raises(FormatError, match="line 3: "):
         read_lesson(path)
 
 
@@ -243,7 +253,7 @@ def test_what_is_no_lesson_is_told(tmp_path, content):
     path.write_bytes(content)
     with pytest.raises(FormatError, match=r"lesson\.md.*: expected "):
         read_lesson(path)
-    with pytest.raises(FormatError, match=r"absent\.md: expected a lesson"):
+    with pytest.raises(FormatError, match=r"absent\.md: "):
         read_lesson(tmp_path / "absent.md")
 
 

@@ -71,7 +71,10 @@ def test_show_me_accepts_what_is_not_there_yet(qtbot, at_forearm, tmp_path):
 @pytest.mark.parametrize(
     ("done", "expected"),
     [
-        ("accepted lone-jump", "'accepted' and what walk_injected.bvh has or is given by hand"),
+        (
+            "accepted lone-jump",
+            "'accepted' with a kind of interval that is possible in walk_injected.bvh",
+        ),
         ("accepted, counter", "no 'counter' on the page of a limb"),
     ],
 )
@@ -92,7 +95,9 @@ def test_what_the_clip_cannot_give_is_refused(tmp_path, done, expected):
     ],
 )
 def test_what_holds_as_the_page_begins_is_no_task(tmp_path, more, done):
-    with pytest.raises(FormatError, match=r"line 15: expected a task .* as the page begins, found"):
+    with pytest.raises(
+        FormatError, match=r"line 15: expected a task .* when the page opens, found"
+    ):
         read_lesson(lesson(tmp_path, done, more=more))
     read_lesson(lesson(tmp_path, f"{done}, moved 1", more=more))
     read_lesson(lesson(tmp_path, "along", more="what-if: counter"))

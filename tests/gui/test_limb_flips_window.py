@@ -163,8 +163,8 @@ def test_judged_by_keys_and_taken_back(qtbot, opened):
         Decision.ACCEPTED, Decision.REJECTED, Decision.UNDECIDED
     ]  # fmt: skip
     title, why = opened.detail.title.text(), opened.detail.why.text()
-    assert title == "<b>Right leg</b> · flip · 4 frames, follows"
-    assert why.startswith("Right leg is flipped for 4 frames: the knee points ")
+    assert title == "<b>Right leg</b> · flip · 4 frames, varying δ"
+    assert why.startswith("The right leg is flipped for 4 frames: the knee points ")
     assert "The knee jumps by +179° at frame 38 and back by −180° at frame 42." in why
     assert "Log odds" in opened.detail.why.toolTip()
     assert (opened.detail.end.name.text(), opened.detail.end.shown) == ("Foot:", "turned along")
@@ -225,12 +225,18 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     document.select_interval(None)
     document.go_to(46)
     act(opened, "insert_interval")
-    assert opened.bar.label.text() == "There is an interval here already: frames 45–52."
+    assert (
+        opened.bar.label.text()
+        == "An interval with frames 45–52 exists already and is now selected."
+    )
     assert document.review.state is state
     assert document.interval_id == there.id
     document.set_first_frame(1)
     act(opened, "insert_interval")
-    assert opened.bar.label.text() == "There is an interval here already: frames 46–53."
+    assert (
+        opened.bar.label.text()
+        == "An interval with frames 46–53 exists already and is now selected."
+    )
     document.decide(Decision.REJECTED, (there.id,))
     document.select_chain(LEG)
     document.go_to(46)
@@ -247,8 +253,10 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     out = tmp_path / "out.bvh"
     export(opened, ExportChoice(out))
     told = opened.bar.label.text()
-    assert "moved: RightLeg by up to 20.5 % and RightToeBase by up to" in told
-    assert "of the height; no other joint moves; every other byte" in told
+    assert (
+        "Moved, relative to the height: RightLeg by up to 20.5 % and RightToeBase by up to" in told
+    )
+    assert "No other joint moved. Every other byte" in told
     assert main(["apply", str(session_path(kick)), str(kick), "-o", str(tmp_path / "a.bvh")]) == 0
     assert out.read_bytes() == (tmp_path / "a.bvh").read_bytes()
     assert out.read_bytes() != kick.read_bytes()
@@ -264,7 +272,7 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
         (j.decision, j.interval.carried) for j in state.intervals
     ]
     assert opened.document.review.saved
-    assert opened.bar.label.text() == "Going on with kick.twist.json."
+    assert opened.bar.label.text() == "Your review in kick.twist.json continues."
 
 
 def reviewed_before(kick):
@@ -282,7 +290,7 @@ def test_a_session_from_before_gets_the_flips_and_loses_nothing(qtbot, window, k
     assert json.loads(session_path(kick).read_bytes())["schema"] == "twistcore.session/1"
     document = window.document
     open_clip(qtbot, window, kick)
-    assert window.bar.label.text().endswith("were looked for as well: 10 found, undecided.")
+    assert window.bar.label.text().endswith("looks for new kinds of errors: 10 found, undecided.")
     first, *others = document.intervals
     assert (first.decision, first.interval.chain, first.by_hand) == (
         Decision.ACCEPTED, CHAIN, True
@@ -433,7 +441,7 @@ def test_seen_lone_jumps_are_not_counted_as_corrected(opened, tmp_path):
     document.decide(Decision.ACCEPTED, [jumps[0].id])
     out = tmp_path / "out.bvh"
     export(opened, ExportChoice(out))
-    assert "as the source; no correction was accepted." in opened.bar.label.text()
+    assert "copy of the source. No correction was accepted." in opened.bar.label.text()
     document.decide(Decision.ACCEPTED, [flips(opened)[0].id])
     document.decide(Decision.REJECTED, [flips(opened)[1].id])
     assert counted() == (

@@ -1,6 +1,8 @@
 """A detector of somebody else's in the window: with its package, and without it."""
 
 import json
+import multiprocessing
+import os
 import shutil
 import subprocess
 import sys
@@ -11,12 +13,18 @@ import numpy as np
 import pytest
 from PySide6.QtCore import Qt
 
-from inspector.session.opening import analyse_session
+from inspector import __main__, app
+from inspector.session.document import Document
+from inspector.session.opening import analyse_file, analyse_session
+from inspector.tuning.cost_worker import Capture, Request, measure
 from tests.gui.pictures import INJECTED
 from tests.gui.windows import act, close_window, decisions, open_clip
 from twistcore import Review, detect, read_clip, read_session, write_session
 from twistcore.detection import DETECTORS, DetectorInfo
+from twistcore.detection.registry import FILE_VARIABLE
 from twistcore.review import Redetect
+from twistcore.skeleton.rig import Rig
+from twistcore.tuning import Profile, Verdicts
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "example_detector"
 
@@ -103,7 +111,7 @@ def test_a_package_is_in_menus_columns_and_plots(clip, tmp_path):
     assert told["heads"] == ["Ours\nτ", "Paper's\nτ", "Steps\nτ"]
     assert told["cost"][0].endswith("°")
     assert told["confidence"] == (
-        "The detector of steps has no confidence: there is nothing to learn."
+        "The detector of steps has no confidence, so there is nothing to learn."
     )
     assert "the paper's m(t)" in told["curves"]
     assert "automatic τ 10.00°" in told["curves"]
@@ -127,7 +135,7 @@ def test_a_review_by_a_detector_that_is_not_here_is_gone_on_with(qtbot, window, 
     document, messages = window.document, []
     document.message.connect(lambda *told: messages.append(told[0]))
     open_clip(qtbot, window, session)
-    told = [text for text in messages if "'gone', which is not installed here" in text]
+    told = [text for text in messages if "'gone', which is not installed" in text]
     assert len(told) == 1
     before = document.review.state
     assert (before.method, document.method) == ("gone", "consistency")
@@ -136,7 +144,7 @@ def test_a_review_by_a_detector_that_is_not_here_is_gone_on_with(qtbot, window, 
     # Its τ stays, whatever is tried; decisions are made.
     document.set_tau(0.5)
     assert document.review.state is before
-    assert "'gone', which is not installed here" in messages[-1]
+    assert "'gone', which is not installed" in messages[-1]
     act(window, "why_not")
     act(window, "next_faint")
     act(window, "both_detectors")
@@ -217,3 +225,99 @@ def test_a_clip_that_was_searched_by_a_detector_that_is_not_here_is_opened(clip,
     found = analyse_session(session)
     assert found.analysis.kept("consistency") is not None
     assert [j.decision for j in found.review.state.intervals].count("accepted") > 0
+
+
+class Raises(Fails):
+    """Does not work on the clip at all."""
+
+    info = DetectorInfo("gone", "the detector that raises", "Nothing.")
+
+    def strength(self, chain):
+        raise ValueError("of its own")
+
+
+class RaisesAtTau(Fails):
+    """Works at its own τ, not at the review's."""
+
+    info = DetectorInfo("gone", "the detector that raises", "Nothing.")
+
+
+@pytest.mark.parametrize("detector", [Raises, RaisesAtTau])
+def test_a_review_by_a_detector_that_raises_on_the_clip_is_gone_on_with(
+    qtbot, clip, session, monkeypatch, detector
+):
+    monkeypatch.setattr(DETECTORS, "_given", {})
+    DETECTORS.register(detector())
+    document, messages = Document(), []
+    document.message.connect(lambda *told: messages.append(told[0]))
+    document.show_clip(analyse_session(session))
+    (told,) = [text for text in messages if "fails on the clip" in text]
+    assert "the detector 'gone' failed on LeftShoulder (ValueError: of its own)" in told
+    before = document.review.state
+    assert (before.method, document.method) == ("gone", "consistency")
+    assert sum(j.decision == "accepted" for j in before.intervals) > 0
+    document.set_tau(0.5)
+    assert document.review.state is before
+    assert "fails on the clip" in messages[-1]
+    # Other chains leave it as it is, and another detector is a choice.
+    fewer = Rig((), ("RightLeg",))
+    document.change_chains(fewer, "Remove")
+    qtbot.waitUntil(lambda: document.review.state.rig == fewer)
+    assert (document.review.state.method, document.method) == ("gone", "consistency")
+    document.use_method("consistency")
+    qtbot.waitUntil(lambda: document.review.state.method == "consistency")
+    document.undo()
+    assert (document.review.state.method, document.method) == ("gone", "consistency")
+    document.close_clip()
+
+
+def test_a_clip_to_be_searched_by_a_detector_that_raises_is_searched_by_another(clip, monkeypatch):
+    monkeypatch.setattr(DETECTORS, "_given", {})
+    DETECTORS.register(Raises())
+    found = analyse_file(clip, Profile({}, "gone"))
+    assert found.review.state.method == "consistency"
+    (told,) = found.notes
+    assert "was searched with the default detector" in told
+    assert "the detector 'gone' failed on LeftShoulder (ValueError: of its own)" in told
+
+
+def test_what_a_detector_of_a_file_costs_is_measured_by_the_process(clip, monkeypatch):
+    monkeypatch.setattr(DETECTORS, "_given", {})
+    place = f"{EXAMPLE / 'steps_detector.py'}:StepsDetector"
+    DETECTORS.load(place)
+    request = Request(
+        clip, read_clip(clip).sha256, "steps", Verdicts(), ("LeftArm",), Rig(), (), 1,
+        detector=DETECTORS.place("steps"),
+    )  # fmt: skip
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=measure, args=(theirs, request))
+    process.start()
+    theirs.close()
+    answers = list(iter(ours.recv, None))
+    process.join()
+    process.close()
+    ours.close()
+    capture, (name, curve) = answers
+    assert isinstance(capture, Capture)
+    assert (name, len(curve.tau) > 1) == ("LeftArm", True)
+
+
+def test_the_window_takes_the_detector_of_a_file(tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr(DETECTORS, "_given", {})
+    monkeypatch.setattr(__main__, "_missing_for_window", lambda: "")
+    monkeypatch.setattr(app, "run", lambda _: seen.append((*DETECTORS, os.environ[FILE_VARIABLE])))
+    place = f"{EXAMPLE / 'steps_detector.py'}:StepsDetector"
+    monkeypatch.chdir(EXAMPLE)
+    __main__.main(["--detector", "steps_detector.py:StepsDetector"])
+    assert seen == [("consistency", "paper", "steps", place)]
+    assert FILE_VARIABLE not in os.environ
+
+
+def test_a_file_without_a_detector_opens_no_window(capsys, monkeypatch):
+    monkeypatch.setattr(__main__, "_missing_for_window", lambda: "")
+    assert __main__.main(["--detector", "none.py:Own"]) == 2
+    said = capsys.readouterr().err
+    assert said.startswith("twist-inspector: none.py: expected a Python file")
+    assert said.count("\n") == 1

@@ -31,8 +31,8 @@ def test_the_lesson_that_is_on_is_written(qtbot, at_forearm, tmp_path):
     page = tmp_path / "mine.html"
     assert answer(qtbot, at_forearm, page) == Path.home() / "3-1-definition.html"
     qtbot.waitUntil(lambda: bool(said), timeout=30_000)
-    assert said == [(f"Written: {page}, {page.stat().st_size / 1e6:.1f} MB, "
-                     "which any browser opens.", False)]  # fmt: skip
+    assert said == [(f"The page {page} was written ({page.stat().st_size / 1e6:.1f} MB). "
+                     "Open it in any browser.", False)]  # fmt: skip
     assert "3.1" in page.read_text("utf-8")
     assert at_forearm.lesson_actions.player.at == 0  # the lesson goes on
 

@@ -141,7 +141,7 @@ def test_a_drag_draws_an_interval_and_shows_where_it_is(screen, program):
     program.until("window.document.frame in (89, 90, 91)")
     program.settle()
     assert differs(screen.picture(where), before)  # the 3D view goes along
-    assert "frames" in program.ask("window.timeline.scenery.told.words")
+    assert "frames" in program.ask("window.timeline.scenery.drag_label.words")
     let_go(screen, program)
     start, stop = frames(program)
     assert abs(start - 60) <= 1
@@ -163,7 +163,7 @@ def test_a_drag_draws_an_interval_and_shows_where_it_is(screen, program):
         screen, edge, spot(program, "theta", stop + 3, 0.8), spot(program, "theta", stop + 8)
     )
     program.until(f"abs(window.document.frame - {stop + 8}) <= 1")
-    assert program.ask("window.timeline.scenery.told.words") == (
+    assert program.ask("window.timeline.scenery.drag_label.words") == (
         f"frame {program.ask('window.document.frame')}"
     )
     let_go(screen, program)

@@ -48,7 +48,7 @@ def frames_of(path):
 @pytest.mark.thorough
 def test_five_seconds_play_back(qtbot, window, tmp_path):
     choice = RecordChoice(tmp_path / "five.mp4", 0, 300, 0.5, SIZE)
-    assert made(qtbot, window, choice) == "five.mp4 written."
+    assert made(qtbot, window, choice) == "five.mp4 was written."
     pictures, seconds = frames_of(choice.path)
     assert pictures.shape == (150, SIZE[1], SIZE[0], 3)
     assert seconds == pytest.approx(5.0, abs=0.05)
@@ -103,13 +103,13 @@ def test_cancel_and_close_leave_nothing(qtbot, window, tmp_path):
 @pytest.mark.thorough
 def test_what_cannot_be_written_is_told_in_a_sentence(qtbot, window, tmp_path):
     told = made(qtbot, window, RecordChoice(tmp_path / "none" / "c.mp4", 0, 20, 1.0, SIZE))
-    assert "not written" in told
+    assert "could not be written" in told
     window.record_actions.record(RecordChoice(tmp_path / "none" / "c.png", size=SIZE))
-    assert "not written" in window.bar.label.text()
+    assert "could not be written" in window.bar.label.text()
     there = tmp_path / "there.png"
     there.write_bytes(b"mine")
     window.record_actions.record(RecordChoice(there, size=SIZE))
-    assert "there is such a file" in window.bar.label.text()
+    assert "exists already" in window.bar.label.text()
     assert there.read_bytes() == b"mine"
 
 
@@ -174,7 +174,7 @@ def test_a_film_into_a_fifo_is_refused_and_said(qtbot, window, tmp_path):
     os.mkfifo(tmp_path / "film.mp4")
     window.record_actions.record(RecordChoice(tmp_path / "film.mp4", 0, 5, replace=True))
     assert not window.recorder.running
-    assert window.bar.label.text().endswith("not written (is no file, and a film needs one).")
+    assert window.bar.label.text().endswith("could not be written: a film needs a regular file.")
     assert (tmp_path / "film.mp4").is_fifo()
 
 
@@ -221,7 +221,7 @@ def test_a_film_of_a_sweep_moves_the_figure_and_not_the_persons(qtbot, window, t
     contents = Contents(curves=False)
     choice = RecordChoice(tmp_path / "s.mp4", size=SIZE, contents=contents, sweep=sweep)
     window.record_actions.record(choice)  # its symbols are typeset first
-    qtbot.waitUntil(lambda: window.bar.label.text() == "s.mp4 written.", timeout=60_000)
+    qtbot.waitUntil(lambda: window.bar.label.text() == "s.mp4 was written.", timeout=60_000)
     pictures, seconds = frames_of(choice.path)
     assert len(pictures) == len(sweep.values(30.0)) == 28
     assert seconds == pytest.approx(28 / 30, abs=0.02)
@@ -297,7 +297,7 @@ def test_no_picture_is_larger_than_qt_paints(qtbot, window, dpi, most):
     assert picture.size == (12_000, 12_000)
     picture.unit.setCurrentText("mm")
     assert picture.size == (12_000, 12_000)
-    assert "At 600 dpi a side has at most 508 mm" in dialog.length.text()
+    assert "At 600 dpi a side can have 508 mm at most" in dialog.length.text()
     picture.dpi.setCurrentIndex(picture.dpi.findData(dpi))
     picture.width.setValue(12_000)
     assert picture.width.value() == most
@@ -309,7 +309,7 @@ def test_no_picture_is_larger_than_qt_paints(qtbot, window, dpi, most):
 
 @pytest.mark.parametrize("size", [(200_000, 200_000), (40_000, 10)])
 def test_a_picture_that_qt_cannot_hold_is_no_empty_file(size, qapp):
-    with pytest.raises(OSError, match="pixels are too many for a PNG"):
+    with pytest.raises(OSError, match="is too large"):
         figure_file(Sheet(20.0, 10.0, 96), ".png", "x", QSize(*size), 600.0)
 
 

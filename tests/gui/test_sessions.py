@@ -61,7 +61,7 @@ def test_settings_are_kept_and_damage_is_set_aside(tmp_path):
     path.write_bytes(b'{"recent": [1, 2')
     again, complaint = load_settings(path)
     assert again == Settings()
-    assert "set aside" in complaint
+    assert "was saved as" in complaint
     assert (tmp_path / "deep" / "settings.json.damaged").exists()
 
 
@@ -150,7 +150,7 @@ def test_a_second_window_on_a_session_only_looks(qtbot, opened, show_window):
     assert Decision.ACCEPTED not in decisions(other)
     assert [b.text() for b in other.bar.buttons()] == ["Take over", "Look only"]
     assert not other.files.save_session()
-    assert "cannot save" in other.bar.label.text()
+    assert "was not saved" in other.bar.label.text()
 
 
 @pytest.mark.thorough
@@ -194,7 +194,7 @@ def test_a_session_beside_the_clip_is_gone_on_with(qtbot, window, path):
 def test_a_damaged_session_beside_the_clip_is_set_aside(qtbot, window, path, tmp_path):
     (tmp_path / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
     open_clip(qtbot, window, path)
-    assert "set aside" in window.bar.label.text()
+    assert "was renamed to" in window.bar.label.text()
     assert (tmp_path / "walk.twist.json.damaged").exists()
     assert len(window.document.intervals) == 8
 
@@ -205,7 +205,7 @@ def test_a_session_with_flips_opens_as_it_is(qtbot, window, path, tmp_path):
     session = tmp_path / "walk.twist.json"
     write_session(CLIP, Insert(flip()).apply(fresh().state), session)
     open_clip(qtbot, window, path)
-    assert "looked for as well: none found" in window.bar.label.text()
+    assert "new kinds of errors: none found" in window.bar.label.text()
     assert len(window.document.intervals) == 9
     act(window, "next_interval")
     act(window, "accept")
@@ -214,7 +214,7 @@ def test_a_session_with_flips_opens_as_it_is(qtbot, window, path, tmp_path):
     assert document["schema"] == "twistcore.session/3"
     assert [i["kind"] for i in document["intervals"]] == ["counter-twist"] * 8 + ["limb flip"]
     open_clip(qtbot, window, path)
-    assert window.bar.label.text() == "Going on with walk.twist.json."
+    assert window.bar.label.text() == "Your review in walk.twist.json continues."
 
 
 @pytest.mark.thorough
@@ -298,10 +298,10 @@ def test_in_a_folder_that_cannot_be_written_a_review_is_kept_elsewhere(path, tmp
         return done.stdout.splitlines()
 
     told, verdicts, saved = review()
-    assert "a folder that cannot be written" in told
+    assert "is read-only" in told
     assert (verdicts, saved) == ("0", "True")
     told, verdicts, saved = review()
-    assert told.startswith("Going on with walk-")
+    assert told.startswith("Your review in walk-")
     assert (verdicts, saved) == ("1", "True")
     assert [p.name for p in folder.iterdir()] == [clip.name]
     assert [p.suffixes for p in (state / "twist-inspector").iterdir()] == [[".twist", ".json"]]
@@ -309,5 +309,5 @@ def test_in_a_folder_that_cannot_be_written_a_review_is_kept_elsewhere(path, tmp
     shutil.rmtree(state)
     (folder / "walk.twist.json").write_text('{"schema": "twistcore.session/1"')
     told, verdicts, saved = review()
-    assert "cannot be set aside" in told
+    assert "could not be renamed" in told
     assert (verdicts, saved) == ("0", "True")

@@ -37,7 +37,7 @@ def test_bars_and_ticks_of_the_table_of_clips_are_said(qtbot, queue):
     queue.changed.emit()
     model = panel.table.model()
     assert [model.index(0, k).data(SPOKEN) for k in range(4)] == [
-        "walk: decisions wait to be restored",
+        "walk: unsaved decisions can be restored",
         "severity 1.2°",
         "1 / 3",
         "exported as walk_fixed.bvh",

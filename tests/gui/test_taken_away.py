@@ -67,7 +67,7 @@ def test_a_full_disk_loses_nothing_and_says_so_each_time(crowded, begun):
             assert max(on_disk, default=0) == begun  # never less than there was
         program.tell("save")
         assert "not saved" in program.answer["says"]
-        assert "this window only" in program.answer["says"]
+        assert "only in this window" in program.answer["says"]
         program.tell("close Save")
         assert program.answer["open"]
         free(program)
@@ -178,13 +178,13 @@ def test_a_clip_that_changes_while_it_is_open_is_noticed(clip, start):
     clip.write_bytes(clip.read_bytes().replace(b"\r\n", b"\n"))
     program.tell("front")
     assert "has changed on disk" in program.answer["says"]
-    assert program.answer["offers"] == ["Open it again", "Keep what is open"]
-    program.tell("press Keep what is open", "front")
+    assert program.answer["offers"] == ["Open it again", "Keep the open version"]
+    program.tell("press Keep the open version", "front")
     assert program.answer["says"] == ""
     program.tell("save")
     assert "belongs to the version that is open" in program.answer["says"]
     program.tell("front", "export", "state")
-    assert "This is the version that is open" in program.answer["says"]
+    assert "from the version that is open" in program.answer["says"]
 
 
 @pytest.mark.thorough

@@ -15,6 +15,7 @@ from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDropEvent, QImage
 
 from inspector.session.settings import Settings, load_settings
+from inspector.video.remembered_videos import VIDEOS
 from inspector.video.video_panel import AFTER, BEFORE, NO_VIDEO
 from inspector.video.video_reader import VideoError, VideoReader
 from tests.conftest import ASSETS
@@ -198,7 +199,7 @@ def test_video_and_offset_come_back_with_their_clip(qtbot, show_clip, clip, movi
     act(again, "close_video")
     open_clip(qtbot, again, tmp_path / "walk.bvh")
     assert again.video.reader is None
-    assert again.settings.videos == {}
+    assert VIDEOS.of(again.settings) == {}
 
 
 @pytest.mark.parametrize("videos", ['{"a": 3}', '{"a": ["b"]}', '{"a": ["b", NaN]}', "[]"])
@@ -220,9 +221,9 @@ def test_a_video_that_is_gone_is_told_in_its_place_only(qtbot, show_clip, movie)
     movie.unlink()
     open_clip(qtbot, window, path)
     settle(qtbot, window)
-    assert window.video.display.text == f"witness.mp4: the video is no longer in {movie.parent}."
+    assert window.video.display.text == f"The video witness.mp4 is no longer in {movie.parent}."
     assert not window.bar.isVisible()
-    assert list(window.settings.videos.values()) == [(str(movie), 0.25)]  # it may come back
+    assert list(VIDEOS.of(window.settings).values()) == [(str(movie), 0.25)]  # it may come back
     assert window.document.frames == 344
 
 
@@ -246,7 +247,7 @@ def test_a_file_with_sound_only_has_no_picture(tmp_path):
     with wave.open(str(tmp_path / "sound.wav"), "wb") as sound:
         sound.setparams((1, 2, 8000, 0, "NONE", "not compressed"))
         sound.writeframes(bytes(16_000))
-    with pytest.raises(VideoError, match="there is no picture in this file"):
+    with pytest.raises(VideoError, match="this file has no video stream"):
         VideoReader(tmp_path / "sound.wav")
 
 
@@ -280,7 +281,7 @@ def test_closing_lets_the_file_go(qtbot, window, movie):
     assert files_open(movie) == (1 if sys.platform == "linux" else 0)
     window.document.go_to(200)  # closed while a picture is being decoded
     act(window, "close_video")
-    assert window.settings.videos == {}
+    assert VIDEOS.of(window.settings) == {}
     qtbot.waitUntil(lambda: files_open(movie) == 0, timeout=3000)
     assert window.video.display.text == NO_VIDEO
 

@@ -45,7 +45,7 @@ def test_the_reason_is_told_at_the_playhead_or_at_the_peak_next_to_it(qtbot, alo
     document.go_to(FRAME + 40)
     assert not alone.bar.isVisible()  # it was about another frame
     press(qtbot, alone, Qt.Key.Key_Y)
-    assert "at frame 240 is below τ = 1.5°" in alone.bar.label.text()
+    assert "τ = 1.5°" in alone.bar.label.text()
     assert document.frame == FRAME + 40
 
 
@@ -85,7 +85,7 @@ def test_the_card_says_it_where_no_interval_is_selected(alone):
     document.select_chain(ARM)
     assert SENTENCE in card.why.text()
     document.set_first_frame(1)
-    assert "at frame 201 is above" in card.why.text()
+    assert "frame 201" in card.why.text()
     document.set_tau(np.radians(90.0), ARM)
     assert card.why.text() == NOTHING  # below τ: no peak
 

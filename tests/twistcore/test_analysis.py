@@ -1,5 +1,6 @@
 """One way from a clip to its intervals: what is asked of whom, once, and what is told."""
 
+import inspect
 import math
 import threading
 from dataclasses import dataclass, field, replace
@@ -9,6 +10,7 @@ import pytest
 
 from tests.conftest import ASSETS
 from tests.messages import refused
+from tests.twistcore.two_people import two_people
 from twistcore.analysis import clip_analysis as module
 from twistcore.analysis.clip_analysis import (
     ALL_KINDS,
@@ -21,7 +23,7 @@ from twistcore.analysis.clip_analysis import (
 from twistcore.detection import Interval, Kind
 from twistcore.detection.registry import Detectors
 from twistcore.errors import TwistError
-from twistcore.formats.bvh import read_bvh
+from twistcore.formats.bvh import parse_bvh, read_bvh
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.limb import find_limbs
 from twistcore.skeleton.rig import OwnChain, Rig
@@ -106,7 +108,7 @@ def clip(walk, told, monkeypatch):
     def jumps(_motion, chains, _refined=None):
         return {c.name: (jump,) if c.name == "LeftArm" else () for c in chains}
 
-    monkeypatch.setattr(module, "lone_jumps", jumps)
+    monkeypatch.setattr("twistcore.detection.lone_jumps.lone_jumps", jumps)
     made = analyse(walk)
     return made
 
@@ -211,7 +213,9 @@ def test_lone_jumps_are_sought_in_what_the_other_kinds_leave(clip, monkeypatch):
 
     sought = []
     monkeypatch.setattr(module, "refiner", refiner)
-    monkeypatch.setattr(module, "lone_jumps", lambda *given: sought.append(given) or {})
+    monkeypatch.setattr(
+        "twistcore.detection.lone_jumps.lone_jumps", lambda *given: sought.append(given) or {}
+    )
     assert clip.jumps() is clip.jumps()
     ((motion, chains, intervals),) = seen
     assert motion is clip.motion
@@ -240,7 +244,7 @@ def test_kinds_say_what_is_asked(clip, told):
     of_arm = [i.start for i in every if i.chain == "LeftArm"]
     assert of_arm == [5, 10, 30]
     assert len(clip.detect(kinds=[])) == 0
-    assert {Kind.LONE_JUMP, Kind.NOISE_BURST, Kind.FROZEN} == ALL_KINDS - REPAIRED
+    assert {kind for kind in Kind if not kind.repairable} == ALL_KINDS - REPAIRED
     expected = "no kind 'flip'; expected one of counter-twist, limb flip, helper roll, lone jump"
     with pytest.raises(TwistError, match=expected):
         clip.detect(kinds=["flip", "lone jump"])
@@ -367,6 +371,36 @@ def test_a_rig_of_other_chains_takes_along_only_what_was_made(walk):
     assert "Spine" in after.signals
     poses = before.poses
     assert before.with_rig(rig).poses is poses
+
+
+def test_other_chains_leave_chosen_ones_and_people_chosen(walk, tmp_path):
+    chosen = analyse(walk, "LeftForeArm")
+    after = chosen.with_rig(Rig((), ("RightArm",)))
+    assert names(after.chains_and_limbs) == names(chosen.chains_and_limbs) == ["LeftForeArm"]
+    assert after.chosen
+    assert "RightArm" not in names(after.every_chain)
+    assert names(after.every_chain) == names(analyse(walk, rig=after.rig).chains)
+    assert after.unexamined == ()
+    with pytest.raises(TwistError, match="the rig has none of the chains LeftForeArm"):
+        chosen.with_rig(Rig((), ("LeftForeArm",)))
+
+
+def test_other_chains_leave_other_people_out():
+    clip = parse_bvh(two_people(), "pair.bvh")
+    first, _ = analyse(clip).people
+    one = analyse(clip, people=first)
+    gone = one.chains[0].name
+    after = one.with_rig(Rig((), (gone,)))
+    assert {c.person for c in after.chains_and_limbs} == {first}
+    assert names(after.chains) == [n for n in names(one.chains) if n != gone]
+    assert {u.person for u in after.unexamined} <= {first}
+
+
+def test_the_kinds_in_the_signature_read_as_all():
+    kinds = inspect.signature(detect).parameters["kinds"].default
+    assert kinds is None
+    clip = read_bvh(ASSETS / "walk_injected.bvh")
+    assert len(detect(clip, kinds=None)) == len(detect(clip, kinds=list(Kind))) > 0
 
 
 # Signals

@@ -84,7 +84,7 @@ def test_what_a_bvh_cannot_hold_is_told():
     with pytest.raises(TwistError, match="mirrored"):
         converted(scene, 0.01)
     scene.poses[9, arm, :3, 0] = 0.0
-    with pytest.raises(TwistError, match="size|scale"):
+    with pytest.raises(TwistError, match=r"size|scale"):
         converted(scene, 0.01)
 
 

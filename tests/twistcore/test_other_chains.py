@@ -22,7 +22,8 @@ def analysis(found, automatic=0.1, rig=AS_FOUND):
         intervals=lambda name, _: tuple(found[name]),
     )
     chains = tuple(SimpleNamespace(name=name) for name in found)
-    return SimpleNamespace(chains_and_limbs=chains, rig=rig, detector=lambda _: detector)
+    known = {"usable": lambda method: method, "detector": lambda _: detector}
+    return SimpleNamespace(chains_and_limbs=chains, rig=rig, **known)
 
 
 def state(**tau):

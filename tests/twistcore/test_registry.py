@@ -1,5 +1,6 @@
 """Detectors that announce themselves by a file, a package or a program, and faults in them."""
 
+import csv
 import io
 import json
 import os
@@ -20,6 +21,7 @@ from twistcore.detection import DETECTORS, DetectorInfo, Interval, register
 from twistcore.detection.registry import FILE_VARIABLE, built_in
 from twistcore.errors import TwistError
 from twistcore.review.journal import command_from_json, command_to_json
+from twistcore.skeleton.rig import Rig
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "example_detector"
 STEPS = f"{EXAMPLE / 'steps_detector.py'}:StepsDetector"
@@ -202,6 +204,25 @@ def test_a_file_goes_through_detect_and_refine(tmp_path):
     assert len(left) < len(own)
 
 
+def test_signals_have_the_strength_of_a_detector_that_is_named(tmp_path):
+    table = tmp_path / "signals.csv"
+    chain = "--chain", "LeftForeArm"
+    assert run("signals", WALK, "--csv", table, *chain, "--detector", STEPS)[0] == 0
+    with table.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert list(rows[0])[-1] == "strength_deg"
+    step, strength = ([float(row[k]) for row in rows] for k in ("dtheta_p_deg", "strength_deg"))
+    assert np.allclose(np.abs(step), strength)
+    assert max(strength) > 10.0
+    code, out, _ = run("signals", WALK, "--json", *chain, "--method", "consistency")
+    (of_chain,) = json.loads(out)["clips"][0]["chains"]
+    wanted = tc.analyse(tc.read_clip(WALK)).by("consistency").strength("LeftForeArm")
+    assert code == 0
+    assert np.allclose(np.radians(of_chain["strength_deg"]), wanted)
+    run("signals", WALK, "--csv", table, *chain)
+    assert "strength_deg" not in table.read_text("utf-8").splitlines()[0]
+
+
 def test_a_file_goes_through_tune_and_benchmark_in_processes(tmp_path):
     shutil.copy(KICK, tmp_path)
     profile = tmp_path / "steps.toml"
@@ -366,6 +387,34 @@ def test_a_review_by_a_detector_that_is_not_there_is_applied_and_reported(foreig
     told = "The review&#39;s detector, &#39;somebody-elses&#39;, is not installed here"
     assert told in page.read_text("utf-8")
     assert tc.read_session(foreign).state.method == "somebody-elses"
+
+
+def test_a_review_by_a_detector_that_fails_on_the_clip_is_reported(foreign, tmp_path):
+    class Failing(Plain):
+        info = DetectorInfo("somebody-elses", "a detector", "Nothing.")
+
+    DETECTORS.register(Failing(strength=None))
+    words = "--clip", WALK, "--no-pictures"
+    code, _, err = run("report", foreign, "-o", tmp_path / "pages", *words)
+    assert (code, err) == (0, "")
+    (page,) = (tmp_path / "pages").glob("*.html")
+    assert "&#39;somebody-elses&#39;, fails on the clip (the detector" in page.read_text("utf-8")
+
+
+def test_a_detector_that_fails_is_used_again_once_it_is_another():
+    analysis = tc.analyse(tc.read_clip(KICK))
+    chosen = tc.analyse(tc.read_clip(KICK), "LeftArm")
+    DETECTORS.register(Plain(strength=None))
+    for one in (analysis, chosen):
+        assert (one.usable("plain"), one.failure("plain")) == ("plain", "")
+        with pytest.raises(TwistError):
+            one.by("plain")
+        assert one.usable("plain") == "consistency"
+        assert "numbers as the strength" in one.failure("plain")
+        other = one.with_rig(Rig((), ("RightArm",)))
+        assert other.usable("plain") == "consistency"
+    DETECTORS.register(Plain())
+    assert (analysis.usable("plain"), analysis.failure("plain")) == ("plain", "")
 
 
 def test_its_journal_is_read_with_the_detector_that_it_names():

@@ -10,7 +10,7 @@ import os
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path, PurePosixPath
 from tempfile import TemporaryDirectory
 from typing import Any, TypeAlias
@@ -19,6 +19,7 @@ from twistcore.batch.parameters import Parameters
 from twistcore.errors import TwistError
 from twistcore.files.marks import sha256_of
 from twistcore.formats.suffixes import known_formats
+from twistcore.work.frozen import dataclass
 from twistcore.work.memory import SPARE, forget_peak, limited_memory, peak_memory
 
 Bytes: TypeAlias = bytes  # an outcome has a number of them by that name

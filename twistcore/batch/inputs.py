@@ -7,7 +7,7 @@ import os
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fnmatch import fnmatch
 from pathlib import Path, PurePosixPath
 
@@ -17,6 +17,7 @@ from twistcore.errors import TwistError
 from twistcore.export.exports_beside import exports_in
 from twistcore.files.ordinary import read_file
 from twistcore.formats.suffixes import CLIP_SUFFIXES, known_formats
+from twistcore.work.frozen import dataclass
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Self
@@ -21,6 +21,7 @@ from twistcore.errors import FormatError, TwistError
 from twistcore.files.document_values import saying, shown_words, text
 from twistcore.files.encoding import escaped, json_text, legible, unescaped
 from twistcore.files.version import __version__
+from twistcore.work.frozen import dataclass
 
 FILE = "manifest.sqlite"
 DONE, FAILED, WAITING = "done", "failed", "waiting"

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any
 
 from twistcore.detection.registry import DEFAULT_METHOD
 from twistcore.files.version import __version__
+from twistcore.work.frozen import dataclass
 
 
 @dataclass(frozen=True)

@@ -66,15 +66,10 @@ def _detector(arguments: argparse.Namespace) -> Iterator[None]:
     if place is None:
         yield
         return
-    from twistcore.detection.registry import DETECTORS, FILE_VARIABLE
+    from twistcore.detection.registry import detector_of_file
 
-    arguments.method = DETECTORS.load(place).info.name
-    path, _, name = place.rpartition(":")
-    os.environ[FILE_VARIABLE] = f"{Path(path).resolve()}:{name}"
-    try:
+    with detector_of_file(place) as arguments.method:
         yield
-    finally:
-        del os.environ[FILE_VARIABLE]
 
 
 class _EndedError(KeyboardInterrupt):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -48,6 +47,7 @@ from twistcore.skeleton.chain import Chain, chain_notes, uncorrectable_joints
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.notes import NOT_EXAMINED
+from twistcore.work.frozen import dataclass
 
 Document = dict[str, Any]
 

@@ -11,13 +11,13 @@ import os
 import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
 from twistcore.errors import TwistError
 from twistcore.files.atomic import destination, is_stream, same_file
 from twistcore.files.encoding import json_text, legible, legible_json
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import TellName, clip_counter, uncounted
 
 _BOLD, _YELLOW, _RED = "1", "33", "31"

@@ -139,6 +139,11 @@ def _signals(signals: Parser) -> None:
         help="write a table with one row for each chain and frame, and the clip's name if there "
         "are several; '-' is standard output (default: none; --csv or --json is required)",
     )
+    add_method(
+        signals,
+        None,
+        "also write the strength that this detector compares with τ (default: none)",
+    )
     add_chains(signals)
     add_json(signals)
     signals.set_defaults(run=deferred("signals_command", "signals_command"))

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,7 +33,16 @@ _COLUMNS = (
     "theta_p_deg", "theta_c_deg", "dtheta_p_deg", "dtheta_c_deg", "m_deg", "swing_reliability",
     "azimuth_reliability",
 )  # fmt: skip
+_STRENGTH = "strength_deg"  # of the detector that --method or --detector names
 _DECIMALS = 6
+
+
+class _Signals(NamedTuple):
+    """A clip's name, its analysis, and the columns of each chain by name."""
+
+    name: str
+    analysis: ClipAnalysis
+    columns: Mapping[str, Mapping[str, Array]]
 
 
 def signals_command(arguments: argparse.Namespace) -> int:
@@ -43,23 +52,23 @@ def signals_command(arguments: argparse.Namespace) -> int:
     if arguments.csv:
         rig = [path for path in (arguments.rig, arguments.joint_names) if path]
         refuse_overwrite([arguments.csv], [*arguments.clips, *rig])
-    found, failed = look_at(arguments.clips, partial(_analysis, arguments))
+    found, failed = look_at(arguments.clips, partial(_signals, arguments))
     if found and arguments.csv:
         with step(f"  {arguments.csv}: written"):
             several = len(arguments.clips) > 1
             write_atomically(arguments.csv, encoded(_table(found, several=several)))
     if found and arguments.json:
-        clips = [_to_json(name, analysis) for name, analysis in found]
+        clips = [_to_json(name, analysis, columns) for name, analysis, columns in found]
         document = {"schema": "twistcore.signals/1", "clips": clips}
         print_json(document | {"failed": failed_to_json(failed)})
-    blind = [sentence for name, one in found for sentence in not_examined(name, one)]
-    for name, analysis in found:
+    blind = [sentence for name, one, _ in found for sentence in not_examined(name, one)]
+    for name, analysis, _ in found:
         for sentence in note_sentences(name, analysis):
             note(sentence)
     return tell_problems([*blind, *(why for _, why in failed)], len(found))
 
 
-def _analysis(arguments: argparse.Namespace, path: Path) -> tuple[str, ClipAnalysis]:
+def _signals(arguments: argparse.Namespace, path: Path) -> _Signals:
     clip = open_clip(path, fps=arguments.fps)
     tell_clip(clip_name(path), clip)
     analysis = analysed(arguments, clip)
@@ -68,33 +77,47 @@ def _analysis(arguments: argparse.Namespace, path: Path) -> tuple[str, ClipAnaly
             raise TwistError(
                 f"{clip_name(path)}: --chain {name} is a limb, and only chains have signals"
             )
-    return clip_name(path), analysis
+    return _Signals(clip_name(path), analysis, _columns(analysis, arguments.method))
 
 
-def _values(s: TwistSignals) -> Array:
-    """Return the columns, shape (frames, 7)."""
-    angles = np.degrees([s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c, s.strength]).T
-    return np.hstack([angles, np.stack([s.swing_reliability, s.azimuth_reliability], axis=1)])
+def _columns(analysis: ClipAnalysis, method: str | None) -> dict[str, dict[str, Array]]:
+    """Return the columns of every chain by name, each of shape (frames,)."""
+    signals = analysis.signals
+    columns = {chain: _of_chain(curves) for chain, curves in signals.items()}
+    if method is not None:
+        detector = analysis.detector(method)
+        for chain, own in columns.items():
+            own[_STRENGTH] = np.degrees(detector.strength(chain))
+    return columns
 
 
-def _table(found: list[tuple[str, ClipAnalysis]], *, several: bool) -> str:
+def _of_chain(s: TwistSignals) -> dict[str, Array]:
+    angles = np.degrees([s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c, s.strength])
+    values = (*angles, s.swing_reliability, s.azimuth_reliability)
+    return dict(zip(_COLUMNS, values, strict=True))
+
+
+def _table(found: Sequence[_Signals], *, several: bool) -> str:
     return csv_lines(_rows(found, several=several))
 
 
-def _rows(found: list[tuple[str, ClipAnalysis]], *, several: bool) -> Iterator[list[Any]]:
-    yield [*(["clip"] if several else []), "chain", "frame", *_COLUMNS]
-    for clip, analysis in found:
-        for name, curves in analysis.signals.items():
+def _rows(found: Sequence[_Signals], *, several: bool) -> Iterator[list[Any]]:
+    heads = next((list(own) for one in found for own in one.columns.values()), _COLUMNS)
+    yield [*(["clip"] if several else []), "chain", "frame", *heads]
+    for clip, _, columns in found:
+        for name, own in columns.items():
             begin = [clip, name] if several else [name]
-            for frame, row in enumerate(_values(curves).tolist()):
+            for frame, row in enumerate(np.stack(list(own.values()), axis=1).tolist()):
                 yield [*begin, frame, *(f"{v:.{_DECIMALS}f}" for v in row)]
 
 
-def _to_json(name: str, analysis: ClipAnalysis) -> dict[str, Any]:
-    chains = []
-    for chain, curves in analysis.signals.items():
-        columns = zip(_COLUMNS, _values(curves).T.tolist(), strict=True)
-        chains.append({"chain": chain} | {column: _rounded(v) for column, v in columns})
+def _to_json(
+    name: str, analysis: ClipAnalysis, columns: Mapping[str, Mapping[str, Array]]
+) -> dict[str, Any]:
+    chains = [
+        {"chain": chain} | {head: _rounded(values.tolist()) for head, values in own.items()}
+        for chain, own in columns.items()
+    ]
     motion = analysis.motion
     return {
         "clip": name,

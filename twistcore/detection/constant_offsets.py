@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
+from twistcore.work.frozen import dataclass
 
 LEAST = math.radians(30.0)
 _AGREE = 0.25  # of the offset, by which P's sum and C's may miss each other …

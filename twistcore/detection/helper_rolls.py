@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -22,6 +22,7 @@ from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, quaternion_from_axis_angle
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import nobody
 
 SMALLEST_ROLL = math.radians(20.0)  # a helper that is off by less wrings no skin to be seen

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from twistcore.detection.kind import Kind
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 __all__ = ["Interval", "Kind", "circular_median"]
 
@@ -42,7 +43,7 @@ class Interval:
     kind : Kind
         What is wrong.
     carried : bool
-        Of a limb flip: True if E turned along with P.
+        Of a limb flip: True if E turned along with P; of a carried roll: always, C rolled along.
     joint : str
         The joint that jumps alone, is the noisiest, or begins a frozen limb.
     followed : float

@@ -8,7 +8,6 @@ themselves. So a window in which they change by more than they are is noise, and
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from twistcore.skeleton.medians import median, quantile
 from twistcore.skeleton.motion import Motion, once_a_motion
 from twistcore.skeleton.notation import without_held
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
+from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
@@ -44,6 +44,7 @@ class NoiseBurst:
     degrees: float
 
 
+@once_a_motion
 def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
     """The bursts of all joints, by start."""
     found = []

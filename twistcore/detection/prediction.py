@@ -8,7 +8,6 @@ two good neighbours on either side: their predictions never change and are made 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +15,7 @@ from numpy.typing import NDArray
 
 from twistcore.skeleton.notation import Keys
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]

@@ -11,6 +11,7 @@ import os
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from functools import cache, lru_cache
 from pathlib import Path
 from types import ModuleType
@@ -96,6 +97,10 @@ class Detectors(Mapping[str, Detector]):
         path, _, name = place.rpartition(":")
         return self.register(_of_file(place, path, name), f"{Path(path).resolve()}:{name}")
 
+    def place(self, name: str) -> str:
+        """Return the file and class that a detector was loaded from, 'FILE.py:Class', or ''."""
+        return self._given[name].place if name in self._of_file() else ""
+
     def info(self, name: str) -> DetectorInfo:
         """Return what is shown of a detector, also of one that is not there or cannot be loaded."""
         try:
@@ -123,7 +128,7 @@ class Detectors(Mapping[str, Detector]):
         if name in built_in():
             return ""
         if name in self._of_file():
-            path = self._given[name].place.rpartition(":")[0]
+            path = self.place(name).rpartition(":")[0]
             return _mark_of_file(Path(path)) if path else ""
         point = _entry_points().get(name)
         return "" if point is None or point.dist is None else f"{point.value} {point.dist.version}"
@@ -164,6 +169,20 @@ def register(detector: Detector) -> Detector:
         If it is no detector, or has the name of one of the program's own.
     """
     return DETECTORS.register(detector)
+
+
+@contextmanager
+def detector_of_file(place: str) -> Iterator[str]:
+    """Register the detector of a Python file, also for new processes, and yield its name.
+
+    place: 'FILE.py:Class'. Raises TwistError where it cannot be loaded.
+    """
+    name = DETECTORS.load(place).info.name
+    os.environ[FILE_VARIABLE] = DETECTORS.place(name)
+    try:
+        yield name
+    finally:
+        del os.environ[FILE_VARIABLE]
 
 
 @cache

@@ -10,7 +10,6 @@ which less is expected at a lower pace. A joint that rests is thus never taken f
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from twistcore.detection.runs import overlapping, runs
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, continuous
+from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 

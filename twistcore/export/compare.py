@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from twistcore.errors import ClipMismatchError
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import geodesic_angle
+from twistcore.work.frozen import dataclass
 
 _SAME = np.radians(1e-9)
 _MOVED = 1e-3  # of the height: angles written with two decimals move a hand by a tenth of it

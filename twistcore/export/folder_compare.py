@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from twistcore.export.compare import Difference, compare, move_to_json
 from twistcore.files.ordinary import read_file
 from twistcore.formats.clip_files import clips_by_name, no_files_in
 from twistcore.formats.reading import read_clip
+from twistcore.work.frozen import dataclass
 from twistcore.work.processes import each, reason
 from twistcore.work.progress import Counter, uncounted
 

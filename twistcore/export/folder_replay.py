@@ -6,7 +6,6 @@ import hashlib
 from collections import defaultdict
 from collections.abc import Collection, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path, PurePath
 
@@ -21,6 +20,7 @@ from twistcore.files.ordinary import is_there, real_path
 from twistcore.formats.clip import ChannelJump, rewritten
 from twistcore.formats.clip_files import clips_by_name
 from twistcore.tuning.folder_sessions import read_sessions
+from twistcore.work.frozen import dataclass
 
 WRITTEN = "applied.jsonl"  # in the folder written into: what this command wrote there
 _SCHEMA = "twistcore.applied/1"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from twistcore.analysis.correction import children_off_axis, refine, stuck_joints
@@ -17,6 +16,7 @@ from twistcore.review import Decision, ReviewState, Session, read_session
 from twistcore.skeleton.chain import Chain, uncorrectable_joints
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell
 
 

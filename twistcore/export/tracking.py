@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
@@ -30,6 +30,7 @@ from twistcore.quamo.weights import weights_file
 from twistcore.review.model import Tracking
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 WARNING = (

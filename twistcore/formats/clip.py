@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
@@ -18,6 +18,7 @@ from twistcore.formats.suffixes import clip_suffix, not_written
 from twistcore.skeleton.motion import Motion, Skeleton, check_motion
 from twistcore.skeleton.notation import angle_step
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
 _WARNINGS = 40

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pathlib import PurePath
 from pkgutil import iter_modules
 from types import MappingProxyType
+
+from twistcore.work.frozen import dataclass
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import io
 import zipfile
 from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +30,7 @@ from twistcore.quamo.state_space import (
 from twistcore.quamo.topology import JOINTS
 from twistcore.quamo.tracker import Controller, State
 from twistcore.skeleton.rotation import Array, conjugate, exponential, multiply
+from twistcore.work.frozen import dataclass
 
 Float32 = NDArray[np.float32]
 

@@ -7,11 +7,10 @@ multiply from the left. Leading axes broadcast: shapes below show the last ones.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from twistcore.skeleton.rotation import Array, conjugate, exponential, multiply
+from twistcore.work.frozen import dataclass
 
 NETWORK_DT = 0.04  # seconds: the rate at which gains of a network and κA are meant
 EXACT, FIRST_ORDER = "exact", "first-order"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +11,7 @@ from twistcore.errors import TwistError
 from twistcore.formats.npz.body import BODIES
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate
+from twistcore.work.frozen import dataclass
 
 CMU_UNIT = 0.056444  # metres: lengths of CMU's skeletons are inches divided by 0.45
 

@@ -6,7 +6,7 @@ Causal, or both ways where the whole clip is there: then between its cuts, each 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from twistcore.quamo.topology import find_topology, metres_per_unit
 from twistcore.quamo.tracker import HandGains, Step, TrackResult, track
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody, part
 
 _STILL = 1e-4  # of a quaternion; of the largest way that a place moves

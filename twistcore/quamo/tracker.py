@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +23,7 @@ from twistcore.quamo.state_space import (
     next_velocity,
 )
 from twistcore.skeleton.rotation import Array, normalise
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 LOST_AFTER = 5  # frames

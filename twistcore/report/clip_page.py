@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import base64
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ from twistcore.review.model import Decision, Judged
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
 from twistcore.skeleton.rotation import largest_and_rms
+from twistcore.work.frozen import dataclass
 
 WORST = 3  # finds that are shown in pictures
 
@@ -53,9 +54,8 @@ def clip_page(
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
     corrected.take(report.applied)
-    drawing = ClipCurves(
-        analysis, DETECTORS.usable(state.method), state.tau, state.intervals, report.verdict
-    )
+    method = _strength_by(analysis, state.method)
+    drawing = ClipCurves(analysis, method, state.tau, state.intervals, report.verdict)
     curves, left_out = drawing.panels(corrected)
     return rendered(
         "clip.html",
@@ -71,7 +71,7 @@ def clip_page(
         left_out=[str(note) for note in report.notes if note.kind in (NOT_EXAMINED, UNEXAMINED)],
         notes=[
             *(str(n) for n in report.notes if n.kind not in (NOT_EXAMINED, UNEXAMINED)),
-            *_not_installed(state.method),
+            *_not_usable(analysis, state.method),
         ],
         not_corrected=report.not_corrected,
         parameters=dict(report.parameters),
@@ -196,7 +196,8 @@ def _evidence(report: Report) -> dict[str, Any]:
         except TwistError as error:
             trouble = str(error)
     left = report.left
-    if left is None and changes and DETECTORS.usable(report.state.method) == report.state.method:
+    method = report.state.method
+    if left is None and changes and _strength_by(report.analysed, method) == method:
         left = intervals_to_json(remaining_detection(report.refined, report.chains, report.state))
     if left is not None:
         left = [
@@ -206,11 +207,20 @@ def _evidence(report: Report) -> dict[str, Any]:
     return {"changes": changes, "kept": kept, "trouble": trouble, "left": left}
 
 
-def _not_installed(method: str) -> Iterator[str]:
-    """A sentence on a review whose detector is not there."""
-    if DETECTORS.usable(method) != method:
+def _strength_by(analysis: ClipAnalysis, method: str) -> str:
+    """The detector of a review, or the default one where it is missing or fails on the clip."""
+    with suppress(TwistError):
+        analysis.by(DETECTORS.usable(method))
+    return analysis.usable(method)
+
+
+def _not_usable(analysis: ClipAnalysis, method: str) -> Iterator[str]:
+    """A sentence on a review whose detector is missing or fails on the clip."""
+    if analysis.usable(method) != method:
+        why = analysis.failure(method)
+        why = f"fails on the clip ({why})" if why else "is not installed here"
         yield (
-            f"The review's detector, {method!r}, is not installed here: the strength is that of "
+            f"The review's detector, {method!r}, {why}: the strength is that of "
             f"{DEFAULT_METHOD!r}, and the corrected clip was not searched again."
         )
 

@@ -8,7 +8,6 @@ column's frames have, so that no jump of a single frame is lost. x counts column
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +18,7 @@ from twistcore.review.model import Decision, Judged
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 HEIGHT = 100
 MOST_PANELS = 8  # chains drawn of a clip, worst first

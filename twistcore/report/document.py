@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, field
 from datetime import UTC, datetime
 from functools import cached_property
 from pathlib import Path
@@ -27,6 +27,7 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notes import NOT_EXAMINED, Note
+from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.report/1"
 _TRACKED = "tracking"  # why a joint moved

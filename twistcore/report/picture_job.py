@@ -14,7 +14,6 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +23,7 @@ from twistcore.files.encoding import json_bytes
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.work.frozen import dataclass
 from twistcore.work.with_parent import python_bound
 
 PROGRAM = "inspector.recording.report_pictures"

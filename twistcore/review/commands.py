@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
@@ -20,6 +20,7 @@ from twistcore.review.model import (
     chain_places,
 )
 from twistcore.skeleton.rig import Rig
+from twistcore.work.frozen import dataclass
 
 
 class Command(ABC):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.detection import Interval
@@ -12,6 +11,7 @@ from twistcore.review.model import Decision, ReviewState, start_review
 from twistcore.review.reasons import with_reasons
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
+from twistcore.work.frozen import dataclass
 
 
 @dataclass(frozen=True, eq=False)

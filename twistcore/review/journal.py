@@ -12,7 +12,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -64,6 +64,7 @@ from twistcore.review.session import (
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rig import Rig, rig_from_json, rig_to_json
+from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.journal/1"
 _DAMAGE = FormatError, KeyError, ValueError  # the last two where a command does not fit

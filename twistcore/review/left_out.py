@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from twistcore.files.document_values import frames, read_each, unexpected
 from twistcore.review.commands import Command
 from twistcore.review.model import ReviewState, Span
+from twistcore.work.frozen import dataclass
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.detection import DETECTORS, Interval
+from twistcore.detection import Interval
 from twistcore.review.commands import ChangeChains
 from twistcore.review.model import ReviewState
 
@@ -21,7 +21,7 @@ def changed_chains(
     of one line are explained together, so a neighbour of a chain that comes or goes may have other
     intervals now: those are looked at again.
     """
-    method = DETECTORS.usable(state.method)
+    method = before.usable(state.method)
     old, new = before.detector(method), after.detector(method)
     there = {c.name for c in before.chains_and_limbs} & state.tau.keys()
     tau: dict[str, float] = {}

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.detection import DETECTORS, Interval, Kind
+from twistcore.detection import Interval, Kind
 from twistcore.review.model import Judged, ReviewState
 
 
@@ -15,9 +15,9 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
 
     Nothing long is started: of chains that this detector was not asked about, nothing is found.
     """
-    ready = analysis.kept(state.method) is not None
-    # A review may be by a detector that is not installed here.
-    method = state.method if ready else DETECTORS.usable(state.method)
+    # A review may be by a detector that is not installed here, or fails on the clip.
+    method = analysis.usable(state.method)
+    ready = method == state.method and analysis.kept(method) is not None
     detector = analysis.detector(method, frozenset(Kind) if ready else {Kind.LIMB_FLIP})
     there = {chain.name for chain in analysis.chains_and_limbs}
     return tuple(i for n, t in state.tau.items() if n in there for i in detector.intervals(n, t))

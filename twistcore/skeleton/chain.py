@@ -7,7 +7,7 @@ P's own children. Of a bone in pieces every piece has a chain of its own.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TypeVar
 
 import numpy as np
@@ -25,6 +25,7 @@ from twistcore.skeleton.body import (
 )
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, normalise
+from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 

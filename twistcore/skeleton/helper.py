@@ -7,7 +7,7 @@ wrings the skin ("candy wrapper") although no joint of the limb is wrong.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from twistcore.skeleton.body import Body, Bone, LimbLine, bone_offset, has_lengt
 from twistcore.skeleton.chain import Chain, make_chain
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import normalise
+from twistcore.work.frozen import dataclass
 
 _IN_LINE = np.cos(np.radians(5.0))  # a helper lies on the bone
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any
 
@@ -24,6 +24,7 @@ from twistcore.skeleton.joint_vocabulary import (
     vocabulary_of,
 )
 from twistcore.skeleton.joint_words import decodings, words_of
+from twistcore.work.frozen import dataclass
 
 __all__ = [
     "FEET",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import unicodedata
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,6 +20,7 @@ from twistcore.files.document_values import (
     text,
     texts,
 )
+from twistcore.work.frozen import dataclass
 
 ROLES = ("shoulder", "arm", "forearm", "hand", "upleg", "leg", "foot", "toe")
 

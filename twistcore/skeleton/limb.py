@@ -6,7 +6,7 @@ The angle of the middle joint about that line is the *swivel angle* of inverse k
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from twistcore.skeleton.body import lower_pair
 from twistcore.skeleton.chain import Chain, find_chains, limbs
 from twistcore.skeleton.motion import HasMotion, Motion, Skeleton, motion_of
 from twistcore.skeleton.rotation import Array, rotate
+from twistcore.work.frozen import dataclass
 
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
 _MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, wraps
 from typing import Protocol, TypeVar
 from weakref import WeakKeyDictionary
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 Known = TypeVar("Known")
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from twistcore.skeleton.motion import Motion, once_a_motion
 from twistcore.skeleton.notes import Note
 from twistcore.skeleton.rotation import Array, conjugate, multiply, wrap
+from twistcore.work.frozen import dataclass
 
 Frames = NDArray[np.intp]
 Mask = NDArray[np.bool_]

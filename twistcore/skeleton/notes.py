@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from twistcore.work.frozen import dataclass
 
 NOT_EXAMINED = "not examined"  # the whole clip
 UNEXAMINED = "unexamined"  # a limb, or some frames

@@ -10,10 +10,10 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from twistcore.skeleton.joint_names import JointName, understood
 from twistcore.skeleton.motion import Skeleton
+from twistcore.work.frozen import dataclass
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
 _NUMBERED = re.compile(r"(.+) #([0-9]+)")  # as readers name the second of equals

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -33,6 +33,7 @@ from twistcore.skeleton.limb import Limb, along, as_limb, bones, find_limbs, joi
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import normalise
+from twistcore.work.frozen import dataclass
 
 _ZERO = 1e-6  # of the skeleton's height
 _EXPECTED = "expected [[chain]] tables with two or three joints, and remove with names of chains"

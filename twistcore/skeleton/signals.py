@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from twistcore.skeleton.chain import Chain, chain_named, find_chains
 from twistcore.skeleton.motion import HasMotion, Motion, motion_of
 from twistcore.skeleton.rotation import Array, rotate, twist_angle, twist_reliability, wrap
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 

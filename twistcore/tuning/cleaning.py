@@ -6,12 +6,12 @@ Errors that a clip came with would count as false alarms, and hide those put in 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.analysis.correction import applied_unasked, refine
 from twistcore.detection import DEFAULT_METHOD, Interval, Kind
 from twistcore.skeleton.motion import Motion
+from twistcore.work.frozen import dataclass
 
 SURE = 0.9  # confidence from which an interval counts as an error without a person's word
 AUDITOR = DEFAULT_METHOD  # whichever detector is tuned: the paper's has no confidence

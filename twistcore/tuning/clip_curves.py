@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,7 @@ from twistcore.tuning.cleaning import AUDITOR, Verdicts, cleaned
 from twistcore.tuning.injected_curve import Span, tau_curve
 from twistcore.tuning.tau_curve import TauCurve
 from twistcore.tuning.verdicts_of import of_this_version, of_what_is_there, said_in
+from twistcore.work.frozen import dataclass
 
 SEEDS = 3
 

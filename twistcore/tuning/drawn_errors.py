@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 _Z = 1.96  # of a band that holds in 95 of 100 draws
 _TAIL = 0.025

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from pathlib import Path, PurePath
 
 from twistcore.errors import TwistError
@@ -14,6 +13,7 @@ from twistcore.files.ordinary import is_file
 from twistcore.formats.clip_files import clips_in
 from twistcore.formats.reading import own_name
 from twistcore.review import Session, read_session
+from twistcore.work.frozen import dataclass
 
 _SESSION = ".twist.json"  # as the program names them; a person may choose another name
 _REPLAY = ".replay.json"  # what an export did: its review is in the clip's own session

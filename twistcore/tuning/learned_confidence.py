@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array
 from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import JudgedClip
+from twistcore.work.frozen import dataclass
 
 LEAST = 0.01  # and 1 − LEAST: nearer to 0 or 1 the detector's confidence says no more
 SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # of the prior

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -27,6 +26,7 @@ from twistcore.files.encoding import encoded, legible, toml_string, unescaped
 from twistcore.skeleton.chain import Chain
 from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
+from twistcore.work.frozen import dataclass
 
 # Of a learned confidence: beyond them it is damaged.
 _MOST_SHIFT, _LEAST_SCALE, _MOST_SCALE = 30.0, 1e-6, 100.0

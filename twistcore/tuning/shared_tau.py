@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR, TauCurve
+from twistcore.work.frozen import dataclass
 
 SLIGHT = 0.01  # a chain that loses less than a point by the τ of the others needs none of its own
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import reduce
 from math import nan
 from operator import add
@@ -13,6 +12,7 @@ import numpy as np
 
 from twistcore.skeleton.rotation import Array
 from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
+from twistcore.work.frozen import dataclass
 
 SMALLEST_ERROR = float(np.radians(2.0))  # of H6: a larger τ passes errors over that are looked for
 ALARM_PRICE = 0.05  # share of the error frames that one false alarm a clip or minute may cost

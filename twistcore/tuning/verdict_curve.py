@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.tuning.injected_curve import GRID
 from twistcore.tuning.tau_curve import ALARM_PRICE, LOSS_ALLOWED, SMALLEST_ERROR
 from twistcore.tuning.verdicts_of import JudgedClip
+from twistcore.work.frozen import dataclass
 
 LEVEL = 0.9  # of intervals of uncertainty
 _Z = 1.6449  # of the normal distribution for LEVEL

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path, PurePath
 from types import MappingProxyType
 
@@ -29,6 +29,7 @@ from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.rig import skeleton_mark
 from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
+from twistcore.work.frozen import dataclass
 
 SAME = 0.5  # of the frames of both: what is found there is the error that was accepted
 _PERFORMER = re.compile(

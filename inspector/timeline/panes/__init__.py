@@ -1,1 +1,1 @@
-"""The panes of the time line, one file each: what it exports as `plot` is a pane."""
+"""The panes of the time line, one file each, which exports its pane as `plot`."""

@@ -1,4 +1,4 @@
-"""How far the middle joint of a limb is off the line from its root to its end."""
+"""The pane of the distance of a limb's middle joint from the line between root and end."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def _describe(curves: Curves, frame: int) -> Title:
 
 plot = Plot(
     key="height",
-    title=tr("A limb's middle joint off its line"),
+    title=tr("Distance of a limb's middle joint from its line"),
     place=30,
     weight=3,
     priority=50,

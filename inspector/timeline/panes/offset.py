@@ -1,4 +1,4 @@
-"""The offset that the review's intervals take out."""
+"""The pane of the offset that the review's intervals remove."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from inspector.timeline.curves import Curves, Title, number
 from inspector.timeline.pane import CurveStyle, Pane
 from inspector.timeline.plot import Plot
 
-_LEAST = 10.0  # degrees that it spans
+_LEAST = 10.0  # least range in degrees
 
 
 def _draw(curves: Curves, pane: Pane) -> None:
@@ -19,12 +19,12 @@ def _draw(curves: Curves, pane: Pane) -> None:
 
 
 def _describe(curves: Curves, frame: int) -> Title:
-    return [(f"{tr('Offset taken out')} ", "soft"), (number(curves.offset, frame), "text")]
+    return [(f"{tr('Offset removed')} ", "soft"), (number(curves.offset, frame), "text")]
 
 
 plot = Plot(
     key="offset",
-    title=tr("Offset taken out"),
+    title=tr("Offset removed"),
     place=60,
     weight=3,
     priority=60,

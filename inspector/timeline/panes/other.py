@@ -1,4 +1,4 @@
-"""What another detector says of the selected chain."""
+"""The pane of another detector."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ plot = Plot(
     axis=_axis,
     at_first=False,
     root=True,
-    no_limb=tr("Flips of a limb have one detector; the other is shown with a chain."),
+    no_limb=tr("There is only one detector for limb flips. Select a chain to compare detectors."),
     gestures=Onlooker,
     build=_build,
 )

@@ -1,4 +1,4 @@
-"""What τ is compared with; of a limb, how far its swivel jumps in a frame."""
+"""The pane of the strength that τ is compared with; for a limb, the jump of its swivel."""
 
 from __future__ import annotations
 
@@ -57,8 +57,8 @@ plot = Plot(
     draw=_draw,
     draw_clip=_draw_clip,
     describe=_describe,
-    # The paper's m(t) lies dimmed under the strength of another detector, to be compared with it.
-    # That of a limb has another after its correction.
+    # The paper's m(t) is drawn dimmed under the strength of another detector, to compare them. A
+    # limb has a second curve after correction.
     styles=(
         CurveStyle("m", "soft", dashed=True),
         CurveStyle("after", "after"),

@@ -1,4 +1,4 @@
-"""The twist of parent and child; of a limb, its swivel."""
+"""The pane of the twist θp and the azimuth θc; for a limb, its swivel."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from inspector.timeline.pane import BEFORE_AND_AFTER, Pane
 from inspector.timeline.plot import Plot
 from twistcore.skeleton.rotation import wrap
 
-_LEAST = 20.0  # degrees that it spans
+_LEAST = 20.0  # least range in degrees
 
 
 def _axis(curves: Curves) -> str:
@@ -47,7 +47,7 @@ def _draw(curves: Curves, pane: Pane) -> None:
             y, seams = degrees_about(now, curves.centres[k])
             pane.set_curve(f"{k}_after", y, seams)
             curves.grow(pane, y, _LEAST)
-            # The clip as it is, only where it differs: two lines on each other would mix colours.
+            # The captured curve is drawn only where it differs: overlaid lines would mix colours.
             apart = widened(np.abs(wrap(was - now)) > SAME)
             y, seams = degrees_about(np.where(apart, was, np.nan), curves.centres[k])
             pane.set_curve(f"{k}_before", y, seams)
@@ -69,7 +69,7 @@ def _describe(curves: Curves, frame: int) -> Title:
 
 
 def _height(curves: Curves, name: str, angle: float) -> float:
-    """Next to its curve: in the turn that the curve is in."""
+    """Return the height of an angle in the same turn as its curve, degrees."""
     if not isinstance(curves, ChainCurves):
         return float(np.degrees(angle))
     y, _ = degrees_about(np.array([angle]), curves.centres[name[-1]])

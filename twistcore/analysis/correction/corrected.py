@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +27,7 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 from twistcore.skeleton.signals import twist_signals
+from twistcore.work.frozen import dataclass
 
 _ZERO = 1e-9
 _SAME_AXIS = 1.0 - 1e-12

@@ -7,7 +7,7 @@ hinge, which the rest of the clip tells.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +25,7 @@ from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.limb import Limb, bones, joint_path, places
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, multiply, rotate
+from twistcore.work.frozen import dataclass
 
 HINGE, TURNS, ROLL, PATH, ENDS = "hinge", "impossible turns", "next joint's roll", "path", "ends"
 NAMES = HINGE, TURNS, ROLL, PATH, ENDS

@@ -5,8 +5,6 @@ Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,6 +13,7 @@ from twistcore.quamo.resample import sample_times
 from twistcore.quamo.topology import ANKLES, TOES, find_topology, metres_per_unit
 from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 SLIDE_MM = 20.0
 CONTACT_MM = 30.0

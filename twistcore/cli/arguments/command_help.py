@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from twistcore.work.frozen import dataclass
 
 
 class HelpFormatter(argparse.HelpFormatter):
@@ -94,6 +95,7 @@ COMMANDS: Mapping[str, CommandHelp] = {
         (
             "twistcore signals walk.bvh --csv walk.csv --chain LeftForeArm",
             "twistcore signals walk.bvh run.bvh --csv - --chain LeftArm",
+            "twistcore signals walk.bvh --csv walk.csv --method consistency",
         ),
     ),
     "diff": CommandHelp(

@@ -47,15 +47,15 @@ def add_rig(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_method(parser: argparse._ActionsContainer) -> None:
+def add_method(
+    parser: argparse._ActionsContainer,
+    default: str | None = DEFAULT_METHOD,
+    help: str = "detector that examines the chains (default: %(default)s)",
+) -> None:
     """Add the choice of the detector: by name, or in a file."""
     group = parser.add_mutually_exclusive_group()
     # Set afterwards: the names of packages' detectors are searched only when help lists them.
-    group.add_argument(
-        "--method",
-        default=DEFAULT_METHOD,
-        help="detector that examines the chains (default: %(default)s)",
-    ).choices = DETECTORS
+    group.add_argument("--method", default=default, help=help).choices = DETECTORS
     add_detector_file(group)
 
 

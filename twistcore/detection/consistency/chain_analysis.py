@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property, partial
 from typing import Any
 
@@ -32,6 +32,7 @@ from twistcore.detection.prediction import Mask
 from twistcore.detection.straight_limbs import STRAIGHT
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 # Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints.
 # Where no edge of an interval shows so in both, one joint jumps alone: that is only shown.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from types import MappingProxyType
 
@@ -39,6 +39,7 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.notation import Keys, linear_keys, without_held
 from twistcore.skeleton.people import find_people
 from twistcore.skeleton.rotation import Array, conjugate, multiply, quaternion_from_axis_angle
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody, part
 
 LONG = 20_000  # frames

@@ -8,7 +8,7 @@ frame to the next are sought in all frames first.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import partial
 from typing import Any
 
@@ -18,6 +18,7 @@ from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
 from twistcore.detection.interval import Interval
 from twistcore.skeleton.notation import DistinctFrames
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 CLEAR = 0.5  # confidence
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from twistcore.detection.counter_twist.coupling import explain_frames
@@ -21,6 +19,7 @@ from twistcore.detection.prediction import (
     local_scale,
 )
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 SIGNIFICANT = 4.0  # |d| in σ: natural motion passes in ~1 % of the frames, before any pairing

@@ -12,8 +12,6 @@ tried are short runs at few places, in proportion to the length of the line.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from twistcore.detection.counter_twist.best_runs import SAME, best_runs
@@ -21,6 +19,7 @@ from twistcore.detection.limbs import Image, Limbs
 from twistcore.detection.prediction import Index
 from twistcore.detection.robust_cost import CAP, residual_cost
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 # Costs are negative log likelihoods. x of chain k and y of chain k−1 are one joint's motion: if
 # both jump and no error explains it, that joint jumped by itself, once.

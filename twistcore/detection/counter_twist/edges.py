@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from twistcore.detection.counter_twist.counter_rotation import SIGNIFICANT, CounterRotation, combine
 from twistcore.detection.prediction import Index, Mask
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 LONGEST = 6  # frames; slower onsets are drift, not edges
 ALONE = float(np.radians(75.0))  # a jump this large in one frame is no part of a ramp

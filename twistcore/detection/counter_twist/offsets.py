@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from twistcore.detection.counter_twist.edges import LONGEST, SUM_SHARE
 from twistcore.detection.counter_twist.pairing import ALL, LEVEL, Pair, PairTable
 from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 # The child is said to follow only in part where both edges show it: x + y jumps there by so many
 # of its σ and by so much of what P jumps, and both P's jumps and those of x + y close. The longest

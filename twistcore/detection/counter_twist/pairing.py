@@ -11,7 +11,6 @@ depend on τ, so it is computed once; a new τ only chooses the edges that may b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -22,6 +21,7 @@ from twistcore.detection.counter_twist.edges import Edges
 from twistcore.detection.prediction import Index, Mask
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 PRIOR = 20.0  # of an interval: two natural jumps that close by chance gain less in 2.9 rich minutes
 BORDER_PRIOR = 12.0  # of an interval cut by a border: one edge, nothing closes

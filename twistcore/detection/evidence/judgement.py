@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 from twistcore.detection.evidence.terms import BENT, Terms
+from twistcore.work.frozen import dataclass
 
 # Log odds for each term of :func:`weighed`.
 WEIGHTS: Mapping[str, float] = MappingProxyType(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from twistcore.detection.interval import Interval
 from twistcore.detection.robust_cost import residual_cost
 from twistcore.skeleton.medians import median, quantile
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 BENT = 0.117  # sin² of a bend of 20°: where the azimuth can be trusted at an edge
 _LEAST = 0.3  # an edge that turns by less tells nothing

@@ -12,4 +12,6 @@ KIND = KindInfo(
     named="the lone jump of {joint} in {span} ({size})",
     legend="jumps by {angle}",
     tip="{joint} jumps about its own axis; nothing is taken out",
+    find="twistcore.detection.lone_jumps:find",
+    corrected=True,
 )

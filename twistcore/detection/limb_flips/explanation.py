@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from twistcore.detection.limb_flips.jumps import Jump
 from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 RUN = 1.0  # for a flip at all
 FOLLOWED = 2.5  # for a jump inside it: dearer than another run

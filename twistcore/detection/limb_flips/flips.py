@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import partial
 from typing import Any
 
@@ -36,6 +36,7 @@ from twistcore.skeleton.rotation import (
     rotate,
     wrap,
 )
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 TAU = float(np.radians(55.0))  # natural departures of 40 CMU clips at 120 Hz reach 51°

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -11,6 +10,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from twistcore.detection.prediction import Index, Mask
 from twistcore.skeleton.medians import medians
 from twistcore.skeleton.rotation import Array, wrap
+from twistcore.work.frozen import dataclass
 
 NEAR = 4  # frames on either side whose median is what a limb does anyway
 _SCALE_SECONDS = 0.2  # on either side: how unsteady the limb is there

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from twistcore.skeleton.limb import Limb, joint_path, places
 from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twist_angle, wrap
+from twistcore.work.frozen import dataclass
 
 BENT = 0.03  # of the limb's length: a middle joint nearer to the line has no angle about it
 _FOLDED = 0.02  # of the limb's length: an end nearer to the first joint leaves no line

@@ -9,13 +9,13 @@ the span the less.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache, lru_cache
 
 import numpy as np
 
 from twistcore.detection.prediction import Index
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 # Spans in seconds, each about 4/3 to 3/2 of the one before: 8, 12, 16 … 384 frames at 120 Hz.
 SPANS = tuple(n / 120.0 for n in (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))

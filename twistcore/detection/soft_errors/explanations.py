@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -19,6 +18,7 @@ from twistcore.detection.soft_errors.softened_level import (
 from twistcore.detection.soft_errors.stretch import Stretch
 from twistcore.detection.soft_errors.surprise import SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 PRIOR = 45.0  # nats that an interval must gain, own and in its limb: clean motion gains up to 30
 LEVEL_PRICE = 8.0  # of the four numbers of a softened level

@@ -8,7 +8,6 @@ and u is x; where C does not, β is 1 and u is −y; elsewhere u is what nothing
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from twistcore.detection.prediction import FLOOR, Mask
 from twistcore.detection.soft_errors.departures import Span
 from twistcore.skeleton.medians import quantiles
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 NU = 4.0  # degrees of freedom of Student's t, as in robust_cost
 LOCAL_SECONDS = 0.6  # half window of the local scale, or one and a half spans

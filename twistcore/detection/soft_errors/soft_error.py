@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 SEEN = float(np.radians(0.05))  # an offset below is none
 # Both joints turn in an error. Where one turns by less than this share of the other, and that is

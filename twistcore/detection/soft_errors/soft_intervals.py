@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
@@ -26,6 +25,7 @@ from twistcore.detection.soft_errors.soft_error import SoftError, judged
 from twistcore.detection.soft_errors.soft_search import SEED, Search, gains, search_all
 from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 ROUNDS = 2
 # Of the searches of a clip, for each frame of each joint, of so many frames at least: departures

@@ -8,7 +8,6 @@ departures of every span are one array operation.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from twistcore.detection.prediction import FLOOR, Index
 from twistcore.detection.soft_errors.departures import Span
 from twistcore.detection.soft_errors.natural_scale import NU, cost
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 SIZING = 6  # rounds by which a size is found
 

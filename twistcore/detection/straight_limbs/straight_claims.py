@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -37,6 +37,7 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
     wrap,
 )
+from twistcore.work.frozen import dataclass
 
 LARGEST = float(np.radians(75.0))  # of δ: more would turn the hinge around
 CLEAR = 10.0  # times a hinge's spread: a smaller δ may be its own play

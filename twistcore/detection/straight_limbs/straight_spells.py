@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from twistcore.detection.runs import runs
 from twistcore.skeleton.medians import median, quantile
 from twistcore.skeleton.rotation import Array, rotate, wrap
+from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +16,7 @@ from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numb
 from twistcore.formats.clip import Clip, Patch
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, conjugate, multiply
+from twistcore.work.frozen import dataclass
 
 _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from twistcore.skeleton.medians import median, medians
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 _ELEMENTS = 1 << 14  # numbers of one kind in a block
 _NOTHING = 1e-3  # of the length that the channels give: an OFFSET so short says nothing

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
@@ -14,6 +14,7 @@ from twistcore.formats.bvh.patch import moved_numbers, turned_numbers, with_numb
 from twistcore.formats.clip import Clip, Patch
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 _BLOCK = 1 << 18  # bytes
 

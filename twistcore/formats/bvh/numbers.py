@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.formats.bvh.plain_numbers import plain_numbers
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 _BLOCK = 1 << 18  # bytes at a time: what stays in a core's own cache

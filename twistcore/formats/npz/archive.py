@@ -8,7 +8,7 @@ import warnings
 import zipfile
 import zlib
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from twistcore.errors import NpzError
 from twistcore.files.kinds import NPZ, found_instead
 from twistcore.formats.bvh.header import quoted
+from twistcore.work.frozen import dataclass
 
 LARGEST = 1 << 31  # bytes that are taken into memory
 # What may come out of a file, in bytes: some, whatever its size, and a multiple of that. Motion

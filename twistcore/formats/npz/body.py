@@ -8,13 +8,13 @@ divided between its joints, and where fingers begin, is estimated.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.skeleton.rotation import Array
+from twistcore.work.frozen import dataclass
 
 Triple: TypeAlias = tuple[float, float, float]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from twistcore.formats.npz.stored_arrays import Arrays
 from twistcore.formats.npz.vector_branch import continuous_vectors
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, exponential
+from twistcore.work.frozen import dataclass
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)

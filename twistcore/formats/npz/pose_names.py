@@ -8,13 +8,13 @@ other files have the parts alone, by the names of AMASS or of the package smplx.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
 
 import numpy as np
 
 from twistcore.errors import NpzError
 from twistcore.formats.npz.body import BODIES, BODY, MODELS
 from twistcore.formats.npz.stored_arrays import Arrays
+from twistcore.work.frozen import dataclass
 
 POSES, TRANS = "poses", "trans"
 SMPL_POSES, SMPL_TRANS, SMPL_SCALING = "smpl_poses", "smpl_trans", "smpl_scaling"

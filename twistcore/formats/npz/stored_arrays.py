@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
@@ -15,6 +15,7 @@ from twistcore.files.kinds import PICKLE, found_instead
 from twistcore.formats.bvh.header import quoted
 from twistcore.formats.npz.archive import described_names
 from twistcore.formats.npz.pickled_arrays import Places, read_pickle_places
+from twistcore.work.frozen import dataclass
 
 
 class Arrays(Protocol):

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,8 @@ from twistcore.errors import NpzError
 from twistcore.formats.npz.archive import Archive, npy_header
 from twistcore.formats.npz.pickled_arrays import Places, read_pickle_places
 from twistcore.formats.npz.stored_arrays import put
-from twistcore.skeleton.rotation import Array, conjugate, exponential, logarithm, multiply
+from twistcore.skeleton.rotation import Array, exponential, logarithm, slerp
+from twistcore.work.frozen import dataclass
 
 RESULTS, SEQUENCES = "results", "sequence_results"
 THETAS, PLACE = "smpl_thetas", "cam_trans"
@@ -274,8 +275,7 @@ def _turned(rows: NDArray[Any], times: Array) -> Array:
     before = np.minimum(times.astype(np.intp), len(rows) - 1)
     after = np.minimum(before + 1, len(rows) - 1)
     q = exponential(np.asarray(rows, dtype=np.float64).reshape(len(rows), -1, 3))
-    step = logarithm(multiply(q[after], conjugate(q[before])))
-    between = multiply(exponential((times - before)[:, None, None] * step), q[before])
+    between = slerp(q[before], q[after], (times - before)[:, None])
     return logarithm(between).reshape(len(times), -1)
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 from twistcore.skeleton.joint_names import JointName
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.people import Person
+from twistcore.work.frozen import dataclass
 
 # The bones of a limb from its first joint to its end, each called as the joint that it begins at.
 BONES = {"arm": ("Shoulder", "Arm", "ForeArm"), "leg": ("UpLeg", "Leg")}

@@ -1,0 +1,66 @@
+"""Remembered folders: the clip where a person stopped, and τ of all clips."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+from inspector.session import settings_checks as checks
+from inspector.session.settings import FeatureSetting, Settings
+from twistcore.files.ordinary import real_path
+
+_MOST = 100
+_OF_TAU = {"profile", "method", "tau"}  # these belong together
+
+
+def _new() -> dict[str, Any]:
+    """Return the record of a new folder."""
+    return {"clip": "", "profile": "", "method": "", "tau": {}}
+
+
+def _merged(
+    old: dict[str, Any] | None, new: dict[str, Any], other: dict[str, Any] | None
+) -> dict[str, Any]:
+    """Return another program's record of a folder with our changes; τ is taken as a whole."""
+    if other is None:
+        return new
+    old = _new() | (old or {})
+    changed = {key for key, value in new.items() if old[key] != value}
+    if changed & _OF_TAU:
+        changed |= _OF_TAU
+    return other | {key: value for key, value in new.items() if key in changed}
+
+
+# By a folder's path: the clip where a person stopped, and for all clips the name of a profile (''
+# for each clip's automatic τ), its detector and its τ in radians. The latest is the last.
+FOLDERS: FeatureSetting[dict[str, dict[str, Any]]] = FeatureSetting(
+    "folders",
+    {},
+    checks.last_by(
+        checks.file_path,
+        checks.record(
+            clip=checks.file_path_or_none,
+            profile=checks.text_up_to(1000),
+            method=checks.text_up_to(100),
+            tau=checks.last_by(checks.text_up_to(1000), checks.number_between(0.0, math.pi), 1000),
+        ),
+        _MOST,
+    ),
+    _merged,
+)
+# Whether the folder's next clip opens after an export.
+NEXT_AFTER_EXPORT = FeatureSetting("next_after_export", True, checks.truth)
+
+
+def known_of_folder(settings: Settings, folder: Path) -> dict[str, Any]:
+    """Return the record of a folder."""
+    return _new() | FOLDERS.of(settings).get(str(real_path(folder)), {})
+
+
+def remember_folder(settings: Settings, folder: Path, **known: Any) -> None:
+    """Change the record of a folder; fields that are not named stay."""
+    now = known_of_folder(settings, folder) | known
+    name = str(real_path(folder))
+    others = {k: v for k, v in FOLDERS.of(settings).items() if k != name}
+    FOLDERS.put(settings, dict([*others.items(), (name, now)][-_MOST:]))

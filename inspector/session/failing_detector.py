@@ -1,0 +1,52 @@
+"""Messages and reasons for a detector that is not installed or fails on the clip."""
+
+from __future__ import annotations
+
+from inspector.language import of_core, tr
+from twistcore.analysis.clip_analysis import ClipAnalysis
+from twistcore.detection import DETECTORS, Interval
+from twistcore.errors import TwistError
+from twistcore.review import ReviewState
+from twistcore.review.reasons import redetected_intervals
+
+
+def reasons_of(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
+    """Return the intervals of a review's detector at its τ; give it up if it fails."""
+    try:
+        return redetected_intervals(analysis, state)
+    except TwistError as error:
+        analysis.give_up(state.method, str(error))
+        return redetected_intervals(analysis, state)
+
+
+def not_usable(analysis: ClipAnalysis, method: str) -> str:
+    """Return the message about a review's detector that is missing or fails; '' if it works."""
+    if why := analysis.failure(method):
+        return tr(
+            "The detector of this review fails on the clip: {why}. You can judge and export the "
+            "intervals. To change τ, choose another detector.",
+            why=of_core(why),
+        )
+    if DETECTORS.usable(method) == method:
+        return ""
+    return tr(
+        "The intervals of this review were found by the detector '{name}', which is not installed. "
+        "You can judge and export them. To change τ, choose another detector.",
+        name=method,
+    )
+
+
+def another_used(analysis: ClipAnalysis, method: str) -> str:
+    """Return the message about a clip that another detector searched instead."""
+    if why := analysis.failure(method):
+        return tr(
+            "{clip} was searched with the default detector and its automatic τ: {why}.",
+            clip=analysis.name,
+            why=of_core(why),
+        )
+    return tr(
+        "The detector '{name}' for {clip} is not installed. Another detector was used, at its own "
+        "τ.",
+        name=method,
+        clip=analysis.name,
+    )
