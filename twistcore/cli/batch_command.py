@@ -65,7 +65,8 @@ def batch_command(arguments: argparse.Namespace) -> int:
     if summary.stopped:
         left = f"{summary.left} clips are left; the same command continues"
         problem(f"{summary.stopped}: {left}")
-    counts = f"{summary.done} clips done, {summary.known} done before, {len(summary.failed)} failed"
+    counts = f"{count_of(summary.done, 'clip')} done, {summary.known} done before"
+    counts += f", {len(summary.failed)} failed"
     exports = f"; {_exports(inputs.exports)} skipped" if inputs.exports else ""
     remark(f"{arguments.output}: {counts}{exports}")
     if summary.stopped == "stopped":
