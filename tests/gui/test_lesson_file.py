@@ -125,7 +125,7 @@ BAD = {
     "accepted limb-flip": (
         "accepted flip",
         35,
-        "one of counter-twist, limb-flip, helper-roll, lone-jump",
+        "one of counter-twist, carried-roll, limb-flip, helper-roll",
     ),
     "limb-flip\n```": ("limb-flip", 32, "'```' at the end of the settings that begin here"),
     "camera: limb": ("```\n```lesson", 34, "only one block of settings in a page"),
