@@ -169,7 +169,7 @@ class TuningActions:
         """Leave more frames out of tuning, as one step that is part of the session."""
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
-        first, last = (frame + self.document.first_frame for frame in (start, stop - 1))
+        first, last = (frame + self.document.first_frame for frame in (start, stop))
         if wanted == before:
             message = tr("Frames {first}–{last} are left out already.", first=first, last=last)
             self.bar.show_message(message, False)

@@ -229,7 +229,7 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     act(opened, "insert_interval")
     assert (
         opened.bar.label.text()
-        == "An interval with frames 45–51 exists already and is now selected."
+        == "An interval with frames 45–52 exists already and is now selected."
     )
     assert document.review.state is state
     assert document.interval_id == there.id
@@ -237,7 +237,7 @@ def test_no_second_interval_is_inserted_on_the_same_frames(opened):
     act(opened, "insert_interval")
     assert (
         opened.bar.label.text()
-        == "An interval with frames 46–52 exists already and is now selected."
+        == "An interval with frames 46–53 exists already and is now selected."
     )
     document.decide(Decision.REJECTED, (there.id,))
     document.select_chain(LEG)
