@@ -105,9 +105,9 @@ BAD = {
     "title: A lesson": (
         "tittle: A lesson",
         2,
-        "the keys title, clip, found 'tittle: A lesson'",
+        "the key is one of title, clip, found 'tittle: A lesson'",
     ),
-    "---\n\n# First": ("# First", 34, "'---' after title and clip"),
+    "---\n\n# First": ("# First", 34, "a line '---' after the title and the clip"),
     "clip: walk_injected.bvh\n": ("", 3, "a line 'clip: …' above this one"),
     "# First": ("First", 6, "a page, which begins with a line '# Heading', found 'First'"),
     "walk_injected": ("absent", 3, "a BVH file in the lesson's folder or a bundled sample"),
