@@ -470,7 +470,7 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
     if evidence:
         fps = evidence["speed_deg_s"] / abs(evidence["turn_deg"])
         limit = tr(
-            "At {fps:.0f} frames per second no body turns more than {limit:.0f}° in a frame.",
+            "At {fps:.0f} frames per second, no body turns more than {limit:.0f}° in one frame.",
             fps=fps,
             limit=evidence["limit_deg_s"] / fps,
         )
@@ -535,9 +535,12 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
 def _rare_side(side: float) -> str:
     """Return how rare the limb's side in the interval is; '' if it is as usual as the other."""
     if side > _RARER:
-        return tr("In these frames it is on a side where it hardly ever is in this clip.")
+        return tr(
+            "In these frames, the joint is on a side where it hardly ever is in the rest of this "
+            "clip."
+        )
     if side > _RARE:
-        return tr("In these frames it is on a side where it is less often in this clip.")
+        return tr("In these frames, the joint is on its less common side in this clip.")
     return ""
 
 

@@ -301,7 +301,7 @@ def _trouble(path: Path) -> str:
     if not stat.S_ISREG(status.st_mode):  # opening a FIFO would block
         return tr("it is not an ordinary file")
     if status.st_size > _LARGEST_FILE:
-        return tr("it is too large, {size} MB", size=status.st_size // 1_000_000)
+        return tr("it is too large ({size} MB)", size=status.st_size // 1_000_000)
     return "" if os.access(path, os.R_OK) else "Permission denied"
 
 

@@ -105,16 +105,16 @@ BAD = {
     "title: A lesson": (
         "tittle: A lesson",
         2,
-        "the keys title, clip, found 'tittle: A lesson'",
+        "the key is one of title, clip, found 'tittle: A lesson'",
     ),
-    "---\n\n# First": ("# First", 34, "'---' after title and clip"),
+    "---\n\n# First": ("# First", 34, "a line '---' after the title and the clip"),
     "clip: walk_injected.bvh\n": ("", 3, "a line 'clip: …' above this one"),
     "# First": ("First", 6, "a page, which begins with a line '# Heading', found 'First'"),
     "walk_injected": ("absent", 3, "a BVH file in the lesson's folder or a bundled sample"),
     "frame: 90": ("frame: ninety", 12, "a frame, counted from 0, found 'ninety'"),
-    "frame: 90\n": ("frames: 90\n", 12, "'key: value' with one of the keys clip, frame, chain"),
+    "frame: 90\n": ("frames: 90\n", 12, "'key: value', where the key is one of clip, frame, chain"),
     "chain: LeftArm": ("frame: 3", 13, "'frame' only once"),
-    "camera: 30 20 1.5": ("camera: 30 20", 14, "'limb', or azimuth and elevation"),
+    "camera: 30 20 1.5": ("camera: 30 20", 14, "'limb', or an azimuth and an elevation"),
     "show: w, alpha": ("show: w, omega", 15, "one of the symbols a, q, w"),
     "twist 75": ("twist far", 17, "an angle in degrees"),
     "swing 120": ("swung 120", 17, "twist, counter, swing"),
@@ -127,8 +127,8 @@ BAD = {
         35,
         "one of counter-twist, carried-roll, limb-flip, helper-roll",
     ),
-    "limb-flip\n```": ("limb-flip", 32, "'```' at the end of the settings that begin here"),
-    "camera: limb": ("```\n```lesson", 34, "only one block of settings in a page"),
+    "limb-flip\n```": ("limb-flip", 32, "a line '```' that closes the block of settings"),
+    "camera: limb": ("```\n```lesson", 34, "only one block of settings on a page"),
 }
 
 
@@ -190,7 +190,7 @@ def test_a_task_that_nobody_can_do_is_refused(tmp_path, done):
         ("frame: 344", "line 12: expected a frame of walk_injected.bvh from 0 to 343, found '344'"),
         (
             "done: moved 254, along",
-            "line 20: expected 'moved' with at most 253 frames",
+            "line 20: expected at most 253 frames after 'moved'",
         ),
         (
             "chain: Tail",

@@ -421,7 +421,7 @@ def test_lone_jumps_are_listed_and_not_edited(opened):
     assert detail.delta.value() == pytest.approx(-66.1, abs=0.01)
     state = document.review.state
     act(opened, "make_following")
-    assert "nothing is taken out" in opened.bar.label.text()
+    assert "finds of this kind are not corrected" in opened.bar.label.text()
     assert document.review.state is state
     act(opened, "accept")
     assert not document.offset("RightLeg").any()

@@ -175,7 +175,7 @@ def test_the_band_is_drawn_and_said(qtbot, window, tuning):
     qtbot.waitUntil(lambda: cells(window)[2][1] == "10.00°")
     tips = [tuning.profiles.model.index(2, c).data(Qt.ItemDataRole.ToolTipRole) for c in (2, 3)]
     assert f"between {100 * cost.low:.0f} and {100 * cost.high:.0f} %" in tips[0]
-    assert "a minute (95 % confidence)" in tips[1]
+    assert "per minute (95 % confidence)" in tips[1]
 
 
 @pytest.mark.thorough
@@ -225,13 +225,16 @@ def test_a_suggestion_follows_the_price_at_once_and_both_are_remembered(
 def test_it_says_in_words_whether_one_tau_does_for_all(qtbot, window, tuning):
     tuning.tabs.setCurrentWidget(tuning.suggestion)
     degrees = np.degrees(tuning.costs.curves["LeftForeArm"].suggested())
-    most, all_alike = f" of 10 chains are best at {degrees:.2f}°", ": one τ does for all."
+    most, all_alike = (
+        f" of 10 chains are best at {degrees:.2f}°",
+        ": one τ is enough for all chains.",
+    )
     qtbot.waitUntil(
         lambda: most in (said := tuning.suggestion.shared.text()) and said.endswith(all_alike)
     )
     act(window, "use_paper")
     qtbot.waitUntil(lambda: len(tuning.costs.by("paper")) == 10, timeout=60_000)
-    qtbot.waitUntil(lambda: "τ of their own: " in tuning.suggestion.shared.text())
+    qtbot.waitUntil(lambda: "need their own τ: " in tuning.suggestion.shared.text())
     assert "2.02°" in tuning.suggestion.shared.text()
     assert "Right ForeArm 1.83°" in tuning.suggestion.shared.text()
 

@@ -58,7 +58,7 @@ def test_in_an_interval_the_answer_is_about_it_and_not_about_a_peak_beside(opene
     frame = own.stop - 1
     document.go_to(frame)
     act(opened, "why_not")
-    said = f"Frame {frame} lies in an interval: counter-twist {own.start}–{own.stop} ("
+    said = f"Frame {frame} is in an interval: counter-twist {own.start}–{own.stop} ("
     assert said in opened.bar.label.text()
     document.select_interval(None)
     assert said in card.why.text()
@@ -110,7 +110,7 @@ def test_nothing_suspicious_is_said_together_with_what_is_past_tau(alone):
     act(alone, "next_faint")
     assert alone.bar.label.text() == (
         f"Nothing suspicious down to half of τ. {len(past)} peaks above τ are explained: "
-        f"in {len(past)} only one joint turns. For details choose Go → Why is nothing found here?"
+        f"at {len(past)} only one joint turns. For details choose Go → Why is nothing found here?"
     )
 
 

@@ -26,7 +26,7 @@ from twistcore.skeleton.chain import find_chains
 
 WALK, DIRTY = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"
 TRUTH = ASSETS / "walk_injected.truth.json"
-EVIDENCE_DOUBT = "a burst of noise is there"
+EVIDENCE_DOUBT = "there is a burst of noise"
 EVIDENCE = {
     "reading": "cheaper behind",
     "off_line_deg": 12.5,

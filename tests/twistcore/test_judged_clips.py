@@ -271,7 +271,10 @@ def test_tune_by_verdicts_writes_a_profile(judged_folder, tmp_path, capsys):
     assert main(["tune", str(judged_folder), "--verdicts", "-o", str(output)]) == 0
     said = capsys.readouterr().out
     assert "14 accepted and 2 rejected intervals in 2 clips" in said
-    assert "Confidence stays the detector's: 20 verdicts on it or more are needed." in said
+    assert (
+        "The confidence is the detector's own, because at least 20 verdicts are needed to learn one"
+        in said
+    )
     profile = read_profile(output)
     clip = read_bvh(INJECTED)
     assert profile.rig == skeleton_mark(clip.motion.skeleton)

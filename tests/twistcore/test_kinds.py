@@ -254,7 +254,7 @@ except tc.TwistError as error:
 assert len(tc.detect(tc.read_clip({str(WALK)!r}), kinds="counter-twist")) == 8
 """
     out, _ = with_site(site_with_kind(tmp_path, finder=finder), code)
-    assert out == "what finds the kind \n"
+    assert out == "the finder of the kind \n"
 
 
 def test_every_kind_that_is_only_shown_names_what_finds_it():

@@ -72,8 +72,8 @@ REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
 _SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # each by a finder of its own
 # Lone jumps from which a person is so restless that nothing of theirs is corrected unasked.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
-BODY_STEP_DOUBT = "many joints step at once where it begins or ends"
-RESTLESS_DOUBT = "lone jumps all over the clip make every find unsure"
+BODY_STEP_DOUBT = "many joints jump at once where it begins or ends"
+RESTLESS_DOUBT = "lone jumps all over the clip make every find uncertain"
 
 
 class ClipAnalysis:
@@ -836,11 +836,14 @@ class Detection:
             count = sum(len(jumps.get(c.name, ())) for c in own)
             if person:
                 yield (
-                    f"{count} lone jumps of {person} make every find of this person unsure: none "
-                    "of them is corrected unasked."
+                    f"{count} lone jumps of {person} make every find of this person "
+                    "uncertain, so none is corrected automatically."
                 )
             else:
-                yield f"{count} lone jumps make every find unsure: nothing is corrected unasked."
+                yield (
+                    f"{count} lone jumps make every find uncertain, so nothing is corrected "
+                    "automatically."
+                )
 
     def __len__(self) -> int:
         return len(self.intervals)
@@ -934,7 +937,9 @@ class Detection:
         try:
             pandas = import_module("pandas")  # optional, and a second to load
         except ImportError:
-            raise TwistError("to_dataframe needs pandas: expected pip install pandas") from None
+            raise TwistError(
+                "to_dataframe needs pandas: install it with pip install pandas"
+            ) from None
         rows = self.to_rows(explain=explain)
         return pandas.DataFrame(rows, columns=None if rows else _COLUMNS)
 
@@ -1118,7 +1123,7 @@ def _people_of(motion: Motion) -> tuple[str, ...]:
 def _check_people(motion: Motion, people: Sequence[str], where: str) -> None:
     known = _people_of(motion)
     if unknown := [name for name in people if name not in known]:
-        there = f"expected one of {', '.join(known)}" if known else "the clip is of one person"
+        there = f"expected one of {', '.join(known)}" if known else "the clip has only one person"
         raise TwistError(f"{where}: no person {unknown[0]!r}; {there}")
 
 

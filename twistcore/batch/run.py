@@ -151,7 +151,7 @@ class _Run:
                 if time.monotonic() - self.noted > _TOGETHER_S:
                     self._note()
                 if self.in_vain >= _IN_VAIN:
-                    raise TwistError("the manifest cannot be written any more")
+                    raise TwistError("the manifest can no longer be written")
         except TwistError as error:
             self.summary.stopped = str(error)
         except KeyboardInterrupt:
@@ -217,7 +217,9 @@ class _Run:
             self._put([one])
         except TwistError as error:
             self.in_vain += 1
-            row = _failed(row, f"{source.name}: is done, but cannot be noted: {error}")
+            row = _failed(
+                row, (f"{source.name}: the clip is done, but this cannot be recorded: {error}")
+            )
             # A row for it stands there already: there may be room.
             with suppress(TwistError), self.manifest.transaction():
                 self.manifest.put_rows([row])
@@ -252,7 +254,10 @@ def _locked(folder: Path) -> Iterator[None]:
     handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         if not lock(handle):
-            raise TwistError(f"{folder}: another run of twistcore batch writes into it")
+            raise TwistError(
+                f"{folder}: another run of twistcore batch is writing into it; wait until it "
+                "has ended"
+            )
         yield
     finally:
         os.close(handle)

@@ -74,7 +74,7 @@ Finder = Callable[[KindSearch], Found]
 def finder_of(kind: Kind) -> Finder:
     """Return what finds a kind; TwistError where it cannot be loaded."""
     module, _, name = kind.info.find.partition(":")
-    with one_sentence(f"what finds the kind {kind.value!r} cannot be loaded"):
+    with one_sentence(f"the finder of the kind {kind.value!r} cannot be loaded"):
         finder: Finder = getattr(import_module(module), name)
     return finder
 
@@ -85,12 +85,14 @@ def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
     TwistError where the kind's finder fails, or finds what cannot be.
     """
     finder, frames = finder_of(kind), search.motion.frames
-    with one_sentence(f"what finds the kind {kind.value!r} failed"):
+    with one_sentence(f"the finder of the kind {kind.value!r} failed"):
         found = finder(search)
         for name, own in found.items():
             for one in own:
                 if (one.chain, one.kind) != (name, kind):
-                    raise TwistError(f"expected its own kind in {name}, found {one!r}")
+                    raise TwistError(
+                        f"expected only finds of its own kind and of {name}, found {one!r}"
+                    )
                 if not 0 <= one.start < one.stop <= frames:
                     raise TwistError(f"expected intervals within {frames} frames, found {one!r}")
     chosen = (chain.name for chain in search.chosen)

@@ -215,7 +215,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
         if not isinstance(info, KindInfo):
             warnings.warn(f"{where}: expected a KindInfo, found {info!r:.80}", stacklevel=2)
         elif _word(info.name) in taken or name in found:
-            warnings.warn(f"{where}: there is a kind {info.name!r} already", stacklevel=2)
+            warnings.warn(f"{where}: there is already a kind {info.name!r}", stacklevel=2)
         else:
             found[name] = info
             taken.add(_word(info.name))

@@ -62,8 +62,8 @@ def uncorrected_sentences(
             share = 2.0 * distance / clip.motion.skeleton.height
             if share > 1e-6:
                 beside.append(
-                    f"{clip.path}: {name} lies beside the axis of {chain.name} and follows it "
-                    f"by up to {share:.1e} of the height"
+                    f"{clip.path}: {name} is not on the axis of {chain.name} and moves with "
+                    f"it by up to {share:.1e} of the height"
                 )
     return left, tuple(beside)
 
@@ -89,8 +89,8 @@ def chains_left(
             some = uncorrectable_joints(motion, chain, carried=True) != joints
             where = " where its end was kept" if some else ""
             left.append(
-                f"{chain.name} was not corrected{where}: {', '.join(joints)} "
-                "without three rotation channels"
+                f"{chain.name} was not corrected{where}, because three rotation channels are "
+                f"missing at: {', '.join(joints)}"
             )
     return tuple(left)
 
@@ -138,7 +138,7 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
                 f"{clip.path}: the session names a {what} {shown_value(interval.chain)}"
             )
         if interval.stop > clip.motion.frames:
-            raise ClipMismatchError(f"{clip.path}: an interval ends behind the clip's last frame")
+            raise ClipMismatchError(f"{clip.path}: an interval ends after the clip's last frame")
     if session.state.tracking is not None:
         try:
             check_tracking(clip.motion, session.state.tracking)

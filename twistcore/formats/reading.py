@@ -98,6 +98,6 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
     if Path(path).suffix.lower() == ".asf":
         raise AmcError(str(path), "expected a clip, found a skeleton without motion; open its .amc")
     if Path(path).is_dir():
-        raise ClipError(str(path), "expected a clip, found a folder; `batch` takes folders")
+        raise ClipError(str(path), "expected a clip, found a folder; use `batch` for folders")
     clip: Clip = _named(_format(path).read)(path, fps=fps, tell=tell)
     return clip

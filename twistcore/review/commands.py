@@ -137,11 +137,13 @@ class Edit(Command):
         """The state after the command."""
         old = state.find(self.id)
         if self.interval.start < 0 or self.interval.stop <= self.interval.start:
-            raise ValueError("an interval has at least one frame")
+            raise ValueError("an interval must have at least one frame")
         if self.interval.chain != old.interval.chain:
-            raise ValueError("an edit does not move an interval to another chain")
+            raise ValueError("an edit cannot move an interval to another chain")
         if not old.interval.repairable:
-            raise ValueError("nothing is taken out of this kind of find; Insert makes an interval")
+            raise ValueError(
+                "finds of this kind are not corrected; press Insert to make an interval"
+            )
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 
     def continues(self, earlier: Command) -> bool:

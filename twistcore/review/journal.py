@@ -202,7 +202,7 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
     lines = bytes_of(path, _MOST_BYTES).split(b"\n")
     try:
         if len(lines) < 2:
-            raise FormatError("expected a whole line")
+            raise FormatError("expected a complete line")
         head = has(parsed_json(lines[0]), "schema", "session")
         if head["schema"] != SCHEMA:
             raise FormatError(f"expected a document with schema {SCHEMA!r}")
@@ -271,9 +271,9 @@ def _check(
     intervals = tuple(intervals)
     named = {*chains, *(interval.chain for interval in intervals)}
     if state is not None and not named <= state.tau.keys():
-        raise FormatError("a chain that the review has not")
+        raise FormatError("a chain that is not in the review")
     if frames is not None and any(interval.stop > frames for interval in intervals):
-        raise FormatError("an interval behind the last frame")
+        raise FormatError("an interval after the last frame")
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
@@ -286,7 +286,7 @@ def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> 
         raise FormatError(str(error)) from None
     chains = {c.name for c in every if not isinstance(c, Limb)}
     if not chains <= tau.keys() <= {c.name for c in every}:
-        raise FormatError("τ of other chains than the rig's")
+        raise FormatError("τ of chains that are not in the rig")
 
 
 def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:

@@ -264,7 +264,7 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
             return alike[0]  # a chain comes before the limb that it begins
         if alike:
             listed = " or ".join(c.name for c in alike)
-            raise TwistError(f"{where}: chain {name!r} may be {listed}; expected one of them")
+            raise TwistError(f"{where}: chain {name!r} can mean {listed}; expected one of these")
     # A chain that a limb begins with may have the limb's label, and goes before it.
     known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
     from difflib import get_close_matches  # slow to load, and seldom needed
@@ -304,7 +304,7 @@ def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | N
     offset = bone_offset(motion, joint)
     if joint in motion.positioned and offset.ndim == 1:
         warnings.append(
-            f"{skeleton.names[joint]}: the position channels are next to zero; its OFFSET is used."
+            f"{skeleton.names[joint]}: the position channels are close to zero; its OFFSET is used."
         )
         return normalise(offset)
     lengths, smallest = np.linalg.norm(offset, axis=-1), shortest(skeleton)

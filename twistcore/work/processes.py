@@ -181,7 +181,7 @@ def reason(name: object, error: Exception) -> str:
             return f"{name}: did not answer for {limit} s and was stopped"
         return f"{name}: took longer than {limit} s of processor time and was stopped"
     if isinstance(error, ProcessEndedError):
-        return f"{name}: its process was ended by the system, perhaps for want of memory"
+        return f"{name}: the system ended its process, perhaps because memory ran out"
     return " ".join(f"{name}: {type(error).__name__}: {error}".splitlines())
 
 

@@ -16,6 +16,6 @@ KIND = KindInfo(
     here="body step {frames} ({size})",
     named="the body step in {span} ({size})",
     legend="the whole body steps by {size}",
-    tip="many joints step at once, by {size} in the middle; nothing is taken out",
-    why="Many joints step in the same frame, by {size} in the middle",
+    tip="many joints jump at once, by a median of {size}; this is not corrected",
+    why="Many joints jump in the same frame, by a median of {size}",
 )

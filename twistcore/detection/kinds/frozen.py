@@ -14,6 +14,6 @@ KIND = KindInfo(
     here="frozen frames {frames} of {joint}",
     named="the frozen span of {joint} in {span}",
     legend="does not move",
-    tip="the limb does not move at all; nothing is taken out",
+    tip="the limb does not move at all; this is not corrected",
     find="twistcore.detection.capture_faults:find_frozen",
 )

@@ -16,6 +16,6 @@ KIND = KindInfo(
     here="joint jump {frames} of {joint} ({size})",
     named="the joint jump of {joint} in {span} ({size})",
     legend="jumps by {size}",
-    tip="{joint} jumps by {size} in a frame; nothing is taken out",
-    why="{joint} jumps by {size} in a frame and is calm before and behind it",
+    tip="{joint} jumps by {size} in one frame; this is not corrected",
+    why="{joint} jumps by {size} in one frame and is steady before and after it",
 )

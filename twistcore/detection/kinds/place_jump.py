@@ -16,6 +16,6 @@ KIND = KindInfo(
     here="place jump {frames} of {joint}",
     named="the place jump of {joint} in {span}",
     legend="the place jumps",
-    tip="the place of {joint} jumps; nothing is taken out",
-    why="The place of {joint} jumps in a frame",
+    tip="the position of {joint} jumps; this is not corrected",
+    why="The position of {joint} jumps in one frame",
 )

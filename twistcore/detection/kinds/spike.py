@@ -16,6 +16,6 @@ KIND = KindInfo(
     here="spike {frames} of {joint} ({size})",
     named="the spike of {joint} in {span} ({size})",
     legend="spike of {size}",
-    tip="{joint} is off by {size} and comes back; nothing is taken out",
-    why="{joint} is off its way by {size} and comes back at once, as no body does",
+    tip="{joint} is off by {size} and comes back; this is not corrected",
+    why="{joint} leaves its path by {size} and comes back at once, as no body does",
 )

@@ -289,8 +289,8 @@ def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, 
         frames = ", ".join(f"{low}–{high}" for low, high in spans[:NAMED])
         frames += " …" if len(spans) > NAMED else ""
         said.append(
-            f"Errors that set in softly were not sought in frames {frames} ({', '.join(names)}): "
-            "the motion is so restless there that the search was ended."
+            f"Soft errors were not looked for in frames {frames} ({', '.join(names)}), "
+            "because the motion is too restless there."
         )
     return tuple(said)
 

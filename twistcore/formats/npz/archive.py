@@ -92,7 +92,7 @@ class Archive:
             raise self._damaged(name) from None
 
     def _damaged(self, name: str) -> NpzError:
-        return NpzError(f"{self.path}: expected a whole array {quoted(name)}")
+        return NpzError(f"{self.path}: expected a complete array {quoted(name)}")
 
     def _member(self, name: str) -> tuple[bytes, NDArray[Any], bool]:
         """Its header, its values and whether these stand column by column."""
@@ -106,8 +106,8 @@ class Archive:
             raise self._damaged(name) from None
         if dtype.hasobject:
             raise NpzError(
-                f"{self.path}: expected numbers in {quoted(name)}, found objects, which only a "
-                "program that is run could unpack"
+                f"{self.path}: expected numbers in {quoted(name)}, found objects, which "
+                "cannot be unpacked without running code"
             )
         if _NUMBER * values.size > room(len(self.data)):
             raise _too_much(self.path, _NUMBER * values.size, len(self.data))
@@ -179,7 +179,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
     a member is never read beyond that.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
-        raise NpzError(f"{path}: expected every array once, found two of one name")
+        raise NpzError(f"{path}: expected every array once, found two with the same name")
     if any(info.flag_bits & _ENCRYPTED for info in infos):
         raise NpzError(f"{path}: expected arrays that are not encrypted")
     if odd := [info for info in infos if info.compress_type not in _AS_NUMPY]:
@@ -192,7 +192,7 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
     stop = 0
     for info in sorted(infos, key=lambda info: info.header_offset):
         if info.header_offset < stop:
-            raise NpzError(f"{path}: expected arrays beside each other, found one inside another")
+            raise NpzError(f"{path}: expected separate arrays, found one inside another")
         stop = info.header_offset + _HEADER + info.compress_size
 
 

@@ -106,7 +106,7 @@ class _Inline(Unreadable):
 def _check_keys(keys: list[Any]) -> None:
     """UnpicklingError for numbers that may be many and hash alike: each would meet all others."""
     if any(isinstance(key, int) and abs(key) > _KEY for key in keys):
-        raise pickle.UnpicklingError("keys beyond all counting")
+        raise pickle.UnpicklingError("too many keys")
 
 
 def _count(shape: tuple[Any, ...]) -> int:
@@ -126,7 +126,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
     plain, count = dtype.plain(), _count(shape)
     check_shape(shape, len(raw))
     if len(raw) != count * plain.itemsize:
-        raise ValueError("not as many bytes as the shape says")
+        raise ValueError("its size does not match its shape")
     return np.frombuffer(raw, dtype=plain).reshape(shape, order="F" if order == "F" else "C")
 
 
@@ -293,7 +293,7 @@ def read_pickle_places(data: bytes) -> tuple[Any, Places]:
     try:
         return _plain(_Reader(io.BytesIO(data), places).load()), places
     except Exception as error:  # a damaged pickle fails in as many ways as there are opcodes
-        raise ValueError(f"no whole pickle ({type(error).__name__})") from None
+        raise ValueError(f"the pickle is incomplete or damaged ({type(error).__name__})") from None
 
 
 def _plain(found: Any) -> Any:
