@@ -304,7 +304,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         notes.append(note)
     if beside:
         note = tr(
-            "A correction moves {joints}, because these joints are not on the bone's axis.",
+            "A correction also moves {joints}, because these joints are not on the bone's axis.",
             joints=_listed(beside),
         )
         notes.append(note)

@@ -58,7 +58,7 @@ _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth it in Quality → Track")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # which say why an interval is open
 _NOT_CORRECTED = tr("This is not corrected. Accept marks it as seen.")
-_OTHER_SIDE = tr("perhaps the frames around the interval are the wrong ones")
+_OTHER_SIDE = tr("the frames around the interval may be wrong instead")
 
 
 class DetailCard(QWidget):
@@ -322,7 +322,10 @@ def explanation(
     interval = judged.interval
     evidence = interval.evidence or {}
     if not interval.kind.known:
-        return tr("A later version of the program found this. This version can only show it.")
+        return tr(
+            "A newer version of the program found this. This version can show it, but not "
+            "correct it."
+        )
     if judged.by_hand:
         parts = _lead(judged, chain, evidence), worse_line(measures), tr("Made by hand.")
         return " ".join(filter(None, parts))
@@ -540,7 +543,7 @@ def _rare_side(side: float) -> str:
             "clip."
         )
     if side > _RARE:
-        return tr("In these frames, the joint is on its less common side in this clip.")
+        return tr("In these frames, the joint is on the side where it is less often in this clip.")
     return ""
 
 

@@ -53,7 +53,7 @@ COLUMNS = (
         "confidence",
         tr_as("short for confidence", "Conf."),
         tr("Confidence"),
-        tr("Confidence, from 0 to 1: how probable it is that this is an error"),
+        tr("Confidence, from 0 to 1: how likely it is that this is an error"),
         figures=True,
     ),
     Column(

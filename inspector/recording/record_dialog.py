@@ -35,7 +35,7 @@ _SPEEDS = {
 }
 _AROUND_S = 0.5
 _SWEEP = tr("This frame, with a moving slider")
-_NEEDS_CHAIN = tr("Select a chain: a whole limb has no equations")
+_NEEDS_CHAIN = tr("Select a chain, because a whole limb has no equations")
 
 
 class RecordDialog(WriteDialog):

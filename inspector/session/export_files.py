@@ -297,6 +297,9 @@ def uncorrected_warning(document: Document) -> str:
     if not stuck:
         return ""
     return tr(
-        "These chains were not corrected, because joints lack rotation channels: {chains}.",
+        (
+            "These chains were not corrected, because some of their joints lack rotation "
+            "channels: {chains}."
+        ),
         chains=stuck,
     )

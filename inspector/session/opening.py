@@ -154,7 +154,7 @@ def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody
     try:
         kept, sha256 = read_session_file(session)
     except TwistError as error:
-        why = tr("{error}: the review in it is not shown.", error=of_core(str(error)))
+        why = tr("{error}: its review is not shown.", error=of_core(str(error)))
         if isinstance(error, FormatError):
             why = set_aside(session, str(error))
         found, notes = _read(path, profile, tell), [*notes, why]
@@ -354,7 +354,7 @@ def opening_notes(
     stuck = [of_core(c.label) for c in every if uncorrectable_joints(motion, c, carried=True)]
     if stuck:
         message = tr(
-            "{chains}: shown but not corrected, because joints lack rotation channels.",
+            "{chains}: shown but not corrected, because some joints lack rotation channels.",
             chains=", ".join(stuck),
         )
         notices.append(message)

@@ -22,9 +22,9 @@ from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, verdict_sc
 
 NARROW = 420  # page width in pixels
 _NOTHING = tr(
-    "Nothing is decided yet. Accept (A) or reject (R) intervals in the list. After "
-    "{n} accepted intervals in this clip and in the sessions of its folder, your "
-    "verdicts suggest a τ.",
+    "Nothing has been decided yet. Accept (A) or reject (R) intervals in the list. After {n} "
+    "accepted intervals in this clip and in the sessions of its folder, your verdicts "
+    "suggest a τ.",
     n=ENOUGH_ERRORS,
 )
 
@@ -43,7 +43,7 @@ class ScopeModel(RowModel[ScopeLine]):
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
-        tr("The group of verdicts. A chain counts in all clips of this rig."),
+        tr("The group of verdicts. A chain is counted in all clips of this rig."),
         tr("Accepted intervals: errors"),
         tr("Rejected intervals: natural motion"),
         tr("The share of intervals found at the current τ that you accepted"),

@@ -160,7 +160,7 @@ class ChainActions:
         except OSError as error:
             place = rig_path(data.motion.skeleton)
             message = tr(
-                "The rig profile {file} could not be written: {why}.",
+                "The rig profile {file} could not be written ({why}).",
                 file=place,
                 why=of_core(error.strerror),
             )

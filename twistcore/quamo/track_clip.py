@@ -58,7 +58,9 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
     for name in names:
         if name not in skeleton.names:
             known = legible(", ".join(skeleton.names), most=600)
-            raise TwistError(f"no joint {shown_value(name)}; expected some of {known}")
+            raise TwistError(
+                f"there is no joint {shown_value(name)}; expected one or more of {known}"
+            )
         if not able[skeleton.index(name)]:
             raise TwistError(f"joint {name!r} does not have three rotation channels to write to")
     return np.array(sorted({skeleton.index(name) for name in names}), dtype=np.int64)
@@ -102,9 +104,9 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
     if learned and placed != (root := int(find_topology(motion.skeleton).joints[0])):
         names = motion.skeleton.names
         raise TwistError(
-            f"the learned gains cover only the position of {names[root]!r}, but this figure "
-            f"has the position at {names[placed]!r}: set the gains by hand, or track without "
-            "the position"
+            f"the learned gains cover only the position of {names[root]!r}, but "
+            f"{names[placed]!r} has the position of this figure: set the gains by hand, or "
+            "track without the position"
         )
 
 
@@ -199,7 +201,7 @@ def track_learned(
     topology = find_topology(motion.skeleton)
     scale = metres_per_unit(motion.skeleton, unit)
     if not motion.positioned or motion.positioned[0] != topology.joints[0]:
-        raise TwistError("expected positions of the root for learned gains")
+        raise TwistError("expected positions of the root, which learned gains need")
     if place:
         check_place(motion, learned=True)
     able = joints_of_24(motion.skeleton, joints, strict=False)

@@ -226,7 +226,7 @@ def check_motion(thing: object) -> None:
     """TypeError where something else came, as a clip, whose motion is a part of it."""
     if not isinstance(thing, Motion):
         inside = isinstance(getattr(thing, "motion", None), Motion)
-        its = ": its .motion is one" if inside else ""
+        its = "; pass its .motion" if inside else ""
         raise TypeError(f"expected a Motion, found {thing!r:.80}{its}")
 
 

@@ -275,7 +275,9 @@ def of_what_is_there(clip: Clip, session: Session) -> None:
     there = {chain.name for chain in state.rig.chains(clip.motion)}
     for name in (judged.interval.chain for judged in state.intervals):
         if name not in there:
-            raise TwistError(f"{clip.name}: its session names a chain {name!r}, which is not there")
+            raise TwistError(
+                f"{clip.name}: its session has a chain {name!r}, which the clip does not have"
+            )
 
 
 def count_verdicts(clips: Iterable[JudgedClip]) -> tuple[int, int]:

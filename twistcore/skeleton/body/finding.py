@@ -67,10 +67,10 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
             continue
         have = {bone.segment for bone in lines[side, kind].bones}
         if kind == "arm" and "ForeArm" not in have:
-            why = "no hand joint hangs on it"
+            why = "it has no hand joint"
             yield Unexamined(f"{side.lower()} forearm", why, side, kind)
         if kind == "leg" and "Leg" not in have:
-            why = "no foot joint hangs on it"
+            why = "it has no foot joint"
             yield Unexamined(f"{side.lower()} shin", why, side, kind)
 
 
