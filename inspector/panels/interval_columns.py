@@ -59,7 +59,7 @@ COLUMNS = (
     Column(
         "end",
         tr_as("of a limb", "Foot/hand"),
-        tip=tr("Whether a flip turned the limb's foot or hand along or not"),
+        tip=tr("Whether a flip also turned the limb's foot or hand"),
     ),
     Column("kind", tr_as("of error", "Kind"), tip=tr("Kind of error")),
     Column(

@@ -127,7 +127,7 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         parts.append(tr("{angle}° remain after the end", angle=left))
     if own != interval.confidence and own is not None:
         line = tr(
-            "confidence as learned from your decisions (the detector says {own:.2f})", own=own
+            "confidence as learned from your decisions (the detector's own is {own:.2f})", own=own
         )
         parts.append(line)
     if shared:

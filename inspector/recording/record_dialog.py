@@ -23,8 +23,8 @@ _FORMATS = {
     ".mp4": tr("Film, MP4"),
     ".gif": tr("Film, GIF"),
     ".png": tr("Picture, PNG"),
-    ".svg": tr("Picture, SVG (lines and letters)"),
-    ".pdf": tr("Picture, PDF (lines and letters)"),
+    ".svg": tr("Picture, SVG (vector graphics)"),
+    ".pdf": tr("Picture, PDF (vector graphics)"),
 }
 _SIZES = ((1280, 720), (1920, 1080), (960, 540))
 _SPEEDS = {

@@ -276,9 +276,15 @@ def _moved(change: Difference) -> str:
         count = len(change.moved)
         names = tr("{count} joints by up to {percent:.1f} %", count=count, percent=most)
     if still:
-        return tr("Moved, relative to the height: {names}. No other joint moved.", names=names)
+        return tr(
+            ("These joints moved (relative to the height): {names}. No other joint moved."),
+            names=names,
+        )
     return tr(
-        "Moved, relative to the height: {names}. No other joint moved by more than {rest:.0e}.",
+        (
+            "These joints moved (relative to the height): {names}. No other joint moved by "
+            "more than {rest:.0e}."
+        ),
         names=names,
         rest=rest,
     )

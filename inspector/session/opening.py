@@ -273,8 +273,8 @@ def of_later_kinds(state: ReviewState) -> str:
     if not kinds:
         return ""
     return tr(
-        "{n} of the intervals are of kinds that only a newer version of the program knows "
-        "({kinds}). They are shown and kept as they are.",
+        "{n} of the intervals are of kinds that only a newer version of the program supports "
+        "({kinds}). They are shown and kept unchanged.",
         n=len(kinds),
         kinds=", ".join(sorted(set(kinds))),
     )
@@ -388,7 +388,7 @@ def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     if now == then:
         return ""
     if now is None:
-        return tr("{clip} was moved or deleted. The open clip stays as it is.", clip=clip.name)
+        return tr("{clip} was moved or deleted. The open clip does not change.", clip=clip.name)
     try:
         same = file_mark(clip.path) == clip.sha256
     except OSError as error:

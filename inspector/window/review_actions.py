@@ -345,8 +345,8 @@ class ReviewActions:
         label = self.document.find_chain(moment.chain).label
         first = moment.start + self.document.first_frame
         return tr(
-            "{chain}: {delta}° for {frames} frames from frame {first} on, below τ. "
-            "Insert makes it an interval.",
+            "{chain}: {delta}° for {frames} frames from frame {first}, below τ. Press Insert "
+            "to make it an interval.",
             chain=label,
             frames=moment.frames,
             first=first,
