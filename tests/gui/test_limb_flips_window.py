@@ -254,7 +254,7 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     export(opened, ExportChoice(out))
     told = opened.bar.label.text()
     assert (
-        "These joints moved (relative to the height): RightLeg by up to 20.5 % and RightToeBase by up to"
+        "joints moved (relative to the height): RightLeg by up to 20.5 % and RightToeBase by up to"
         in told
     )
     assert "No other joint moved. Every other byte" in told
