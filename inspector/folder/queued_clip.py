@@ -11,7 +11,7 @@ from inspector.language import of_core, tr
 GONE = "no longer in the folder"
 FAR_AWAY = "not on a disk of this machine; open a copy of it"
 TOO_LARGE = "needs more memory than a clip of its size should"
-NOT_BEGUN = "the analysis was stopped before it began"
+NOT_BEGUN = "the analysis stopped before it began"
 TOO_SLOW = "the analysis took too long and was stopped"
 KILLED = "the analysis was ended by the system, perhaps for want of memory"
 # Why a clip has no results: the text in tables and files, and the text that people see.

@@ -116,7 +116,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
         ActionSpec("make_level", tr("One offset in all frames"), ("E",),
                    tr("Use the same offset in all frames of the interval"),
                    needs="clip", do=lambda p: p.review_actions.make_level()),
-        ActionSpec("make_following", tr("Own offset in each frame"), ("Shift+E",),
+        ActionSpec("make_following", tr("Separate offset in each frame"), ("Shift+E",),
                    tr("Make the corrected twist a straight line through the interval"),
                    needs="clip", do=lambda p: p.review_actions.make_following()),
         ActionSpec("turn_end", tr("Keep the foot or hand, or turn it with the limb"), ("C",),
