@@ -28,9 +28,7 @@ def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
     """Return a sentence about what the correction makes worse; '' if nothing gets worse."""
     worse = [of_core(m.doubt) for m in measures if m.worse]
     return (
-        tr(("The correction would make this worse: {what}."), what=", ".join(worse))
-        if worse
-        else ""
+        tr("The correction would make this worse: {what}.", what=", ".join(worse)) if worse else ""
     )
 
 

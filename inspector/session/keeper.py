@@ -276,7 +276,7 @@ class Keeper(QObject):
         except OSError as error:
             name, why = self.lock.path.name, of_core(str(error.strerror))
             return tr(
-                ("The lock {name} could not be taken from the other window ({why})."),
+                "The lock {name} could not be taken from the other window ({why}).",
                 name=name,
                 why=why,
             )

@@ -292,7 +292,7 @@ def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     """Return a review with capture faults of every kind that it has no interval of."""
     known = {judged.interval.kind for judged in state.intervals}
-    there, method = set(state.tau), DETECTORS.usable(state.method)
+    there, method = set(state.tau), analysis.usable(state.method)
     new = [
         fault
         for kind in Kind

@@ -109,7 +109,7 @@ class TeachingPanel(QWidget):
         if chain is None:
             limb = selected_limb(document)
             whole = (
-                tr(("{limb} is a limb: select a chain"), limb=limb.label)
+                tr("{limb} is a limb: select a chain", limb=limb.label)
                 if limb is not None
                 else _EMPTY
             )

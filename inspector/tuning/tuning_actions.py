@@ -56,7 +56,7 @@ class TuningActions:
         known = [n for n in profile.tau if n in chains]
         if not known:
             message = tr(
-                ("Nothing was changed, because this clip has none of the chains in {name}."),
+                "Nothing was changed, because this clip has none of the chains in {name}.",
                 name=name,
             )
             self.bar.show_message(message, True)
@@ -170,7 +170,7 @@ class TuningActions:
         """Leave more frames out of tuning, as one step that is part of the session."""
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
-        first, last = (frame + self.document.first_frame for frame in (start, stop - 1))
+        first, last = (frame + self.document.first_frame for frame in (start, stop))
         if wanted == before:
             message = tr("Frames {first}–{last} are already left out.", first=first, last=last)
             self.bar.show_message(message, False)

@@ -84,7 +84,7 @@ def test_what_goes_wrong_is_told_and_the_next_export_works(qtbot, window, held, 
     out = tmp_path / "out.bvh"
     window.files.export(ExportChoice(out))
     assert not window.exporter.finish()
-    assert window.bar.label.text() == f"{out}: not written: no such gains"
+    assert window.bar.label.text() == f"{out} was not written: no such gains"
     assert not out.exists()
     held.error = None
     window.files.export(ExportChoice(out))

@@ -125,7 +125,7 @@ BAD = {
     "accepted limb-flip": (
         "accepted flip",
         35,
-        "one of counter-twist, limb-flip, helper-roll, lone-jump",
+        "one of counter-twist, carried-roll, limb-flip, helper-roll",
     ),
     "limb-flip\n```": ("limb-flip", 32, "a line '```' that closes the block of settings"),
     "camera: limb": ("```\n```lesson", 34, "only one block of settings on a page"),

@@ -342,7 +342,7 @@ def test_a_span_left_out_is_undone_saved_and_counts_for_nothing(qtbot, window, t
     seconds = document.data.motion.frame_time * (span[1] - span[0])
     left = tuning.costs.curves["LeftForeArm"]
     assert left.minutes == pytest.approx(before.minutes - seconds / 60.0)
-    frames = f"frames {span[0]}–{span[1] - 1} (yours)"
+    frames = f"frames {span[0]}–{span[1]} (yours)"
     qtbot.waitUntil(lambda: frames in tuning.suggestion.left_out.text())
     # Its edges are no longer among the frames by strength.
     drawn = tuning.curves.histogram
@@ -384,5 +384,5 @@ def test_blends_at_the_ends_are_said_to_be_left_out(qtbot, window, tuning, tmp_p
     wait_measured(qtbot, window)
     capture = tuning.costs.capture
     assert capture.first > 1
-    said = f"Left out: frames 0–{capture.first - 1} (a blend from the first pose)."
+    said = f"Left out: frames 0–{capture.first} (a blend from the first pose)."
     qtbot.waitUntil(lambda: tuning.suggestion.left_out.text() == said)

@@ -21,6 +21,7 @@ from twistcore.analysis.clip_analysis import (
     detect,
 )
 from twistcore.detection import Interval, Kind
+from twistcore.detection.protocol import DetectorInfo
 from twistcore.detection.registry import Detectors
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh, read_bvh
@@ -38,11 +39,15 @@ from twistcore.skeleton.signals import (
 TAU = 0.25
 
 
+INFO = DetectorInfo("told", "told", "nothing", has_confidence=False)
+
+
 @dataclass
 class Told:
     """A detector that says of every chain at which τ it was asked."""
 
     name: str = "told"
+    info: DetectorInfo = INFO
     made: int = 0
     followed: float = 1.0
     open: bool = False
@@ -245,7 +250,7 @@ def test_kinds_say_what_is_asked(clip, told):
     assert of_arm == [5, 10, 30]
     assert len(clip.detect(kinds=[])) == 0
     assert {kind for kind in Kind if not kind.repairable} == ALL_KINDS - REPAIRED
-    expected = "no kind 'flip'; expected one of counter-twist, limb flip, helper roll, lone jump"
+    expected = "no kind 'flip'; expected one of counter-twist, carried roll, limb flip"
     with pytest.raises(TwistError, match=expected):
         clip.detect(kinds=["flip", "lone jump"])
 

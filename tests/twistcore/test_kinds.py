@@ -27,10 +27,10 @@ def test_a_kind_is_a_file_and_its_word():
     assert {kind.name.lower() for kind in Kind} == {p.stem for p in folder.glob("[a-z]*.py")}
     assert [kind.value for kind in Kind] == [
         *("counter-twist", "carried roll", "limb flip", "helper roll"),
-        *("lone jump", "spike", "joint jump", "place jump", "body step"),
+        *("lone jump", "stretch", "spike", "joint jump", "place jump", "body step"),
         *("noise burst", "frozen frames"),
     ]
-    assert len(Kind) == 11
+    assert len(Kind) == 12
     for kind in Kind:
         assert Kind(kind.value.upper().replace(" ", "_")) is kind is getattr(Kind, kind.name)
         assert pickle.loads(pickle.dumps(kind)) is copy.deepcopy(kind) is kind
@@ -58,6 +58,7 @@ def test_what_may_be_done_about_a_kind():
         Kind.LIMB_FLIP: (True, True, False),
         Kind.HELPER_ROLL: (True, False, False),
         Kind.LONE_JUMP: (False, False, False),
+        Kind.STRETCH: (False, False, True),
         Kind.SPIKE: (False, False, True),
         Kind.JOINT_JUMP: (False, False, True),
         Kind.PLACE_JUMP: (False, False, True),
@@ -229,7 +230,7 @@ def test_a_package_brings_a_kind_and_what_finds_it(tmp_path):
 @pytest.mark.parametrize("target", ["no_such_module:KIND", "foot_slide:KindInfo"])
 def test_a_kind_that_cannot_be_loaded_is_left_out_with_a_warning(tmp_path, target):
     out, err = with_site(site_with_kind(tmp_path, target), LISTED)
-    assert out == "['helper roll', 'lone jump', 'spike'] False\n"
+    assert out == "['helper roll', 'lone jump', 'stretch'] False\n"
     assert "the kind 'foot-slide'" in err
     assert "is left out" in err
 

@@ -77,6 +77,13 @@ class KindInfo:
     why: str = ""
 
 
+def plural(word: str) -> str:
+    """Return the plural of a kind's name: 'limb flips', 'stretches'; 'frozen frames' is one."""
+    if word.endswith("frames"):
+        return word
+    return word + ("es" if word.endswith(("ch", "s", "x")) else "s")
+
+
 class _Kinds(type):
     """Kinds as a class: `Kind.LONE_JUMP` is one, and `for kind in Kind` goes through all."""
 
@@ -107,8 +114,8 @@ class Kind(str, metaclass=_Kinds):
     >>> import twistcore as tc
     >>> tc.Kind("Counter_Twist")
     <Kind.COUNTER_TWIST: 'counter-twist'>
-    >>> [kind.value for kind in tc.Kind if not kind.repairable]
-    ['lone jump', 'spike', 'joint jump', 'place jump', 'body step', 'noise burst', 'frozen frames']
+    >>> [kind.value for kind in tc.Kind if kind.repairable]
+    ['counter-twist', 'carried roll', 'limb flip', 'helper roll']
     >>> tc.Kind("melted wax").known
     False
     """
@@ -118,6 +125,7 @@ class Kind(str, metaclass=_Kinds):
     LIMB_FLIP: ClassVar[Kind]
     HELPER_ROLL: ClassVar[Kind]
     LONE_JUMP: ClassVar[Kind]
+    STRETCH: ClassVar[Kind]
     SPIKE: ClassVar[Kind]
     JOINT_JUMP: ClassVar[Kind]
     PLACE_JUMP: ClassVar[Kind]

@@ -142,7 +142,7 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
     start, stop = min(b.start for b in span), max(b.stop for b in span)
     most = max(b.degrees for b in span)
     return (
-        f"There is noise of about {most:.0f}° in frames {start}–{stop - 1} ({listed}), "
+        f"There is noise of about {most:.0f}° in frames {start}–{stop} ({listed}), "
         "outside the chains. Smooth it in Quality → Track."
     )
 

@@ -192,25 +192,39 @@ class _Others:
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
         if step.degrees < _MORE * self.of_body[at].max() or (own is not None and own[at].any()):
             return True
-        near = (
+        near = self._near(step.joint, step)
+        groups = [[error] for error in near]
+        # Errors of neighbouring chains may begin and end in the same frame.
+        joints = {joint for error in near for joint in self._turned(error)}
+        together = {id(e): e for joint in joints for e in self._near(joint, step)}
+        if len(together) > 1:
+            groups.append(list(together.values()))
+        return any(self._take_away(group, step, jump=jump) for group in groups)
+
+    def _near(self, joint: int, step: JointStep) -> list[Interval]:
+        """Return the errors that turn a joint and begin or end next to a step."""
+        return [
             error
-            for error in self.errors.get(step.joint, ())
+            for error in self.errors.get(joint, ())
             if any(
                 step.start - _BESIDE <= edge <= step.stop + _BESIDE
                 for edge in (error.start, error.stop)
             )
-        )
-        return any(self._takes_away(error, step, jump=jump) for error in near)
+        ]
 
-    def _takes_away(self, error: Interval, step: JointStep, *, jump: bool) -> bool:
-        """True if the correction of an error leaves little of a step, and moves it to no other."""
+    def _turned(self, error: Interval) -> tuple[int, ...]:
+        """Return the joints that an error turns; of the children of a bone only C."""
+        chain = next(c for c in self.search.named if c.name == error.chain)
+        joints = chain.changed_joints(self.search.motion.skeleton, carried=error.carried)
+        # Other children need not have turned back.
+        return (chain.parent, chain.child) if chain.child in joints else joints
+
+    def _take_away(self, errors: Sequence[Interval], step: JointStep, *, jump: bool) -> bool:
+        """True if the correction of errors leaves little of a step, and moves it to no other."""
         if self.search.without is None:
             return False
         motion = self.search.motion
-        chain = next(c for c in self.search.named if c.name == error.chain)
-        turned = chain.changed_joints(motion.skeleton, carried=error.carried)
-        if chain.child in turned:  # other children need not have turned back
-            turned = chain.parent, chain.child
+        turned = {joint for error in errors for joint in self._turned(error)}
         first, stop = step.start - 1, step.stop + 1
         as_is, corrected = (
             sum(
@@ -221,7 +235,7 @@ class _Others:
             )
             for rotations in (
                 motion.rotations[first:stop],
-                self.search.without([error])(first, stop).rotations,
+                self.search.without(errors)(first, stop).rotations,
             )
         )
         return corrected < _LEFT * as_is

@@ -286,7 +286,7 @@ def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, 
         chains.setdefault(tuple(spans), []).append(name)
     said = []
     for spans, names in chains.items():
-        frames = ", ".join(f"{low}–{high - 1}" for low, high in spans[:NAMED])
+        frames = ", ".join(f"{low}–{high}" for low, high in spans[:NAMED])
         frames += " …" if len(spans) > NAMED else ""
         said.append(
             f"Soft errors were not looked for in frames {frames} ({', '.join(names)}), "
