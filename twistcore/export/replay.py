@@ -135,7 +135,8 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
         if chain is None or isinstance(chain, Limb) != flips:
             what = "limb" if flips else "chain"
             raise ClipMismatchError(
-                f"{clip.path}: the session names a {what} {shown_value(interval.chain)}"
+                f"{clip.path}: the session has a {what} {shown_value(interval.chain)}, "
+                "which the clip does not have"
             )
         if interval.stop > clip.motion.frames:
             raise ClipMismatchError(f"{clip.path}: an interval ends after the clip's last frame")
@@ -143,4 +144,6 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
         try:
             check_tracking(clip.motion, session.state.tracking)
         except TwistError as error:
-            raise ClipMismatchError(f"{clip.path}: the session tracks, but {error}") from None
+            raise ClipMismatchError(
+                f"{clip.path}: the session uses tracking, but {error}"
+            ) from None

@@ -102,9 +102,9 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
     if learned and placed != (root := int(find_topology(motion.skeleton).joints[0])):
         names = motion.skeleton.names
         raise TwistError(
-            f"the learned gains cover only the position of {names[root]!r}, but this figure "
-            f"has the position at {names[placed]!r}: set the gains by hand, or track without "
-            "the position"
+            f"the learned gains cover only the position of {names[root]!r}, but "
+            f"{names[placed]!r} has the position of this figure: set the gains by hand, or "
+            "track without the position"
         )
 
 
