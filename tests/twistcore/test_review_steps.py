@@ -214,7 +214,7 @@ def test_tracking_is_written_and_read_back():
     for key, value in damaged.items():
         with pytest.raises(FormatError, match=key):
             tracking_from_json({**entry, key: value})
-    with pytest.raises(FormatError, match="expected kd, which is missing"):
+    with pytest.raises(FormatError, match="the key kd is missing"):
         tracking_from_json({k: v for k, v in early.items() if k != "kd"})
     with pytest.raises(FormatError, match="a list of joints"):
         tracking_from_json({**entry, "joints": []})

@@ -208,7 +208,7 @@ def test_a_document_of_another_schema_is_none():
 def test_a_session_needs_each_of_its_keys(key):
     damaged = document()
     del damaged[key]
-    assert refused(session_from_document, damaged) == f"expected {key}, which is missing"
+    assert refused(session_from_document, damaged) == f"the key {key} is missing"
 
 
 @pytest.mark.parametrize(
@@ -230,7 +230,7 @@ def test_a_session_needs_each_of_its_keys(key):
         ({"intervals": [3]}, "intervals, number 1: expected an object for an interval"),
         ({"left_out": [[1]]}, "left_out, number 1: expected [start, stop]"),
         ({"schema": "twistcore.session/2"}, "an object for tracking, found None"),
-        ({"schema": "twistcore.session/3"}, "intervals, number 1: expected kind, which is missing"),
+        ({"schema": "twistcore.session/3"}, "intervals, number 1: the key kind is missing"),
         (
             {"schema": "twistcore.session/3", "intervals": [], "rig": 3},
             "an object for rig, found 3",
@@ -276,7 +276,7 @@ def test_what_is_no_session_file_is_told_by_its_kind(tmp_path):
         (b'{"schema": "twistcore.journal/1"}', "expected a session, but this is a JSON document"),
         (b'{"a": 1}', "expected a document with schema"),
         (b"{", "expected JSON"),
-        (b'{"schema": "twistcore.session/1"}', "expected clip, which is missing"),
+        (b'{"schema": "twistcore.session/1"}', "the key clip is missing"),
     ):
         path.write_bytes(data)
         assert refused(read_session, path).startswith(f"{path}: {said}")
@@ -352,7 +352,7 @@ def test_angles_in_a_file_have_bounds(key):
         ),
         ({"carried": 0}, "true or false for carried"),
         ({"joint": None}, "a text for joint"),
-        *(({k: ...}, f"expected {k}, which is missing") for k in interval_to_json(twist())),
+        *(({k: ...}, f"the key {k} is missing") for k in interval_to_json(twist())),
     ],
 )
 def test_a_damaged_interval_says_what_was_expected_where(damage, said):
@@ -380,7 +380,7 @@ def test_a_judged_interval_of_the_first_files_has_no_reason_and_was_looked_at():
         ),
         *(({k: 3}, f"a text for {k}") for k in ("reviewer", "decided_at", "note", "reason")),
         *(
-            ({k: ...}, f"expected {k}, which is missing")
+            ({k: ...}, f"the key {k} is missing")
             for k in (
                 "id",
                 "decision",
@@ -392,7 +392,7 @@ def test_a_judged_interval_of_the_first_files_has_no_reason_and_was_looked_at():
                 "stop",
             )
         ),
-        ({"decided_at": ...}, "expected decided_at, which is missing"),
+        ({"decided_at": ...}, "the key decided_at is missing"),
         ({"id": -1}, "a whole number from 0 on for id"),
         ({"id": "1"}, "for id"),
         ({"decision": "maybe"}, "'undecided' or 'accepted' or 'rejected' for decision"),
@@ -409,7 +409,7 @@ def test_where_kinds_must_be_told_an_interval_without_is_damaged():
     for key in ("kind", "carried"):
         without = {k: v for k, v in entry.items() if k != key}
         said = refused(judged_from_json, without, kinds=True)
-        assert said == f"expected {key}, which is missing"
+        assert said == f"the key {key} is missing"
         assert judged_from_json(without).id == 2
     assert "an interval" in refused(judged_from_json, 3)
     assert "an interval" in refused(judged_from_json, 3, kinds=True)
@@ -435,7 +435,7 @@ def test_tracking_comes_back(tracking):
 @pytest.mark.parametrize(
     ("damage", "said"),
     [
-        *(({k: ...}, f"expected {k}, which is missing")
+        *(({k: ...}, f"the key {k} is missing")
           for k in ("joints", "gains", "kp", "kd", "ka", "weights")),
         *(({k: "3"}, f"a number for {k}") for k in ("kp", "kd", "ka")),
         ({"joints": "hip"}, "a list for joints"),

@@ -64,7 +64,7 @@ def test_it_means_the_same_and_only_what_is_corrected_is_other(codec, marked):
     np.testing.assert_array_equal(clip.values, plain.values)
     assert clip.data == data
     assert [str(w) for w in clip.warnings] == [
-        f"The text is {codec[:6].upper()}, and is written back so; many programs read UTF-8 alone."
+        f"The text is {codec[:6].upper()} and stays so when written; many programs read only UTF-8."
     ]
     assert rewritten(clip, clip.motion).data == data
     written = rewritten(clip, turned(clip)).data
