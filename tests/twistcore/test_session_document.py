@@ -41,7 +41,7 @@ from twistcore.review.session import (
     tau_to_json,
     tracking_from_json,
     tracking_to_json,
-    tracks_otherwise,
+    needs_both_ways_schema,
     write_session,
 )
 from twistcore.skeleton.rig import AS_FOUND, OwnChain, Rig
@@ -248,7 +248,7 @@ def test_ids_are_each_its_own_and_may_have_gaps():
     assert session_from_document(both).state.next_id == 9
     assert len(session_from_document(both | {"intervals": [one]}).state.intervals) == 1
     twice = both | {"intervals": [one, other | {"id": 1}]}
-    assert "each its own" in refused(session_from_document, twice)
+    assert "different ids below next_id" in refused(session_from_document, twice)
 
 
 # -- the file --------------------------------------------------------------------------------------
@@ -426,8 +426,8 @@ def test_tracking_comes_back(tracking):
     entry = tracking_to_json(tracking)
     assert entry["gains"] == ("learned" if tracking.learned else "hand")
     assert tracking_from_json(json.loads(json.dumps(entry))) == tracking
-    assert tracks_otherwise(tracking) == (tracking is not TRACKING)
-    assert not tracks_otherwise(None)
+    assert needs_both_ways_schema(tracking) == (tracking is not TRACKING)
+    assert not needs_both_ways_schema(None)
     del entry["causal"], entry["place"]
     assert tracking_from_json(entry) == replace(tracking, causal=True, place=False)
 
@@ -440,7 +440,7 @@ def test_tracking_comes_back(tracking):
         *(({k: "3"}, f"a number for {k}") for k in ("kp", "kd", "ka")),
         ({"joints": "hip"}, "a list for joints"),
         ({"joints": [3]}, "a list of texts for joints"),
-        ({"joints": []}, "a list of joints to track, which is empty"),
+        ({"joints": []}, "expected joints to track, found an empty list"),
         ({"gains": "magic"}, "'hand' or 'learned' for gains, found 'magic'"),
         ({"weights": 3}, "a text for weights"),
         ({"causal": 1}, "true or false for causal"),
