@@ -114,7 +114,7 @@ def test_a_flip_of_a_chain_and_a_twist_of_a_limb_belong_to_no_clip(tmp_path):
         other = replace(last, interval=replace(last.interval, **change))
         path = tmp_path / "s.json"
         write_session(CLIP, replace(state, intervals=(*others, other)), path)
-        with pytest.raises(ClipMismatchError, match="the session names a"):
+        with pytest.raises(ClipMismatchError, match="which the session names"):
             check_belongs(read_session(path), CLIP, every)
 
 
