@@ -91,30 +91,47 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser() -> argparse.ArgumentParser:
     parser = _Parser(
-        prog="twist-inspector", description="See, judge and repair axial twist errors in a clip."
+        prog="twist-inspector",
+        description="See, judge and correct twist errors in motion capture: opens the window.",
+        epilog="Without a window, `twistcore` does the same: see `twistcore --help`.",
     )
-    parser.add_argument("--version", action="version", version=f"twist-inspector {__version__}")
-    parser.add_argument("file", nargs="?", type=Path, metavar="CLIP|SESSION|FOLDER")
+    parser.add_argument(
+        "--version",
+        action="version",
+        version=f"twist-inspector {__version__}",
+        help="show the version and exit",
+    )
+    parser.add_argument(
+        "file",
+        nargs="?",
+        type=Path,
+        metavar="CLIP|SESSION|FOLDER",
+        help="the clip, session or folder to open (default: an empty window)",
+    )
     parser.add_argument(
         "--screenshot",
         type=Path,
         metavar="PNG",
-        help="take a picture of the window and quit; without a clip the window is empty",
+        help="save a picture of the window and quit; without a clip the window is empty (default: "
+        "no picture)",
     )
     parser.add_argument(
         "--demo",
         type=Path,
         metavar="DIR",
         help="run a demonstration and quit: accept every interval and write the results to DIR; "
-        "without a clip it uses the sample",
+        "without a clip it uses the sample (default: no demonstration)",
     )
     parser.add_argument(
         "--detector",
         metavar="FILE.py:CLASS",
-        help="add a detector of your own to the menu Edit (docs/detectors.md)",
+        help="add a detector of your own to the menu Edit (docs/detectors.md; default: none)",
     )
     parser.add_argument(
-        "--language", default="", metavar="CODE", help="en, de or system; default: the preferences"
+        "--language",
+        default="",
+        metavar="CODE",
+        help="language of the window: en, de or system (default: as in the preferences)",
     )
     return parser
 

@@ -60,7 +60,6 @@ MANY_NAMES = {
     "inspector.session.session_files": 14,
     "inspector.session.settings_checks": 15,
     "twistcore.cli.arguments.argument_types": 19,
-    "twistcore.cli.arguments.common_arguments": 14,
     "twistcore.cli.output": 16,
     "twistcore.files.atomic": 13,
     "twistcore.files.document_values": 19,

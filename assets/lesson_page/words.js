@@ -27,7 +27,7 @@ var Words = (function () {
       });
     }
     return tr("The swing and {share} of the twist, θp = {theta}. The twist rolls the bone about "
-      + "itself: w, n and α stay.", {
+      + "its own axis: w, n and α do not change.", {
       share: share(stage - 1), theta: tenths(d.theta_p),
     });
   }
@@ -105,11 +105,11 @@ var Words = (function () {
     }
     if (!whatIf.counter && whatIf.twist && only(whatIf, "twist")) {
       if (d.strength >= LEAST) {
-        return tr("A pure twist: w, n, α and Δθc stay. Δθp·Δθc < 0 is the child’s own small motion "
-          + "({small}). This is why there is a threshold τ.", { small: small });
+        return tr("A pure twist: w, n, α and Δθc do not change. Δθp·Δθc < 0 comes from a small "
+          + "motion of the child itself ({small}). This is why there is a threshold τ.", { small: small });
       }
-      return tr("A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc stays too. "
-        + "This is a real movement, not an error.");
+      return tr("A pure twist: θp changes; w, n and α do not. The child turns with the parent, so "
+        + "Δθc does not change either. This is a real movement, not an error.");
     }
     if (d.strength >= LEAST) {
       return tr("Opposite signs, but {small}: no event. Natural motion often has small opposite "
@@ -119,12 +119,14 @@ var Words = (function () {
       return tr("The frame as captured. Move a slider to alter it. The review does not change.");
     }
     if (only(whatIf, "swing", "toward")) {
-      return tr("A different swing with the same twist: w and q_swing change; θp, v and Δθc stay.");
+      return tr("A different swing with the same twist: w and q_swing change; θp, v and Δθc do "
+        + "not.");
     }
     if (only(whatIf, "bend")) {
-      return tr("The child is bent differently: v changes; the direction of v⊥, P and Δθc stay.");
+      return tr("The child is bent differently: v changes; the direction of v⊥, P and Δθc do "
+        + "not.");
     }
-    return tr("This is no event: {small}.", { small: small });
+    return tr("This is not an event: {small}.", { small: small });
   }
 
   // of: the result of SwingTwist.numbersOf; role: of the theme's colour.

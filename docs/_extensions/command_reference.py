@@ -20,31 +20,25 @@ _MARKDOWN = re.compile(r"([\\`*_\[\]<>|])")
 _PAGE = re.compile(r"docs/([\w-]+)\.md")
 
 
-def reference(parser: argparse.ArgumentParser, about: str = "", level: int = 2) -> str:
+def reference(parser: argparse.ArgumentParser, level: int = 2) -> str:
     """Return a parser and its subcommands as Markdown, each under its own heading."""
     name = parser.prog
-    about = about or parser.description or ""
-    lines = [f"{'#' * level} {name}", _sentence(about), f"```text\n{_usage(parser)}\n```"]
-    lines += list(_words(parser))
-    if parser.epilog:
-        lines.append(f"```sh\n{_lines(parser.epilog, name)}\n```")
+    lines = [f"{'#' * level} {name}", _escaped(parser.description or "")]
+    lines += [f"```text\n{_usage(parser)}\n```", *_words(parser)]
+    for part in filter(None, (parser.epilog or "").split("\n\n")):
+        head, _, examples = part.partition("\n  ")
+        lines.append(f"```sh\n{_lines(f'  {examples}', name)}\n```" if examples else _escaped(head))
     below = next((a for a in parser._actions if isinstance(a, argparse._SubParsersAction)), None)
-    helps = {choice.dest: choice.help or "" for choice in below._choices_actions} if below else {}
-    for word, child in below.choices.items() if below else ():
-        lines.append(reference(child, helps.get(word, ""), level + 1))
+    for child in below.choices.values() if below else ():
+        lines.append(reference(child, level + 1))
     return "\n\n".join(line for line in lines if line)
 
 
 def _escaped(text: str) -> str:
-    """Escape Markdown characters and turn the names of pages into links."""
-    return _PAGE.sub(r"[\1](\1.md)", _MARKDOWN.sub(r"\\\1", text.strip()))
-
-
-def _sentence(text: str) -> str:
-    text = _escaped(text)
-    if not text:
-        return ""
-    return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".")
+    """Escape Markdown characters outside of `code` and turn the names of pages into links."""
+    parts = text.strip().split("`")
+    parts[::2] = (_PAGE.sub(r"[\1](\1.md)", _MARKDOWN.sub(r"\\\1", part)) for part in parts[::2])
+    return "`".join(parts)
 
 
 def _usage(parser: argparse.ArgumentParser) -> str:
@@ -64,7 +58,6 @@ def _words(parser: argparse.ArgumentParser) -> Iterator[str]:
         text = " ".join(text.split())
         if action.choices:
             text += f"{'; ' if text else ''}one of {', '.join(map(str, action.choices))}"
-            text += f"; default {action.default}" if action.default is not None else ""
         says = f": {_escaped(text)}" if text else ""
         entries.append(f"- {_spelled(action)}{says}")
     yield "\n".join(entries)

@@ -51,7 +51,7 @@ class FolderActions:
         clips = list(self.listed())
         if is_there(path) and path.suffix.lower() != ".csv":
             message = tr(
-                "{name} is no CSV file. Choose a name that ends with .csv.", name=path.name
+                "{name} is not a CSV file. Choose a name that ends with .csv.", name=path.name
             )
             self.bar.show_message(message, True)
             return
@@ -80,7 +80,7 @@ class FolderActions:
             self.bar.show_message(message, False)
             return
         if self._report is not None:
-            self.bar.show_message(tr("The report is being written already."), False)
+            self.bar.show_message(tr("The report is already being written."), False)
             return
         self.save()  # the report includes decisions that are not saved yet
         self.queue.batch.when_noted(lambda: self._start_report(folder))

@@ -44,7 +44,7 @@ _INFOS = {
         ("label", "short", "measures", "strength", "tau", "action"), CORE
     ),
     "KindInfo": {
-        **dict.fromkeys(("name", "here", "named", "legend", "tip"), CORE),
+        **dict.fromkeys(("name", "here", "named", "legend", "tip", "why"), CORE),
         **{"short": "kind of error", "label": ""},
     },
 }

@@ -127,7 +127,10 @@ def scored(files: Sequence[Path]) -> str:
         raise FormatError(why)
     truth = read_truth(keys[0])
     if not truth.sha256:
-        why = tr("expected the key of an exercise; this file has no sha256.")
+        why = tr(
+            "this file is not the key of an exercise, because it has no sha256. Choose the key "
+            "that was written with the exercise."
+        )
         raise FormatError(f"{keys[0].name}: {why}")
     for path, one in handed:
         if one.clip != truth.clip:
@@ -142,7 +145,10 @@ def scored(files: Sequence[Path]) -> str:
         if one.sha256 != truth.sha256:
             raise ClipMismatchError(
                 tr(
-                    "{file} belongs to a different clip of the name {clip} than the key.",
+                    (
+                        "{file} and the key belong to different clips with the name {clip}. "
+                        "Choose an answer and a key of the same exercise."
+                    ),
                     file=path.name,
                     clip=shown_words(one.clip),
                 )

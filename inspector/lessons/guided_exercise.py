@@ -177,9 +177,9 @@ class Exercise(QObject):
     def _add_menu(self) -> None:
         menu = QMenu(self.for_class)
         for text, ask in (
-            (tr("Write an exercise for a class…"), self.teacher.ask_write),
-            (tr("Do an exercise of a class…"), self._ask_open),
-            (tr("Score the answers of a class…"), self.teacher.ask_score),
+            (tr("Write a class exercise…"), self.teacher.ask_write),
+            (tr("Do a class exercise…"), self._ask_open),
+            (tr("Score the class answers…"), self.teacher.ask_score),
         ):
             action = QAction(text, menu)
             action.triggered.connect(ask)

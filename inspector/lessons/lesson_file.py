@@ -80,11 +80,11 @@ def read_lesson(path: Path) -> LessonFile:
 def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, str]], int]:
     """Return key → (line, value), and the first line after the front matter."""
     if not lines or lines[0].strip() != "---":
-        expected = tr("'---' and then 'title: …' and 'clip: …'")
+        expected = tr("a lesson that begins with '---', 'title: …' and 'clip: …'")
         raise _error(path, 1, expected, lines[0] if lines else "")
     stop = next((k for k in range(1, len(lines)) if lines[k].strip() == "---"), None)
     if stop is None:
-        expected = tr("'---' after title and clip, but the file ends here")
+        expected = tr("a line '---' after the title and the clip, but the file ends before it")
         raise _error(path, len(lines), expected)
     head = _pairs(path, lines, 1, stop, _HEAD)
     for key in _HEAD:
@@ -109,7 +109,9 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
     opened = [k for k in range(start, stop) if lines[k].strip() == FENCE]
     if len(opened) > 1:
         raise _error(
-            path, opened[1] + 1, tr("only one block of settings in a page; this is another one")
+            path,
+            opened[1] + 1,
+            tr("only one block of settings on a page, and this is a second one"),
         )
     text = lines[start + 1 : stop]
     settings: dict[str, tuple[int, str]] = {}
@@ -117,7 +119,11 @@ def _page(path: Path, lines: list[str], start: int, stop: int, before: LessonPla
         at = opened[0]
         closed = next((k for k in range(at + 1, stop) if lines[k].strip() == "```"), None)
         if closed is None:
-            raise _error(path, at + 1, tr("'```' at the end of the settings that begin here"))
+            raise _error(
+                path,
+                at + 1,
+                tr("a line '```' that closes the block of settings which begins here"),
+            )
         settings = _pairs(path, lines, at + 1, closed, KEYS)
         text = lines[start + 1 : at] + lines[closed + 1 : stop]
     # A page inherits its place from the page before, but not what it shows there.
@@ -162,7 +168,7 @@ def _pairs(
             continue
         pair = _PAIR.fullmatch(line)
         if pair is None or pair[1] not in known:
-            expected = tr("'key: value' with one of the keys {known}", known=", ".join(known))
+            expected = tr("'key: value', where the key is one of {known}", known=", ".join(known))
             raise _error(path, k + 1, expected, line)
         if pair[1] in out:
             raise _error(path, k + 1, tr("{key!r} only once", key=pair[1]), line)

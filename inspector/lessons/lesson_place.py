@@ -64,7 +64,9 @@ def _frame(text: str) -> dict[str, Any]:
 def _camera(text: str) -> dict[str, Any]:
     if text == "limb":
         return {"camera": None}
-    numbers = _numbers(text, 3, tr("'limb', or azimuth and elevation in degrees and a zoom factor"))
+    numbers = _numbers(
+        text, 3, tr("'limb', or an azimuth and an elevation in degrees and a zoom factor")
+    )
     if not 1.0 / _NEAREST <= numbers[2] <= _NEAREST:
         expected = tr(
             "a zoom factor from {least:g} to {most:g}", least=1.0 / _NEAREST, most=_NEAREST
@@ -135,7 +137,7 @@ def _degrees(low: int, high: int) -> Callable[[str], float]:
 
 def _switch(text: str) -> bool:
     if text:
-        raise ValueError(tr("'counter' without a value"))
+        raise ValueError(tr("no value after 'counter'"))
     return True
 
 

@@ -287,14 +287,17 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     notes = [of_core(warning) for warning in chain.warnings]
     if stuck:
         note = tr(
-            "This chain cannot be corrected: fewer than three rotation channels at {joints}.",
+            (
+                "This chain cannot be corrected, because there are fewer than three rotation "
+                "channels at {joints}."
+            ),
             joints=_listed(stuck),
         )
         notes.append(note)
     elif partly and isinstance(chain, Limb):
         note = tr(
-            "Flips that did not turn the {end} cannot be corrected: fewer than three rotation "
-            "channels at {joints}.",
+            "Flips that did not turn the {end} cannot be corrected, because there are fewer than "
+            "three rotation channels at {joints}.",
             end=end_in_words(chain.end_word),
             joints=_listed(partly),
         )

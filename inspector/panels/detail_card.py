@@ -33,7 +33,7 @@ from inspector.widgets.building import hbox, vbox
 from inspector.widgets.labels import Caption, Headline, as_tip, bold, capitalised
 from inspector.widgets.later import Burst
 from inspector.widgets.signed_numbers import SignedBox, plain, signed
-from twistcore.analysis.clip_analysis import RESTLESS_DOUBT
+from twistcore.analysis.clip_analysis import BODY_STEP_DOUBT, RESTLESS_DOUBT
 from twistcore.analysis.correction.protected_measures import (
     Hinges,
     ProtectedMeasure,
@@ -56,6 +56,7 @@ _LEAST = 0.05  # degrees: smaller offsets are not mentioned
 _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth it in Quality → Track")
+_DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # which say why an interval is open
 _NOT_CORRECTED = tr("This is not corrected. Accept marks it as seen.")
 _OTHER_SIDE = tr("perhaps the frames around the interval are the wrong ones")
 
@@ -229,7 +230,7 @@ class DetailCard(QWidget):
             self.to_quality.setToolTip(
                 tr("Open that page with the noisy joints selected. It tracks them in every frame.")
             )
-        elif kind == Kind.FROZEN:
+        elif fault:
             self.to_quality.setText(tr("Show the joint in Quality"))
             self.to_quality.setToolTip(tr("Open the table of joints with this joint selected"))
 
@@ -331,6 +332,9 @@ def explanation(
         return _noise_burst(interval, evidence)
     if interval.kind == Kind.FROZEN:
         return _frozen(chain, evidence)
+    if why := interval.kind.info.why:
+        size = f"{plain(np.degrees(interval.residual))}°"
+        return f"{of_core(why.format(joint=interval.joint, size=size))}. {_NOT_CORRECTED}"
     sentences = [_lead(judged, chain, evidence), worse_line(measures)]
     if interval.confidence is not None:
         sentences.append(tr("Confidence {sure:.2f}.", sure=interval.confidence))
@@ -343,7 +347,8 @@ def explanation(
     doubts = _doubts(evidence, measures)
     if doubts:
         sentences.append(tr("Doubts: {why}.", why=doubts))
-    known = RESTLESS_DOUBT in evidence.get("doubts", ()) or bool({"worse", "small"} & set(evidence))
+    known = not _DOUBTED.isdisjoint(evidence.get("doubts", ()))
+    known = known or bool({"worse", "small"} & set(evidence))
     if isinstance(chain, Limb | Helper):
         known = known or bool(doubts)
     if interval.open and not known:
@@ -390,6 +395,12 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
         "frames": frames,
         "next": next_part(chain),
     }
+    if interval.kind == Kind.CARRIED_ROLL:
+        return tr(
+            "{part} is rolled {angle}° too far for {frames}, and the {next} rolls along with it. "
+            "The limb keeps its shape.",
+            **values,
+        )
     if judged.by_hand or _one_turns(judged, chain, evidence):
         return tr("{part} is turned {angle}° too far for {frames}.", **values)
     if share < 1.0:
@@ -459,7 +470,7 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
     if evidence:
         fps = evidence["speed_deg_s"] / abs(evidence["turn_deg"])
         limit = tr(
-            "At {fps:.0f} frames per second no body turns more than {limit:.0f}° in a frame.",
+            "At {fps:.0f} frames per second, no body turns more than {limit:.0f}° in one frame.",
             fps=fps,
             limit=evidence["limit_deg_s"] / fps,
         )
@@ -524,9 +535,12 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
 def _rare_side(side: float) -> str:
     """Return how rare the limb's side in the interval is; '' if it is as usual as the other."""
     if side > _RARER:
-        return tr("In these frames it is on a side where it hardly ever is in this clip.")
+        return tr(
+            "In these frames, the joint is on a side where it hardly ever is in the rest of this "
+            "clip."
+        )
     if side > _RARE:
-        return tr("In these frames it is on a side where it is less often in this clip.")
+        return tr("In these frames, the joint is on its less common side in this clip.")
     return ""
 
 

@@ -34,8 +34,8 @@ COLUMNS = (
         "decision",
         tr_as("column", "Decision"),
         tip=tr(
-            "+ means: overlaps another interval of the chain.\n"
-            "<τ means: no longer found at this threshold."
+            "+ means: the interval overlaps another one of its chain.\n<τ means: the interval is "
+            "no longer found at this threshold."
         ),
     ),
     Column("start", tr_as("column", "Start"), tip=tr("First frame"), figures=True),

@@ -98,7 +98,7 @@ class FilterLine(QWidget):
         self.confidence.addItems(_CONFIDENCES)
         for box, tip in (
             (self.choice, tr("Which intervals are listed")),
-            (self.confidence, tr("Which confidence listed intervals have")),
+            (self.confidence, tr("Confidence of the listed intervals")),
         ):
             box.setToolTip(tip)
             box.setAccessibleName(tip)
@@ -142,8 +142,8 @@ class _SearchLine(QLineEdit):
         self.setMinimumWidth(60)
         self.setFocusPolicy(Qt.FocusPolicy.ClickFocus | Qt.FocusPolicy.TabFocus)
         tip = tr(
-            "Words from chain, joints, kind, decision, note or reason.\n"
-            ">0.9 and <0.5 mean the confidence. Esc lists everything again."
+            "Search for words of the chain, joints, kind, decision, note or reason.\nTo search "
+            "by confidence, type for example >0.9 or <0.5. Esc lists everything again."
         )
         self.setToolTip(tip)
         self.setAccessibleDescription(tip)

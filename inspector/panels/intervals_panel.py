@@ -99,6 +99,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
             colours={
                 PLACE["decision"]: getattr(self.theme, str(judged.decision)),
                 PLACE["joints"]: self.theme.soft,
+                PLACE["kind"]: getattr(self.theme, interval.kind.info.colour, self.theme.text),
             },
             tips=(_tip(document.told(judged), shared, f"{label} ({joints})", own),),
             spoken={PLACE["decision"]: decision.partition(" ")[2]},

@@ -59,7 +59,9 @@ class SureOnes(QDialog):
         ids = find(at_least) if intervals else ()
         also = find(at_least, include_open=True) if intervals else ()
         text = tr(
-            "{count} of {total} undecided intervals reach it.", count=len(ids), total=undecided
+            ("{count} of {total} undecided intervals have at least this confidence."),
+            count=len(ids),
+            total=undecided,
         )
         if also != ids:
             left = len(also) - len(ids)

@@ -57,7 +57,7 @@ MEASURES = (
             "Frames in which the file's numbers jump although the pose does not: the angles change "
             "by 90° more than the joint turns, or the quaternion changes its sign"
         ),
-        tr("change of the angles beyond the turn"),
+        tr("how much more the angles change than the joint turns"),
         "°",
         0,
         90.0,

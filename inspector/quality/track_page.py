@@ -285,7 +285,7 @@ class TrackPage(QWidget):
         for plot in (self.gains, self.parts):
             plot.show_frame(frame)
         if (traces := self._traces()) is None:
-            self.gain_words.set_text(tr("Gains of the tracker"))
+            self.gain_words.set_text(tr("Tracker gains"))
             self.part_words.set_text(tr("Parts of the tracker's acceleration"))
             return
         # A step of 25 Hz applies to all frames up to it.

@@ -287,13 +287,13 @@ class Document(OpenClip):
         if interval is None:
             interval = self.data.proposed(self.chain, frame)
         if (there := self.review.state.same_frames(interval)) is not None:
-            first, last = (t + self.first_frame for t in (interval.start, interval.stop - 1))
+            first, last = (t + self.first_frame for t in (interval.start, interval.stop))
             message = tr(
                 "An interval with frames {first}–{last} exists already and is now selected.",
                 first=first,
                 last=last,
             )
-            if first == last:
+            if last == first + 1:
                 message = tr(
                     "An interval at frame {first} exists already and is now selected.", first=first
                 )

@@ -24,14 +24,14 @@ def not_usable(analysis: ClipAnalysis, method: str) -> str:
     if why := analysis.failure(method):
         return tr(
             "The detector of this review fails on the clip: {why}. You can judge and export the "
-            "intervals; to change τ, choose another detector.",
+            "intervals. To change τ, choose another detector.",
             why=of_core(why),
         )
     if DETECTORS.usable(method) == method:
         return ""
     return tr(
-        "This review's intervals were found by the detector '{name}', which is not installed here: "
-        "they can be judged and exported, while their τ stays until another detector is chosen.",
+        "The intervals of this review were found by the detector '{name}', which is not installed. "
+        "You can judge and export them. To change τ, choose another detector.",
         name=method,
     )
 
@@ -45,8 +45,8 @@ def another_used(analysis: ClipAnalysis, method: str) -> str:
             why=of_core(why),
         )
     return tr(
-        "The detector '{name}', which {clip} was to be searched with, is not installed here: "
-        "another one was used, at its own τ.",
+        "The detector '{name}' for {clip} is not installed. Another detector was used, at its own "
+        "τ.",
         name=method,
         clip=analysis.name,
     )

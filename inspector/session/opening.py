@@ -13,7 +13,7 @@ from inspector.session.rig_profiles import kept_rig
 from inspector.session.session_files import kept_sessions, set_aside
 from twistcore.analysis import clip_analysis as core
 from twistcore.analysis.clip_analysis import ClipAnalysis
-from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval
+from twistcore.detection import DEFAULT_METHOD, DETECTORS, Interval, Kind
 from twistcore.detection.limb_flips import LimbFlips
 from twistcore.errors import ClipMismatchError, FormatError, TwistError
 from twistcore.export.exports_beside import REPLAY_SUFFIX
@@ -169,11 +169,11 @@ def _read(
     """Read a clip and start a new review; session: its chains are used if they fit."""
     stamp = stamp_of(path)
     clip = read_clip(path, tell=part(tell, 0.0, _READ))
-    rig, told = _rig_of(session, clip.motion)
+    rig, message = _rig_of(session, clip.motion)
     found, missing = _searched(clip, profile, part(tell, _READ, 1.0), rig)
     if missing and session is None:
         found = replace(found, notes=(another_used(found.analysis, missing),))
-    return replace(found, stamp=stamp, notes=(*((told,) if told else ()), *found.notes))
+    return replace(found, stamp=stamp, notes=(*((message,) if message else ()), *found.notes))
 
 
 def _rig_of(session: Session | None, motion: Motion) -> tuple[Rig, str]:
@@ -196,7 +196,7 @@ def _belongs(session: Session, clip: Clip) -> bool:
 def analyse_clip(
     clip: Clip, profile: Profile | None = None, tell: Tell = nobody, rig: Rig = AS_FOUND
 ) -> Analysed:
-    """Analyse a clip that is in memory already; tell: how far it is."""
+    """Analyse a clip in memory; tell: called with the progress."""
     found, missing = _searched(clip, profile, tell, rig)
     return replace(found, notes=(another_used(found.analysis, missing),)) if missing else found
 
@@ -251,8 +251,8 @@ def _with_session(path: Path, sha256: str, session: Session, clip: Path, tell: T
     limbs = {limb.name for limb in found.analysis.limbs}
     tau = {name: t for name, t in own.tau.items() if name not in limbs} | known
     state = replace(session.state, tau=tau, chain_order=own.chain_order)
-    if told := of_later_kinds(state):
-        found = replace(found, notes=(*found.notes, told))
+    if message := of_later_kinds(state):
+        found = replace(found, notes=(*found.notes, message))
     complete = with_every_kind(state, found.analysis)
     if complete is not state:
         added = len(complete.intervals) - len(state.intervals)
@@ -292,12 +292,14 @@ def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
     """Return a review with capture faults of every kind that it has no interval of."""
     known = {judged.interval.kind for judged in state.intervals}
-    there = set(state.tau)
+    there, method = set(state.tau), analysis.usable(state.method)
     new = [
         fault
-        for chain, own in analysis.faults.items()
+        for kind in Kind
+        if kind.of_capture and kind.info.find and kind not in known
+        for chain, own in analysis.shown(kind, method).items()
         for fault in own
-        if chain in there and fault.kind not in known
+        if chain in there
     ]
     return _with_undecided(state, new) if new else state
 

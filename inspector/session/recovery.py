@@ -206,7 +206,7 @@ class Recovery(QObject):
         else:
             holder = lock and lock.holder
             text = tr("{name} is open in another window ({holder}).", name=name, holder=holder)
-            text += " " + tr("Here you can look at it but change nothing.")
+            text += " " + tr("You can look at it here, but you cannot change it.")
             take = tr("Take over")
         self.question.emit(text, ((take, self._take_over), (tr("Look only"), lambda: None)))
 
@@ -231,7 +231,7 @@ class Recovery(QObject):
         if self._asks_about_disk:
             self._asks_about_disk = False
             self.withdrawn.emit()
-            self._keeper.message.emit(tr("All steps are on disk again."), False)
+            self._keeper.message.emit(tr("All steps are saved on disk again."), False)
             self._ask_next()
 
 

@@ -1,4 +1,4 @@
-"""What the program remembers between two runs, in one JSON file.
+"""The settings of the program, in one JSON file.
 
 A feature of the window declares its own settings in its folder, each a FeatureSetting: files are
 read once the window's modules are imported.
@@ -27,9 +27,9 @@ from twistcore.files.atomic import free_name, write_atomically
 from twistcore.files.ordinary import own_folder, read_file, real_path
 
 RECENT = 10
-STEPS = (2, 1000)  # frames that Ctrl+arrow may go by
-_LARGEST_FILE = 64_000_000  # bytes; ours have some kilobytes
-_LONGEST_NUMBER = 18  # digits: longer ones are out of all bounds, and slow to read
+STEPS = (2, 1000)  # range of frames for Ctrl+arrow
+_LARGEST_FILE = 64_000_000  # bytes; ours have a few kilobytes
+_LONGEST_NUMBER = 18  # digits; longer numbers are out of range and slow to read
 
 
 T = TypeVar("T")
@@ -39,16 +39,21 @@ T = TypeVar("T")
 class Settings:
     """The settings; CHECKS has the allowed values.
 
-    theme: 'system', 'light' or 'dark'; geometry, layout: Qt's bytes as hex; first_frame: 0 or 1;
-    step: frames that Ctrl+arrow goes by; keys: keys by action id where they differ from the table;
-    zoom_to_interval: whether N, A and R zoom the plots to the interval they go to; order: of going
-    through intervals, 'chain' or 'time'; reviewer_asked: whether the name was asked for;
-    turn_ms: milliseconds in which the camera turns to another limb, 0 for at once; autosave: a
-    session is saved by itself; columns: of the list of intervals, none for those there is room for;
-    interval_sort: the column it is sorted by, '-' before it where the other way round, '' for none;
-    language: of texts, 'system' or a code such as 'de', one that there is not is as 'system';
-    of_features: values of each FeatureSetting by its name; of_others: what the file holds besides,
-    perhaps of a newer version, kept for it.
+    - theme: 'system', 'light' or 'dark'
+    - geometry, layout: Qt's bytes as hex
+    - first_frame: number of the first frame, 0 or 1
+    - step: frames for Ctrl+arrow
+    - keys: keys by action id, if they differ from the defaults
+    - zoom_to_interval: N, A and R zoom the plots to the interval
+    - order: order of going through intervals, 'chain' or 'time'
+    - reviewer_asked: the name of the reviewer was asked for
+    - turn_ms: milliseconds for the camera's turn to another limb, 0 for at once
+    - autosave: save sessions automatically
+    - columns: of the list of intervals, empty for as many as fit
+    - interval_sort: the column to sort by, with '-' in front for descending, '' for none
+    - language: 'system' or a code such as 'de'; an unknown code means 'system'
+    - of_features: values of each FeatureSetting by its name
+    - of_others: entries that this version does not know, kept for a newer one
     """
 
     theme: str = "system"
@@ -99,9 +104,9 @@ _of_features: dict[str, FeatureSetting[Any]] = {}
 class FeatureSetting(Generic[T]):
     """A setting that a feature of the window declares in its own folder.
 
-    Settings files hold it under its name, next to the window's own. default: its value until it is
-    set; check: what a file's value must be; merge: of two programs' entries of an object, the one
-    to keep where both may have changed it; ours if not given.
+    Settings files have it under its name. default: its initial value;
+    check: of a value from a file; merge: chooses between entries of an object that two programs
+    have changed, by default ours.
     """
 
     name: str
@@ -272,7 +277,7 @@ def merged(before: Settings, ours: Settings, theirs: Settings) -> Settings:
             latest_first = [k for n, k in enumerate(new) if old_place.get(k, n + 1) > n]
             rest = [k for k in other if (k in new or k not in old) and k not in latest_first]
             new = [*latest_first, *rest]
-        with contextlib.suppress(ValueError):  # what no file can hold stays as it was
+        with contextlib.suppress(ValueError):  # keep the old value if the new one cannot be saved
             changed[name] = check(new) if name not in ("geometry", "layout") else new
     return _with_values(theirs, changed)
 
@@ -296,7 +301,7 @@ def _trouble(path: Path) -> str:
     if not stat.S_ISREG(status.st_mode):  # opening a FIFO would block
         return tr("it is not an ordinary file")
     if status.st_size > _LARGEST_FILE:
-        return tr("it is too large, {size} MB", size=status.st_size // 1_000_000)
+        return tr("it is too large ({size} MB)", size=status.st_size // 1_000_000)
     return "" if os.access(path, os.R_OK) else "Permission denied"
 
 

@@ -26,8 +26,8 @@ _WORDS = {
         "the way back, through poses that never occurred."
     ),
     "Euler XYZ, raw": tr(
-        "180° becomes −180° between two frames. The tracker mistakes the jump of the "
-        "number for a motion."
+        "180° becomes −180° between two frames. The tracker mistakes this jump in the number for "
+        "a motion."
     ),
     "Euler XYZ, wrapped": tr(
         "Wrapping differences into ±180° closes the seam. But the three angles do "
@@ -144,7 +144,7 @@ class FiveTrackers(QWidget):
         for name, title in self.titles.items():
             distance = self.found[name]
             off = tr(
-                "{angle:.1f}° away, at most {most:.1f}°",
+                "{angle:.1f}° away (largest distance: {most:.1f}°)",
                 angle=distance[self.frame],
                 most=distance.max(),
             )

@@ -47,8 +47,8 @@ def _on_its_way(d: Decomposition, stage: float) -> str:
             alpha=_whole(d.alpha),
         )
     return tr(
-        "The swing and {share} of the twist, θp = {theta}. The twist rolls the bone about itself: "
-        "w, n and α stay.",
+        "The swing and {share} of the twist, θp = {theta}. The twist rolls the bone about its "
+        "own axis: w, n and α do not change.",
         share=_share(stage - 1.0),
         theta=_tenths(d.theta_p),
     )
@@ -152,13 +152,13 @@ def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     if what_if == WhatIf(twist=what_if.twist) and what_if.twist:
         if d.strength >= LEAST:
             return tr(
-                "A pure twist: w, n, α and Δθc stay. Δθp·Δθc < 0 is the child’s own small motion "
-                "({small}). This is why there is a threshold τ.",
+                "A pure twist: w, n, α and Δθc do not change. Δθp·Δθc < 0 comes from a small "
+                "motion of the child itself ({small}). This is why there is a threshold τ.",
                 small=small,
             )
         return tr(
-            "A pure twist: θp changes; w, n and α stay. The child goes along, so Δθc stays too. "
-            "This is a real movement, not an error."
+            "A pure twist: θp changes; w, n and α do not. The child turns with the parent, so "
+            "Δθc does not change either. This is a real movement, not an error."
         )
     if d.strength >= LEAST:
         return tr(
@@ -169,11 +169,13 @@ def _no_event(numbers: FrameNumbers, what_if: WhatIf) -> str:
     kept = WhatIf(swing=what_if.swing, toward=what_if.toward, counter=what_if.counter)
     if what_if.changes and what_if == kept:
         return tr(
-            "A different swing with the same twist: w and q_swing change; θp, v and Δθc stay."
+            "A different swing with the same twist: w and q_swing change; θp, v and Δθc do not."
         )
     if what_if.changes and what_if == WhatIf(bend=what_if.bend, counter=what_if.counter):
-        return tr("The child is bent differently: v changes; the direction of v⊥, P and Δθc stay.")
-    return tr("This is no event: {small}.", small=small) if what_if.changes else _HINT
+        return tr(
+            "The child is bent differently: v changes; the direction of v⊥, P and Δθc do not."
+        )
+    return tr("This is not an event: {small}.", small=small) if what_if.changes else _HINT
 
 
 def _state(reliability: float) -> str:

@@ -196,8 +196,8 @@ class Gestures:
         first = self._document.first_frame
         if stop - start < 2:
             return tr("frame {frame}", frame=start + first)
-        last, n = stop - 1 + first, stop - start
-        return tr("frames {first}–{last} ({n})", first=start + first, last=last, n=n)
+        stop, n = stop + first, stop - start
+        return tr("frames {first}–{last} ({n})", first=start + first, last=stop, n=n)
 
     def _end(self, drawn: tuple[int, int] | None) -> None:
         """End a drag; drawn: the frames [start, stop) of a new interval."""

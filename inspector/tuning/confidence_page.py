@@ -52,7 +52,7 @@ class ConfidencePage(QWidget):
         self.use = QCheckBox(tr("Use learned confidence"))
         self.use.setToolTip(
             tr(
-                "Use it in the list, in filters and in 'Accept the sure ones'.\n"
+                "Use it in the list, in filters and in 'Accept confident intervals'.\n"
                 "Sessions and exports keep the detector's own confidence."
             )
         )
@@ -180,8 +180,8 @@ class ConfidencePage(QWidget):
         assert found.after is not None
         self.plot.show_reliability(found.before, found.after)
         before, after = 100 * found.before.error, 100 * found.after.error
-        own = tr("■ error of the detector {points:.1f} points", points=before)
-        learned = tr("● learned {points:.1f}", points=after)
+        own = tr("■ the detector's confidence is off by {points:.1f} points", points=before)
+        learned = tr("● the learned one by {points:.1f}", points=after)
         self.legend.set_text(f"{inked(own, theme.before)} &nbsp; {inked(learned, theme.after)}")
         self.plot.setAccessibleDescription(plain_text(self.legend.text()))
         confidence = found.profile.confidence
@@ -195,5 +195,7 @@ class ConfidencePage(QWidget):
             accepted=confidence.accepted,
             rejected=confidence.rejected,
         )
-        again = tr("The confidence in use is older. Switch it off and on to use the new one.")
+        again = tr(
+            "The confidence in use is out of date. Switch it off and on again to use the new one."
+        )
         self.words.set_plain(f"{message} {again}" if stale else message)

@@ -23,7 +23,10 @@ _AT = dict(zip(_KINDS, (tr("At the suggested τ"), tr("At the automatic τ")), s
 _HEADS = ("τ", "FSR %", tr("alarms"))
 _TIPS = (
     tr("τ of the chain"),
-    tr("Share of injected error frames that are repaired, with its interval by the draws"),
+    tr(
+        "Share of injected error frames that are repaired, with its confidence interval from the "
+        "draws"
+    ),
     tr("False alarms in this clip"),
 )
 

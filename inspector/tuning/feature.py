@@ -65,7 +65,7 @@ _ROWS: tuple[ActionRow[Tuning] | None, ...] = (
                group="scope",
                do=lambda p: p.tuning.set_scope(Scope.ALL)),
     ActionSpec("suggest_tau", tr("Suggest τ"), ("Ctrl+U",),
-               tr("Set the τ that suits errors injected into this clip"),
+               tr("Set τ to suit errors injected into this clip"),
                do=lambda p: p.tuning.suggest()),
     None,
     ActionSpec("next_bar", tr("Next bar of the histogram"), (),

@@ -30,8 +30,8 @@ _BUTTONS = {  # short texts for buttons
 
 
 _BOTH = tr(
-    "The first row of each chain is its suggested τ. In brackets: the interval of the FSR by the "
-    "draws."
+    "The first row of each chain is its suggested τ. The brackets show the confidence interval "
+    "of the FSR from the draws."
 )
 
 

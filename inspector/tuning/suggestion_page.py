@@ -117,5 +117,5 @@ class SuggestionPage(QWidget):
         return tr("Left out: frames {frames}.", frames=", ".join(parts))
 
     def _named(self, span: Span) -> str:
-        first, last = (frame + self._document.first_frame for frame in (span[0], span[1] - 1))
-        return f"{first}" if first == last else f"{first}–{last}"
+        start, stop = (frame + self._document.first_frame for frame in span)
+        return f"{start}" if stop == start + 1 else f"{start}–{stop}"

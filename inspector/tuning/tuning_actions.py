@@ -169,9 +169,9 @@ class TuningActions:
         """Leave more frames out of tuning, as one step that is part of the session."""
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
-        first, last = (frame + self.document.first_frame for frame in (start, stop - 1))
+        first, last = (frame + self.document.first_frame for frame in (start, stop))
         if wanted == before:
-            message = tr("Frames {first}–{last} are left out already.", first=first, last=last)
+            message = tr("Frames {first}–{last} are already left out.", first=first, last=last)
             self.bar.show_message(message, False)
         elif self.document.do(LeaveOut(wanted)):
             message = tr("Frames {first}–{last} are left out of tuning.", first=first, last=last)

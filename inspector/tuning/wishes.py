@@ -30,17 +30,17 @@ class Wishes(QObject):
 
     @property
     def points(self) -> float:
-        """Points of FSR that one false alarm a clip or minute may cost."""
+        """The cost of one false alarm per clip or minute, in points of FSR."""
         return POINTS.of(self._settings)
 
     @property
     def smallest_degrees(self) -> float:
-        """Errors below are not looked for."""
+        """The smallest error to find, degrees."""
         return SMALLEST.of(self._settings)
 
     @property
     def draws(self) -> int:
-        """Of errors, for every chain and protocol."""
+        """The number of draws of errors for every chain and protocol."""
         return DRAWS.of(self._settings)
 
     def wish(

@@ -166,7 +166,7 @@ class Solid(_Figure):
             if self._faint:
                 self._faint[k].move(points)
                 points[self._apart[k]] = points[0]  # zero area is not drawn
-                faces.move(points, normals)
+            faces.move(points, normals)
         self._painted = look
 
     def _paint(self, k: int, pose: Pose) -> None:

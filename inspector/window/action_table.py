@@ -119,7 +119,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
         ActionSpec("make_following", tr("Own offset in each frame"), ("Shift+E",),
                    tr("Make the corrected twist a straight line through the interval"),
                    needs="clip", do=lambda p: p.review_actions.make_following()),
-        ActionSpec("turn_end", tr("Foot or hand kept or turned along"), ("C",),
+        ActionSpec("turn_end", tr("Keep the foot or hand, or turn it with the limb"), ("C",),
                    tr("For a flip: whether the foot or hand keeps its rotation"),
                    needs="clip", do=lambda p: p.review_actions.turn_end()),
         None,
@@ -135,7 +135,10 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    tool=Tool(tr_as("tool", "Next"), 31),
                    needs="clip", do=lambda p: p.review_actions.step_interval(+1)),
         ActionSpec("previous_interval", tr("Previous interval"), ("Shift+N",),
-                   tr("Go to the undecided interval before it; if there is none, one step back"),
+                   tr(
+                       "Go to the previous undecided interval; if there is none, to the previous "
+                       "interval"
+                   ),
                    tool=Tool(tr_as("tool", "Previous"), 30),
                    needs="clip", do=lambda p: p.review_actions.step_interval(-1)),
         ActionSpec("next_of_all", tr("Next interval, decided or not"), ("Ctrl+Down",),
@@ -144,7 +147,7 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                    do=lambda p: p.review_actions.step_any(-1)),
         ActionSpec("order_chain", tr("Go through chain by chain"), group="order", checked=True,
                    do=lambda p: p.review_actions.set_order("chain")),
-        ActionSpec("order_time", tr("Go through in order of time"), group="order",
+        ActionSpec("order_time", tr("Go through in time order"), group="order",
                    do=lambda p: p.review_actions.set_order("time")),
         None,
         ActionSpec("next_faint", tr("Next suspicious moment"), ("M",),
@@ -183,7 +186,10 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
         ActionSpec("last_frame", tr("Last frame"), ("End",),
                    needs="clip", do=lambda p: p.document.go_to(p.document.frames - 1)),
         ActionSpec("search_intervals", tr("Search the intervals"), ("Ctrl+F",),
-                   tr("Search by chain, joint, kind, note or reason; >0.9 means the confidence"),
+                   tr(
+                       "Search by chain, joint, kind, note or reason, or by confidence, such as "
+                       ">0.9"
+                   ),
                    do=_search_intervals),
         ActionSpec("go_to_frame", tr("Go to frame…"), ("Ctrl+J",),
                    needs="clip", do=lambda p: p.review_actions.go_to_frame()),
@@ -201,11 +207,11 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
                needs="figure", turn=lambda p, on: p.viewport.set_follow(on)),
         None,
         Switch("skin", tr("Skinned limbs"), ("S",),
-                   tr("Show a striped skin, which a wrong twist wrings"),
+                   tr("Show a striped skin, whose stripes make a wrong twist visible"),
                needs="figure",
                turn=lambda p, on: p.viewport.look(style=Style.SKIN if on else Style.WEDGES)),
         Switch("side_by_side", tr("Side by side"), ("V",),
-               tr("Before on the left, after on the right, with one camera"),
+               tr("Show before on the left and after on the right, with the same camera"),
                tool=Tool(tr_as("tool", "Side by side"), 42, 2),
                needs="figure", turn=lambda p, on: p.viewport.look(split=on)),
         Switch("trails", tr("Trails of hands and feet"), ("T",),

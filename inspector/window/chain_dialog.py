@@ -46,7 +46,7 @@ class ChainDialog(QDialog):
         self.setWindowTitle(tr("Add chain"))
         self.joints = tuple(_joint_box(tip) for tip in _TIPS)
         self.limb = QCheckBox(
-            tr("A limb: look for flips about the line from the first joint to the last")
+            tr("This is a limb: look for flips about the line from its first joint to its last")
         )
         self.status = soft(QLabel(wordWrap=True))
         self.status.setMinimumWidth(self.fontMetrics().averageCharWidth() * 60)

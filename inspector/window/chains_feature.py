@@ -45,7 +45,10 @@ _ROWS: tuple[ActionRow[Chains] | None, ...] = (
                tr("Remove the selected chain and its intervals; undo brings them back"),
                needs="clip", in_list=True, do=lambda p: p.chain_actions.remove_chain()),
     ActionSpec("joint_names", tr("Joint names…"), (),
-               tr("See what each joint was taken for, and name an unknown hand or foot"),
+               tr(
+                   "See which body part each joint was recognised as, and name an unknown hand "
+                   "or foot"
+               ),
                needs="clip", do=lambda p: p.chain_actions.joint_names()),
     ActionSpec("restore_chains", tr("Restore detected chains"), (),
                tr("Undo all added, removed and named chains"),

@@ -75,7 +75,7 @@ class ExportDialog(WriteDialog):
         self.warning, self.obstacle = QLabel(wordWrap=True), QLabel(wordWrap=True)
         self.replaces = QLabel(wordWrap=True)
         note = tr(
-            "One undo takes these corrections back. The report lists them as automatic "
+            "Undo once to remove all these corrections. The report lists them as automatic "
             "corrections, not as accepted by you."
         )
         self.warning.setText(note)

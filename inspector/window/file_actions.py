@@ -129,7 +129,10 @@ class FileActions(Saving):
             return
         if not self.queue.clips:
             text = tr(
-                "{folder}: there is no clip in this folder yet. New clips appear in the list.",
+                (
+                    "{folder}: there are no clips in this folder yet. New clips will appear in "
+                    "the list."
+                ),
                 folder=folder,
             )
         else:
@@ -184,7 +187,9 @@ class FileActions(Saving):
 
     def _nothing_next(self) -> str:
         if self.queue.running:
-            return tr("The other clips are still being analysed. The next one opens by itself.")
+            return tr(
+                "The other clips are still being analysed. The next one will open automatically."
+            )
         return tr("No other clip of the folder has undecided intervals.")
 
     def previous_clip(self) -> None:

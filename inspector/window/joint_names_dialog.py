@@ -107,7 +107,7 @@ class JointNamesDialog(QDialog):
         self.search.setAccessibleName(tr("Find a joint"))
         self.table = QTableWidget(0, len(_HEADS))
         self.table.setHorizontalHeaderLabels(list(_HEADS))
-        self.table.setAccessibleName(tr("Joints and what they were taken for"))
+        self.table.setAccessibleName(tr("Joints and the body parts that they were recognised as"))
         self.table.setTabKeyNavigation(False)  # Tab goes from choice to choice
         self.table.verticalHeader().hide()
         self.table.setEditTriggers(QAbstractItemView.EditTrigger.NoEditTriggers)
@@ -132,8 +132,8 @@ class JointNamesDialog(QDialog):
         self.buttons.rejected.connect(self.reject)
         about = tr(
             "The program finds arms and legs by their joints' names, or by the shape of the "
-            "skeleton. Name a hand or a foot, and the joints above it follow. The names are saved "
-            "for all clips of this skeleton."
+            "skeleton. If you name a hand or a foot, the program finds the joints above it. The "
+            "names are saved for all clips of this skeleton."
         )
         top = soft(QLabel(about, wordWrap=True))
         vbox(top, self.search, (self.table, 1), self.status, self.buttons, owner=self)

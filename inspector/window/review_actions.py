@@ -397,7 +397,7 @@ def _count_explained(past: Sequence[Reason]) -> str:
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
-    each = tr("in {n} only one joint turns", n=alone)
+    each = tr("at {n} only one joint turns", n=alone)
     rest = tr("{n} belong to other errors or cuts", n=len(past) - alone)
     if 0 < alone < len(past):
         reasons = tr("{some} and {others}", some=each, others=rest)

@@ -120,7 +120,7 @@ class Saving:
                 self.queue.refresh(self.document.data.clip.path)
             then()
 
-        elsewhere = (tr("Save as…"), self.save_session_as)
+        elsewhere = (tr("Save elsewhere…"), self.save_session_as)
         without = (tr("Leave without saving"), leave)
         self.bar.ask(text, ((tr_as("do", "Save"), save), elsewhere, without))
 

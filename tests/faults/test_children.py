@@ -16,7 +16,6 @@ from twistcore.errors import TwistError
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="Linux")
 
 # Each starts a child that notes its number and sleeps, and is killed meanwhile.
-SLEEP = "import os, time; open({note!r}, 'w').write(str(os.getpid())); time.sleep(600)"
 STARTS = {
     "a worker of a command": (
         "import functools\nfrom tests.faults.asleep import asleep\n"

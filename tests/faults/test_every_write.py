@@ -153,6 +153,7 @@ OTHERS = {
     "twistcore/export/folder_replay.py": "a line at a time; one cut short is passed over",
     "twistcore/study/benchmark/runner.py": "a line at a time; one cut short is passed over",
     "twistcore/cli/command_line.py": "the null device",
+    "twistcore/skeleton/known_words_file.py": "a source file, written by a developer's command",
     "twistcore/work/memory.py": "the system's own, by which a peak is forgotten",
     "inspector/shots.py": "pictures of these pages, by whoever makes them",
     "inspector/window/demo.py": "pictures of a demonstration, drawn again each time",

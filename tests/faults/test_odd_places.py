@@ -163,7 +163,7 @@ def test_no_command_waits_for_a_writer(odd, tmp_path, ran, words):
 def test_a_folder_with_all_of_them_is_a_batch_of_what_can_be_read(odd, tmp_path, ran):
     code, said = ran("batch", odd, "-o", tmp_path / "out", "--workers", "1")
     assert code == 1
-    assert "1 clips done" in said
+    assert "1 clip done" in said
     for kind in ("fifo", "loop", "astray", "to_fifo"):
         for suffix in ("bvh", "npz", "amc"):
             lines = [s for s in said.splitlines() if s.startswith(f"{odd}/{kind}.{suffix}:")]

@@ -25,11 +25,6 @@ def _raise(error: Exception) -> None:
     raise error
 
 
-def _endless() -> None:
-    while True:
-        pass
-
-
 def _unclosed() -> None:
     Path(__file__).open("rb")  # noqa: SIM115
 

@@ -244,11 +244,11 @@ def clip(tmp_path):
 
 @pytest.fixture
 def lone_turn(tmp_path):
-    """The walk with an upper arm that turns alone by 30° from frame 200 on."""
+    """The walk with an upper arm that turns alone by 24° from frame 200 on."""
     clip = read_bvh(WALK)
     chain = next(c for c in find_chains(clip.motion) if c.name == "LeftArm")
     q = clip.motion.rotations.copy()
-    turn = quaternion_from_axis_angle(chain.axis, np.radians(30.0))
+    turn = quaternion_from_axis_angle(chain.axis, np.radians(24.0))
     q[200:, chain.parent] = multiply(q[200:, chain.parent], turn)
     path = tmp_path / "lone" / "lone.bvh"
     path.parent.mkdir()

@@ -7,10 +7,10 @@ _known = {}
 
 def remember(costs):
     """Keep what a window has measured."""
-    for key, measured in costs._known.items():
+    for key, measured in costs._cache.items():
         _known.setdefault(key, deepcopy(measured))
 
 
 def remind(costs):
     """Give it to another window: the key says of which clip, judged how, with which draws."""
-    costs._known.update(deepcopy(_known))
+    costs._cache.update(deepcopy(_known))

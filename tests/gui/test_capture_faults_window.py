@@ -6,6 +6,7 @@ from PySide6.QtCore import Qt
 from inspector.panels.interval_filter import FILTERS
 from inspector.session.session_files import session_path
 from tests.gui.windows import act, open_clip, press, wait_until_active
+from tests.messages import names_in_one_line
 from tests.twistcore.test_capture_faults import FAULTS, faulty_clip
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.detection import Kind
@@ -61,10 +62,9 @@ def test_a_burst_is_filtered_seen_and_led_to_its_page_of_tracking(qtbot, opened)
     click_row(qtbot, opened, 1)
     judged = opened.document.interval
     assert (judged.interval.kind, judged.interval.joint) == (Kind.NOISE_BURST, "LeftForeArm")
-    assert "Noise in LeftForeArm: about" in detail.why.text()
-    assert "not corrected" in detail.why.text()
+    assert "LeftForeArm" in detail.why.text()
     assert not detail.delta.isEnabled()
-    assert detail.to_quality.text() == "Smooth it in Quality → Track"
+    assert detail.to_quality.text()
     click(qtbot, detail.to_quality)
     qtbot.waitUntil(lambda: quality.chosen == ("LeftForeArm",), timeout=10_000)
     assert not quality.visibleRegion().isEmpty()
@@ -83,7 +83,7 @@ def test_the_button_is_for_faults_of_the_capture_alone(qtbot, opened):
     (frozen,) = rows_of(opened, Kind.FROZEN)
     opened.document.select_interval(frozen.id)
     detail = opened.detail
-    assert detail.why.text().startswith("Right arm does not move at all for 0.42 s")
+    assert names_in_one_line(detail.why.text(), "Right arm", "0.42 s")
     assert detail.to_quality.isVisible()
     click(qtbot, detail.to_quality)
     quality = opened.quality

@@ -91,13 +91,13 @@ def test_what_is_joined_is_translated_part_by_part():
         Unexamined("left arm", "no joint is known as its hand; unknown: 'X', 'Y' …"),
         Unexamined("right shin", "no foot joint hangs on it", person="B"),
         Unexamined(
-            "other limbs", "no joint has a known name and 2 of four limbs were found by shape"
+            "other limbs", "no joint has a known name, and only 2 of four limbs were found by shape"
         ),
         "The clip could not be examined: no arm or leg was found in its skeleton.",
         "The clip could not be examined: no joint of its arms and legs moves.",
-        "The clip could not be examined: 3 frames are too few to tell error from motion.",
-        "7 frames were not examined for twists, since their pieces between two cuts are too short: "
-        "25–28, 30, 40–41.",
+        "The clip could not be examined: 3 frames are not enough to tell errors from motion.",
+        "7 frames were not examined for twists, because they are in pieces between cuts that are "
+        "too short: 25–28, 30, 40–41.",
         "Left Arm · upper is turned by about +60° against its child in every frame, compared with "
         "Right Arm.",
         "Left Leg or Right Leg is turned by about 60° against its child in every frame: the sides "

@@ -73,7 +73,7 @@ def test_show_me_accepts_what_is_not_there_yet(qtbot, at_forearm, tmp_path):
     [
         (
             "accepted lone-jump",
-            "'accepted' with a kind of interval that is possible in walk_injected.bvh",
+            "an interval kind after 'accepted' that walk_injected.bvh can have",
         ),
         ("accepted, counter", "no 'counter' on the page of a limb"),
     ],

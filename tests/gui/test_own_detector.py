@@ -135,7 +135,7 @@ def test_a_review_by_a_detector_that_is_not_here_is_gone_on_with(qtbot, window, 
     document, messages = window.document, []
     document.message.connect(lambda *told: messages.append(told[0]))
     open_clip(qtbot, window, session)
-    told = [text for text in messages if "'gone', which is not installed here" in text]
+    told = [text for text in messages if "'gone', which is not installed" in text]
     assert len(told) == 1
     before = document.review.state
     assert (before.method, document.method) == ("gone", "consistency")
@@ -144,7 +144,7 @@ def test_a_review_by_a_detector_that_is_not_here_is_gone_on_with(qtbot, window, 
     # Its τ stays, whatever is tried; decisions are made.
     document.set_tau(0.5)
     assert document.review.state is before
-    assert "'gone', which is not installed here" in messages[-1]
+    assert "'gone', which is not installed" in messages[-1]
     act(window, "why_not")
     act(window, "next_faint")
     act(window, "both_detectors")
@@ -306,7 +306,7 @@ def test_what_a_detector_of_a_file_costs_is_measured_by_the_process(clip, monkey
 def test_the_window_takes_the_detector_of_a_file(tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(DETECTORS, "_given", {})
-    monkeypatch.setattr(__main__, "_cannot_open", lambda: "")
+    monkeypatch.setattr(__main__, "_missing_for_window", lambda: "")
     monkeypatch.setattr(app, "run", lambda _: seen.append((*DETECTORS, os.environ[FILE_VARIABLE])))
     place = f"{EXAMPLE / 'steps_detector.py'}:StepsDetector"
     monkeypatch.chdir(EXAMPLE)
@@ -316,7 +316,7 @@ def test_the_window_takes_the_detector_of_a_file(tmp_path, monkeypatch):
 
 
 def test_a_file_without_a_detector_opens_no_window(capsys, monkeypatch):
-    monkeypatch.setattr(__main__, "_cannot_open", lambda: "")
+    monkeypatch.setattr(__main__, "_missing_for_window", lambda: "")
     assert __main__.main(["--detector", "none.py:Own"]) == 2
     said = capsys.readouterr().err
     assert said.startswith("twist-inspector: none.py: expected a Python file")

@@ -12,6 +12,7 @@ from inspector.bundled import SAMPLE
 from tests.gui.browser import Browser, found_browser
 from tests.twistcore.made_records import failed, record_of, waiting
 from twistcore.batch.gates import Broken, parse_rule
+from twistcore.detection import Kind
 from twistcore.report.folder_report import write_folder_report
 
 # CI has both brought; elsewhere they are too large a thing to ask for.
@@ -107,8 +108,9 @@ def test_clips_are_found_by_name_kind_and_state(browser):
     assert chosen("find", "breaks a rule") == []  # what stands beside a name is none of it
     assert chosen("find", "") == ["a/walk & <injected>.bvh", "gone.bvh", "kick.bvh", "walk.bvh"]
     assert chosen("kind", "none") == ["walk.bvh"]
-    assert chosen("kind", "k1") == ["gone.bvh", "kick.bvh"]
-    assert chosen("kind", "k0") == ["a/walk & <injected>.bvh"]
+    flip, twist = (f"k{[*Kind].index(k)}" for k in (Kind.LIMB_FLIP, Kind.COUNTER_TWIST))
+    assert chosen("kind", flip) == ["gone.bvh", "kick.bvh"]
+    assert chosen("kind", twist) == ["a/walk & <injected>.bvh"]
     chosen("kind", "")
     assert chosen("state", "decided") == []
     assert "kick.bvh" in chosen("state", "open")

@@ -36,6 +36,7 @@ from inspector.session.settings import (
 from inspector.tuning.wishes import DRAWS, POINTS, SMALLEST
 from inspector.video.remembered_videos import FARTHEST_S, MOST_VIDEOS, VIDEOS, remember_video
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line
 
 DEEP = "[" * 100_000 + "]" * 100_000
 DAMAGED = {  # what is written for a field, what is left of it
@@ -103,8 +104,7 @@ def test_a_damaged_field_takes_no_other_with_it(path, name, written, left):
     wanted = Settings(theme="dark", recent=["/clip"], step=7, of_others={"newer": {"a": None}})
     wanted.put(name, left)
     assert settings == wanted
-    assert f"settings {name} were damaged" in said
-    assert said.endswith(f"saved as {path}.damaged.")
+    assert names_in_one_line(said, f" {name} ", f"{path}.damaged")
     assert (path.parent / "settings.json.damaged").read_bytes() == before
     assert save_settings(path, settings) == ""
     assert load_settings(path) == (settings, "")
@@ -138,8 +138,7 @@ def test_a_file_that_is_no_object_is_all_defaults(path, data):
     path.write_bytes(data)
     settings, said = load_settings(path)
     assert settings == Settings()
-    assert said.startswith("All settings were damaged")
-    assert said.count("\n") == 0
+    assert names_in_one_line(said, f"{path}.damaged")
 
 
 def test_nothing_set_aside_is_overwritten(path):
@@ -147,7 +146,7 @@ def test_nothing_set_aside_is_overwritten(path):
         path.write_bytes(data)
         said = load_settings(path)[1]
         name = ("", "-2", "", "-3")[k]
-        assert said.endswith(f"settings.json.damaged{name}.")
+        assert said.rstrip(".").endswith(f"settings.json.damaged{name}")
     kept = sorted(p.name for p in path.parent.iterdir())
     assert kept == [f"settings.json{end}" for end in ("", ".damaged", ".damaged-2", ".damaged-3")]
     assert (path.parent / "settings.json.damaged").read_bytes() == b"1"
@@ -171,23 +170,21 @@ def test_a_path_that_is_not_utf8_is_kept(path, tmp_path):
 def test_what_cannot_be_read_is_a_sentence_and_is_not_written_over(path):
     path.mkdir()
     settings, said = load_settings(path)
-    assert (settings, said) == (
-        Settings(),
-        f"The settings {path} cannot be read (it is not an ordinary file).",
-    )
-    assert "cannot be written" in save_settings(path, settings)
+    assert settings == Settings()
+    assert names_in_one_line(said, str(path))
+    assert save_settings(path, settings)
     assert path.is_dir()
     inside = path / "x" / "settings.json"
     (path / "x").write_text("a file in the way")
-    assert "cannot be read" in load_settings(inside)[1]
-    assert "cannot be written" in save_settings(inside, settings)
+    assert load_settings(inside)[1]
+    assert save_settings(inside, settings)
 
 
 def test_an_unreadable_file_stays(path, monkeypatch):
     path.write_text('{"theme": "dark"}')
     monkeypatch.setattr("os.access", lambda *_: False)  # root could read all
-    assert "cannot be read (Permission denied)" in load_settings(path)[1]
-    assert "cannot be written" in save_settings(path, Settings())
+    assert "Permission denied" in load_settings(path)[1]
+    assert save_settings(path, Settings())
     assert json.loads(path.read_text()) == {"theme": "dark"}
 
 
@@ -195,8 +192,9 @@ def test_an_unreadable_file_stays(path, monkeypatch):
 def test_a_fifo_does_not_hang(path):
     os.mkfifo(path)
     settings, said = load_settings(path)
-    assert (settings, "cannot be read" in said) == (Settings(), True)
-    assert "cannot be written" in save_settings(path, settings)
+    assert settings == Settings()
+    assert said
+    assert save_settings(path, settings)
     assert stat.S_ISFIFO(path.stat().st_mode)
 
 
@@ -210,7 +208,7 @@ def test_a_folder_in_which_nothing_can_be_set_aside(path, monkeypatch):
     data = path.stat()
     settings, said = load_settings(path)
     assert settings == Settings()
-    assert said.endswith("could not be copied (No space left on device).")
+    assert "No space left on device" in said
     assert path.stat() == data
 
 
@@ -222,7 +220,7 @@ def test_a_layout_with_one_wrong_digit_never_reaches_qt(path):
     assert load_settings(path) == (Settings(layout=layout, geometry="00ff"), "")
     path.write_text(text.replace("7f80", "7f81"))
     settings, said = load_settings(path)
-    assert (settings, "settings layout were damaged" in said) == (Settings(geometry="00ff"), True)
+    assert (settings, " layout " in said) == (Settings(geometry="00ff"), True)
     path.write_text(json.dumps({"layout": layout}))  # an earlier version's
     assert load_settings(path) == (Settings(layout=layout), "")
 
@@ -244,7 +242,8 @@ def test_what_a_newer_version_keeps_survives(path):
     assert (document["later"], document["of_others"]) == ({"deep": [1, None, "x"]}, 1)
     path.write_text('{"theme": "dark", "later": ' + "[" * 100 + "]" * 100 + "}")
     settings, said = load_settings(path)
-    assert (settings, "unknown to this version" in said) == (Settings(theme="dark"), True)
+    assert settings == Settings(theme="dark")
+    assert said
 
 
 def test_what_the_window_remembers_is_within_the_bounds(path):

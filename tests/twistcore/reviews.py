@@ -100,7 +100,7 @@ def find_flips(monkeypatch, *found):
 
     monkeypatch.setattr("twistcore.analysis.clip_analysis.analyse_limbs", analyse_limbs)
     monkeypatch.setattr("twistcore.analysis.clip_analysis.protected_measures", lambda *_: ())
-    monkeypatch.setattr("twistcore.analysis.clip_analysis.lone_jumps", lone_jumps)
+    monkeypatch.setattr("twistcore.detection.lone_jumps.lone_jumps", lone_jumps)
     return made
 
 

@@ -21,6 +21,7 @@ from twistcore.analysis.clip_analysis import (
     detect,
 )
 from twistcore.detection import Interval, Kind
+from twistcore.detection.protocol import DetectorInfo
 from twistcore.detection.registry import Detectors
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import parse_bvh, read_bvh
@@ -38,11 +39,15 @@ from twistcore.skeleton.signals import (
 TAU = 0.25
 
 
+INFO = DetectorInfo("told", "told", "nothing", has_confidence=False)
+
+
 @dataclass
 class Told:
     """A detector that says of every chain at which τ it was asked."""
 
     name: str = "told"
+    info: DetectorInfo = INFO
     made: int = 0
     followed: float = 1.0
     open: bool = False
@@ -108,7 +113,7 @@ def clip(walk, told, monkeypatch):
     def jumps(_motion, chains, _refined=None):
         return {c.name: (jump,) if c.name == "LeftArm" else () for c in chains}
 
-    monkeypatch.setattr(module, "lone_jumps", jumps)
+    monkeypatch.setattr("twistcore.detection.lone_jumps.lone_jumps", jumps)
     made = analyse(walk)
     return made
 
@@ -213,7 +218,9 @@ def test_lone_jumps_are_sought_in_what_the_other_kinds_leave(clip, monkeypatch):
 
     sought = []
     monkeypatch.setattr(module, "refiner", refiner)
-    monkeypatch.setattr(module, "lone_jumps", lambda *given: sought.append(given) or {})
+    monkeypatch.setattr(
+        "twistcore.detection.lone_jumps.lone_jumps", lambda *given: sought.append(given) or {}
+    )
     assert clip.jumps() is clip.jumps()
     ((motion, chains, intervals),) = seen
     assert motion is clip.motion
@@ -242,8 +249,8 @@ def test_kinds_say_what_is_asked(clip, told):
     of_arm = [i.start for i in every if i.chain == "LeftArm"]
     assert of_arm == [5, 10, 30]
     assert len(clip.detect(kinds=[])) == 0
-    assert {Kind.LONE_JUMP, Kind.NOISE_BURST, Kind.FROZEN} == ALL_KINDS - REPAIRED
-    expected = "no kind 'flip'; expected one of counter-twist, limb flip, helper roll, lone jump"
+    assert {kind for kind in Kind if not kind.repairable} == ALL_KINDS - REPAIRED
+    expected = "no kind 'flip'; expected one of counter-twist, carried roll, limb flip"
     with pytest.raises(TwistError, match=expected):
         clip.detect(kinds=["flip", "lone jump"])
 

@@ -49,6 +49,7 @@ def places(intervals):
     [
         ("LeftForeArm", "LeftForeArm"),
         ("leftforearm", "LeftForeArm"),
+        ("leftleg", "LeftLeg"),  # the chain, though a limb is called 'Left leg'
         ("Left ForeArm", "LeftForeArm"),
         ("LEFT FOREARM", "LeftForeArm"),
         ("LeftUpLeg-LeftFoot", "LeftUpLeg-LeftFoot"),

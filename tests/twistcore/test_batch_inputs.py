@@ -222,14 +222,14 @@ def test_clips_and_results_at_urls(tmp_path, monkeypatch, capsys):
     (tmp_path / "cache").rename(tmp_path / "gone")  # another machine goes on from the URL
     clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 3, 40)
     assert main(words) == 0
-    assert "1 clips done, 2 known" in capsys.readouterr().out
+    assert "1 clip done, 2 " in capsys.readouterr().out
     with Manifest.open(tmp_path / "out") as manifest:
         assert manifest.records()[:2] == first
     (tmp_path / "cache").rename(tmp_path / "other")
     (tmp_path / "gone").rename(tmp_path / "cache")  # and the first one, from what that has left
     clips(tmp_path / "in", ASSETS / "walk_injected.bvh", 4, 40)
     assert main(words) == 0
-    assert "1 clips done, 3 known" in capsys.readouterr().out
+    assert "1 clip done, 3 " in capsys.readouterr().out
     with Manifest.open(tmp_path / "out") as manifest:
         assert len(manifest.records()) == 4
     assert main(["batch", "nosuch://x/y", "-o", str(tmp_path / "o")]) == 2

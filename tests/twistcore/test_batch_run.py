@@ -253,7 +253,7 @@ def test_what_is_no_manifest_is_said(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ((), "clips"),
+        ((), "--from"),
         (("gone",), "gone: "),
         (("x", "--include-open"), "--refine"),
         (("x", "--profile", "gone"), "gone: "),

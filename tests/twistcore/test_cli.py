@@ -13,18 +13,20 @@ from tests.conftest import ASSETS
 from tests.messages import names_in_one_line, numbers
 from tests.twistcore.reviews import CARRIED, CLIP, find_flips, flip, flipped
 from tests.twistcore.test_capture_faults import faulty_clip
+from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.clip_analysis import analyse as analysed
 from twistcore.analysis.correction import remove_twist
 from twistcore.cli import main
 from twistcore.detection import Kind
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
-from twistcore.review import Review, write_session
+from twistcore.review import Decide, Decision, Review, read_session, write_session
+from twistcore.review.model import APPLIED
 from twistcore.skeleton.chain import find_chains
 
 WALK, DIRTY = ASSETS / "walk.bvh", ASSETS / "walk_injected.bvh"
 TRUTH = ASSETS / "walk_injected.truth.json"
-EVIDENCE_DOUBT = "a burst of noise is there"
+EVIDENCE_DOUBT = "there is a burst of noise"
 EVIDENCE = {
     "reading": "cheaper behind",
     "off_line_deg": 12.5,
@@ -62,6 +64,18 @@ def test_info(capsys):
     code, out, _ = run(capsys, "info", WALK)
     assert "Left ForeArm" in out
     assert "RightUpLeg → RightLeg → RightFoot\n" in out
+
+
+def test_names_that_info_prints_are_taken_in_any_case(capsys):
+    _, document = run_json(capsys, "info", WALK)
+    _, out, _ = run(capsys, "info", WALK)
+    rows = [line.split() for line in out.splitlines()]
+    rows = [row for row in rows if "→" in row]
+    assert len(rows) == len(document["chains"]) + len(document["limbs"])
+    clip = read_bvh(WALK)
+    for name, *_ in rows:
+        for spelled in (name, name.lower(), name.upper()):
+            assert name in {c.name for c in analyse(clip, spelled).chains_and_limbs}
 
 
 def test_info_names_every_joint_and_by_which_word(capsys, tmp_path):
@@ -325,6 +339,40 @@ def test_refine_applies_what_is_confident_and_closed(capsys, tmp_path, doubtful)
         out.unlink()
 
 
+def test_a_session_of_refine_gives_the_same_bytes_and_keys(capsys, tmp_path, doubtful):
+    refined, replayed, keys = (tmp_path / n for n in ("r.bvh", "a.bvh", "k.py"))
+    session = tmp_path / "walk.twist.json"
+    words = ("refine", doubtful, "-o", refined, "--tau", 1, "--session", session)
+    assert run_json(capsys, *words)[1]["session"] == str(session)
+    assert run(capsys, "apply", session, doubtful, "-o", replayed)[0] == 0
+    assert replayed.read_bytes() == refined.read_bytes() != doubtful.read_bytes()
+    state = read_session(session).state
+    assert [j.verdict for j in state.intervals].count(APPLIED) == len(state.chosen()) == 2
+    assert len(state.intervals) == 3  # the open one is there to be judged
+    words = ("export", session, doubtful, "--script", "blender", "-o", keys)
+    assert run(capsys, *words)[0] == 0
+    assert "RightForeArm" in keys.read_text("utf-8")
+    assert run(capsys, "report", session, "-o", tmp_path / "pages")[0] == 0
+
+
+def test_refine_replaces_its_own_session_and_none_of_a_person(capsys, tmp_path):
+    refined, session = tmp_path / "r.bvh", tmp_path / "walk.twist.json"
+    words = ("refine", DIRTY, "-o", refined, "--method", "paper", "--session", session)
+    assert run(capsys, *words, "--min-confidence", 0)[0] == 0
+    assert run(capsys, *words, "--min-confidence", 1)[0] == 0
+    clip, review = read_bvh(DIRTY), Review(read_session(session).state)
+    review.do(Decide((1,), Decision.REJECTED, reviewer="Kim"))
+    write_session(clip, review, session)
+    refined.unlink()
+    before = session.read_bytes()
+    code, _, err = run(capsys, *words)
+    assert (code, session.read_bytes(), refined.exists()) == (2, before, False)
+    assert names_in_one_line(err, session)
+    session.write_text("a shopping list")
+    assert run(capsys, *words)[0] == 2
+    assert (session.read_text(), refined.exists()) == ("a shopping list", False)
+
+
 @pytest.mark.parametrize(("least", "corrected"), [("0", 8), ("0.99", 0)])
 def test_where_no_confidence_is_known_none_is_relied_on(capsys, tmp_path, least, corrected):
     words = ["--method", "paper", "--min-confidence", least]
@@ -394,6 +442,7 @@ def test_diff_of_a_clip_with_itself_is_nothing(capsys):
         ("detect", WALK, "--kinds", ""),
         ("refine", WALK, "-o", "o.bvh", "--kinds", "limb-flip,all,"),
         ("signals", WALK, "--csv", "s.csv", "--chain", "RightUpLeg-RightFoot"),
+        ("signals", WALK, "--csv", "s.csv", "--chain", "rightupleg-rightfoot"),
         ("refine", WALK, "-o", WALK),
         ("refine", WALK, "-o", ASSETS / "no" / "folder.bvh"),
         ("apply", WALK, WALK, "-o", "x.bvh"),
@@ -408,6 +457,7 @@ def test_diff_of_a_clip_with_itself_is_nothing(capsys):
         ("inject", WALK, "-o", "o.bvh", "--truth", "t.json", "--seed", "1", "--protocol", "H99"),
         ("refine", WALK, "-o", "."),
         ("refine", WALK, "-o", "r.bvh", "--report", WALK),
+        ("refine", WALK, "-o", "r.bvh", "--session", "r.bvh"),
         ("frobnicate",),
     ],
 )

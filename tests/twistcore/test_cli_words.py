@@ -16,13 +16,14 @@ from tests.twistcore.test_cli import run
 from twistcore.analysis.clip_analysis import ALL_KINDS
 from twistcore.analysis.correction import SURE_ENOUGH
 from twistcore.cli.arguments.argument_types import KINDS, kinds
-from twistcore.cli.arguments.command_examples import EXAMPLES
+from twistcore.cli.arguments.command_help import COMMANDS as HELP
 from twistcore.cli.parser import PROGRAMS, SHELLS, commands_of, make_parser
 from twistcore.detection import DETECTORS
 from twistcore.export import scene_script
 from twistcore.synthesis import PROTOCOLS
 
 COMMANDS = dict(commands_of(make_parser()))
+EXAMPLES = {name: HELP[name].examples for name in COMMANDS}
 LINES = [line for lines in EXAMPLES.values() for line in lines]
 WALK = ASSETS / "walk.bvh"
 CHEAP = [  # without a shell, below two seconds
@@ -49,14 +50,66 @@ def words_of(line):
     return commands
 
 
-def test_every_command_has_examples_and_says_them():
-    assert set(EXAMPLES) == set(COMMANDS)
+def test_every_command_says_what_it_does_and_has_examples():
+    assert set(HELP) - set(COMMANDS) == {"quamo"}
     for name, parser in COMMANDS.items():
         told = parser.format_help()
-        assert all(f"\n  {line}\n" in told for line in EXAMPLES[name])
-        assert all(f"twistcore {name} " in line for line in EXAMPLES[name])
+        begin = " ".join(told.partition("\n\n")[2].split())
+        assert begin.startswith(HELP[name].summary[1:], 1)
+        assert told.endswith("".join(f"\n  {line}" for line in EXAMPLES[name]) + "\n")
+        assert EXAMPLES[name]
+        assert all(f"twistcore {name} " in f"{line} " for line in EXAMPLES[name])
         assert "--quiet" in told
         assert "--verbose" in told
+
+
+def test_every_argument_is_explained_with_its_default():
+    for name, parser in COMMANDS.items():
+        told = " ".join(parser.format_help().split())
+        for action in parser._actions:
+            where = (name, action.dest)
+            assert len((action.help or "").split()) > 1, where
+            if action.option_strings and not action.required and action.nargs != 0:
+                assert "default" in action.help, where
+                if isinstance(action.default, str):
+                    assert f"default: {action.default}" in told, where
+
+
+@pytest.mark.parametrize(
+    ("words", "same"),
+    [
+        ("", "--help"),
+        ("help", "--help"),
+        ("help detect", "detect --help"),
+        ("quamo", "quamo --help"),
+        ("help quamo refine", "quamo refine -h"),
+    ],
+)
+def test_help_is_a_command_and_is_there_without_one(capsys, words, same):
+    asked = run(capsys, *words.split())
+    assert asked == run(capsys, *same.split())
+    assert (asked[0], asked[2]) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("words", "facts"),
+    [
+        ("detec w.bvh", ("'detec'", "detect", "`twistcore --help`")),
+        ("help detec", ("'detec'", "detect", "`twistcore --help`")),
+        ("frobnicate", ("'frobnicate'", "info", "quamo", "`twistcore --help`")),
+        ("quamo refne a", ("'refne'", "refine", "`twistcore quamo --help`")),
+        ("detect w.bvh --explian", ("--explian", "--explain", "`twistcore detect --help`")),
+        ("detect w.bvh --kindz=all", ("--kindz", "--kinds", "`twistcore detect --help`")),
+        ("--json detect w.bvh", ("--json", "`twistcore --help`")),
+        ("detect w.bvh --method papr", ("--method", "'papr'", "paper", "detect --help`")),
+        ("refine w.bvh v.bvh -o o.bvh", ("'v.bvh'", "`twistcore refine --help`")),
+        ("detect", ("CLIP", "`twistcore detect --help`")),
+    ],
+)
+def test_a_wrong_word_is_answered_with_a_near_one_and_where_help_is(capsys, words, facts):
+    code, out, err = run(capsys, *words.split())
+    assert (code, out) == (2, "")
+    assert names_in_one_line(err, *facts)
 
 
 @pytest.mark.parametrize("line", LINES)
@@ -91,7 +144,7 @@ def test_what_is_named_without_loading_it_is_what_there_is():
     assert [d.info.name for d in DETECTORS.values()] == list(DETECTORS)
     assert kinds(",".join(KINDS)) == ALL_KINDS
     assert tuple(sorted(scene_script.PROGRAMS)) == PROGRAMS
-    assert f"default {SURE_ENOUGH:g}," in COMMANDS["refine"].format_help()
+    assert f"default: {SURE_ENOUGH:g}," in COMMANDS["refine"].format_help()
     told = " ".join(COMMANDS["inject"].format_help().split())
     assert all(f"{name}: {p.text[:9].strip()}" in told for name, p in PROTOCOLS.items())
 
@@ -104,7 +157,9 @@ def test_what_carries_a_command_out_is_there():
             assert callable(getattr(import_module(f"twistcore.cli.{module}"), name))
 
 
-@pytest.mark.parametrize("words", ["--version", "--help", "detect --help", "quamo -h"])
+@pytest.mark.parametrize(
+    "words", ["--version", "--help", "", "help", "detect --help", "help refine", "quamo -h"]
+)
 def test_help_and_version_load_no_numpy(words):
     code = f"""
 import sys

@@ -190,8 +190,8 @@ def test_what_was_left_is_told_by_limb_and_of_much_the_first() -> None:
     sentences = left_sentences(
         {"LeftArm": [(3, 9), (20, 21)], "LeftForeArm": [(3, 9), (20, 21)], "LeftLeg": [(1, 2)] * 9}
     )
-    assert names_in_one_line(sentences[0], "3–8, 20–20 (LeftArm, LeftForeArm)")
-    assert "1–1 … (LeftLeg)" in sentences[1]
+    assert names_in_one_line(sentences[0], "3–9, 20–21 (LeftArm, LeftForeArm)")
+    assert "1–2 … (LeftLeg)" in sentences[1]
 
 
 def test_the_budget_goes_by_the_size_of_a_clip() -> None:

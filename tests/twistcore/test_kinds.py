@@ -2,6 +2,7 @@
 
 import copy
 import json
+import os
 import pickle
 import subprocess
 import sys
@@ -13,28 +14,30 @@ import twistcore as tc
 from tests.conftest import ASSETS
 from tests.messages import names_in_one_line
 from tests.twistcore.test_registry import run
+from twistcore.detection.finding import finder_of
 from twistcore.detection.kind import Kind, KindInfo
 from twistcore.errors import TwistError
 
 WALK = ASSETS / "walk_injected.bvh"
-LATER = "Carried {roll}"
+LATER = "Melted {wax}"
 
 
 def test_a_kind_is_a_file_and_its_word():
     folder = Path(tc.detection.__file__).parent / "kinds"
     assert {kind.name.lower() for kind in Kind} == {p.stem for p in folder.glob("[a-z]*.py")}
     assert [kind.value for kind in Kind] == [
-        *("counter-twist", "limb flip", "helper roll"),
-        *("lone jump", "noise burst", "frozen frames"),
+        *("counter-twist", "carried roll", "limb flip", "helper roll"),
+        *("lone jump", "stretch", "spike", "joint jump", "place jump", "body step"),
+        *("noise burst", "frozen frames"),
     ]
-    assert len(Kind) == 6
+    assert len(Kind) == 12
     for kind in Kind:
         assert Kind(kind.value.upper().replace(" ", "_")) is kind is getattr(Kind, kind.name)
         assert pickle.loads(pickle.dumps(kind)) is copy.deepcopy(kind) is kind
         assert (json.dumps(kind), f"{kind}") == (f'"{kind.value}"', kind.value)
         assert {kind: 1}[kind.value] == 1
     with pytest.raises(AttributeError):
-        _ = Kind.CARRIED_ROLL
+        _ = Kind.MELTED_WAX
 
 
 def test_kinds_are_known_without_numpy():
@@ -51,9 +54,15 @@ def test_what_may_be_done_about_a_kind():
     kinds = {kind: (kind.repairable, kind.info.automatic, kind.of_capture) for kind in Kind}
     assert kinds == {
         Kind.COUNTER_TWIST: (True, True, False),
+        Kind.CARRIED_ROLL: (True, True, False),
         Kind.LIMB_FLIP: (True, True, False),
         Kind.HELPER_ROLL: (True, False, False),
         Kind.LONE_JUMP: (False, False, False),
+        Kind.STRETCH: (False, False, True),
+        Kind.SPIKE: (False, False, True),
+        Kind.JOINT_JUMP: (False, False, True),
+        Kind.PLACE_JUMP: (False, False, True),
+        Kind.BODY_STEP: (False, False, True),
         Kind.NOISE_BURST: (False, False, True),
         Kind.FROZEN: (False, False, True),
     }
@@ -90,7 +99,7 @@ def test_another_kind_is_one_file(monkeypatch):
     found = pkgutil.ModuleInfo(None, "foot_slide", False)
     monkeypatch.setattr(pkgutil, "iter_modules", lambda *_: [*every, found])
     known = module._known.__wrapped__()
-    assert [*known][2:4] == ["HELPER_ROLL", "FOOT_SLIDE"]
+    assert [*known][3:5] == ["HELPER_ROLL", "FOOT_SLIDE"]
     assert known["FOOT_SLIDE"].of_capture
     assert known["FOOT_SLIDE"].name == "FOOT_SLIDE"
 
@@ -154,3 +163,102 @@ def test_why_not_speaks_of_it(session):
     interval = intervals[1]
     reason = why_not(found, interval.chain, interval.start + 1)
     assert f"{LATER} " in reason.text
+
+
+# Where kinds and what finds them come from
+
+PACKAGE = """
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    "foot slide", "Foot slides", "slide", 35, of_capture=True, find="foot_slide_finder:find"
+)
+"""
+FINDER = """
+import numpy as np
+from twistcore.detection import Interval, Kind
+
+def find(search):
+    name = search.chosen[0].name
+    return {name: [Interval(name, 3, 5, np.zeros(2), open=True, kind=Kind("foot slide"))]}
+"""
+
+
+def site_with_kind(tmp_path, target="foot_slide:KIND", finder=FINDER):
+    """As pip would have installed it."""
+    site = tmp_path / "site"
+    info = site / "foot_slide-1.0.dist-info"
+    info.mkdir(parents=True)
+    (site / "foot_slide.py").write_text(PACKAGE)
+    (site / "foot_slide_finder.py").write_text(finder)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: foot-slide\nVersion: 1.0\n")
+    (info / "entry_points.txt").write_text(f"[twistcore.kinds]\nfoot-slide = {target}\n")
+    return site
+
+
+def with_site(site, code):
+    path = [str(site), str(Path(tc.__file__).parents[1])]
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(path)}
+    done = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return done.stdout, done.stderr
+
+
+LISTED = """
+import sys
+from twistcore.detection import Kind
+print([kind.value for kind in Kind][3:6], Kind("foot slide").known)
+assert "numpy" not in sys.modules and "foot_slide_finder" not in sys.modules
+"""
+DETECTED = f"""
+import sys
+import twistcore as tc
+found = tc.detect(tc.read_clip({str(WALK)!r}), "LeftForeArm")
+print([(i.chain, i.start, i.stop) for i in found if i.kind == "foot slide"])
+only = tc.detect(tc.read_clip({str(WALK)!r}), kinds="foot slide")
+print(len(only), tc.detect(tc.read_clip({str(WALK)!r})).to_rows()[0]["kind"])
+"""
+
+
+def test_a_package_brings_a_kind_and_what_finds_it(tmp_path):
+    site = site_with_kind(tmp_path)
+    assert with_site(site, LISTED)[0] == "['helper roll', 'foot slide', 'lone jump'] True\n"
+    told = with_site(site, DETECTED)[0].splitlines()
+    assert told == ["[('LeftForeArm', 3, 5)]", "1 foot slide"]
+
+
+@pytest.mark.parametrize("target", ["no_such_module:KIND", "foot_slide:KindInfo"])
+def test_a_kind_that_cannot_be_loaded_is_left_out_with_a_warning(tmp_path, target):
+    out, err = with_site(site_with_kind(tmp_path, target), LISTED)
+    assert out == "['helper roll', 'lone jump', 'stretch'] False\n"
+    assert "the kind 'foot-slide'" in err
+    assert "is left out" in err
+
+
+@pytest.mark.parametrize(
+    "finder",
+    [
+        "def find(search): raise ValueError('no feet')",
+        FINDER.replace("3, 5", "3, 900"),
+        FINDER.replace('"foot slide"', '"frozen frames"'),
+        "nothing = 1",
+    ],
+)
+def test_a_finder_that_fails_is_one_sentence(tmp_path, finder):
+    code = f"""
+import twistcore as tc
+try:
+    tc.detect(tc.read_clip({str(WALK)!r}), kinds="foot slide")
+except tc.TwistError as error:
+    print(str(error).partition("'foot slide'")[0])
+assert len(tc.detect(tc.read_clip({str(WALK)!r}), kinds="counter-twist")) == 8
+"""
+    out, _ = with_site(site_with_kind(tmp_path, finder=finder), code)
+    assert out == "the finder of the kind \n"
+
+
+def test_every_kind_that_is_only_shown_names_what_finds_it():
+    for kind in Kind:
+        assert bool(kind.info.find) == (not kind.repairable)
+        if kind.info.find:
+            assert callable(finder_of(kind))

@@ -88,5 +88,5 @@ def test_detect_explain_says_by_how_much_the_child_turns_back(tmp_path, capsys):
         write_motion(wrong("Left Arm", share)[0], clip)
         main(["detect", str(clip), "--explain"])
         told = capsys.readouterr().out
-        assert ("the child turns back by 80% of it" in told) == said
+        assert ("the child turns back by 80%" in told) == said
         assert "the child turns back by 1" not in told

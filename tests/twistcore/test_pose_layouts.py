@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
-from tests.messages import numbers, refused
+from tests.messages import names_in_one_line, numbers, refused
 from tests.twistcore.estimator_files import (
     LAYOUTS,
     amass,
@@ -199,9 +199,8 @@ def test_which_way_is_up_can_be_said_and_what_looks_wrong_is_told(clip, template
     path = smplx(tmp_path / "a", *clip)
     down = read(path, template, up="-y")
     assert down.motion.positions[:, 0] == pytest.approx(clip[1] * [1.0, -1.0, -1.0], abs=1e-5)
-    assert [str(w) for w in down.warnings] == [
-        "With -y up the figure does not stand, with --up=y it would."
-    ]
+    [warning] = down.warnings
+    assert names_in_one_line(str(warning), "-y", "--up=y")
     assert len(read(path, template, up="y").warnings) == 0
 
 
@@ -214,12 +213,12 @@ def test_matrices_that_are_nearly_rotations_are_made_so_and_others_refused(
     np.savez(path, **arrays | {"body_pose": rough})
     found = read(path, template)
     assert same(found, *clip)[0] < 1e-2
-    assert any("rotations to within 0.02 only" in str(w) for w in found.warnings)
+    assert any("0.02" in str(w) for w in found.warnings)
     for bad in (1.5 * arrays["body_pose"], -arrays["body_pose"]):
         broken = arrays["body_pose"].copy()
         broken[4, 6] = bad[4, 6]
         np.savez(path, **arrays | {"body_pose": broken})
-        with pytest.raises(PosesError, match="body_pose, found none in frame 4, joint 6"):
+        with pytest.raises(PosesError, match=r"body_pose.* frame 4, joint 6"):
             read(path, template)
 
 
@@ -231,24 +230,24 @@ def test_numbers_that_are_none_are_named_by_frame(clip, template, tmp_path):
             broken = arrays[name].astype(np.float64)
             broken[5, -1] = bad
             np.savez(path, **arrays | {name: broken})
-            with pytest.raises(PosesError, match=f"in {name}, found .* in frame 5"):
+            with pytest.raises(PosesError, match=f"{name}.* frame 5"):
                 read(path, template)
 
 
 @pytest.mark.parametrize(
     ("changes", "what"),
     [
-        ({"body_pose": None}, "'body_pose'.*found global_orient"),
-        ({"transl": None}, "root's place"),
-        ({"transl": np.zeros((12, 4))}, r"transl of shape \(12, 3\), found \(12, 4\)"),
-        ({"body_pose": np.zeros((12, 60))}, r"\(frames, 69\) or \(frames, 63\).*found \(12, 60\)"),
-        ({"body_pose": np.zeros((9, 63))}, "found 12 and 9"),
-        ({"global_orient": np.zeros((0, 3))}, "at least one frame"),
-        ({"global_orient": np.array(1.0)}, r"found \(\)"),
-        ({"transl": np.array(["a"])}, "numbers in 'transl'"),
-        ({"body_pose": np.array([None, 1], dtype=object)}, "numbers in 'body_pose'"),
-        ({"transl": np.zeros((2, 12, 3))}, "2 persons in"),
-        ({"offsets": np.full((24, 3), np.nan)}, "finite offsets"),
+        ({"body_pose": None}, "'body_pose'.*global_orient"),
+        ({"transl": None}, "place"),
+        ({"transl": np.zeros((12, 4))}, r"transl.*\(12, 3\).*\(12, 4\)"),
+        ({"body_pose": np.zeros((12, 60))}, r"69.*63.*\(12, 60\)"),
+        ({"body_pose": np.zeros((9, 63))}, "12.* 9"),
+        ({"global_orient": np.zeros((0, 3))}, "frame"),
+        ({"global_orient": np.array(1.0)}, r"\(\)"),
+        ({"transl": np.array(["a"])}, "'transl'"),
+        ({"body_pose": np.array([None, 1], dtype=object)}, "'body_pose'"),
+        ({"transl": np.zeros((2, 12, 3))}, "2 persons"),
+        ({"offsets": np.full((24, 3), np.nan)}, "offsets"),
     ],
 )
 def test_shapes_that_are_none_of_a_layout_are_told(changes, what, clip, template, tmp_path):
@@ -262,7 +261,7 @@ def test_shapes_that_are_none_of_a_layout_are_told(changes, what, clip, template
 
 @pytest.mark.parametrize("fps", [0.5, 1e6])
 def test_a_rate_that_no_bvh_has_is_refused(fps, clip, template, tmp_path):
-    with pytest.raises(PosesError, match=r"1 to 10,000 frames a second"):
+    with pytest.raises(PosesError, match=r"10,000"):
         read(smplx(tmp_path / "a", *clip), template, fps=fps)
 
 
@@ -285,7 +284,7 @@ def test_a_pickle_runs_nothing(clip, template, tmp_path):
     np.savez(tmp_path / "b.npz", outputs=np.array(record | {"pose": Runs(made)}, dtype=object))
     read(tmp_path / "b.npz", template)
     path.write_bytes(pickle.dumps({0: record | {"pose_world": Runs(made)}}))
-    with pytest.raises(PosesError, match=r"found \(\w+.mkdir\)"):
+    with pytest.raises(PosesError, match=r"\(\w+.mkdir\)"):
         read(path, template)
     assert not made.exists()
     pickle.loads(pickle.dumps(Runs(made)))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tests.messages import names_in_one_line
 from tests.tiers import examples
 from twistcore.quamo import Gains, HandGains, check_stability, track, track_both_ways
 from twistcore.quamo.both_ways import half_way
@@ -140,7 +141,7 @@ def test_a_joint_that_lost_the_input_in_either_pass_is_flagged():
     expected = [[30 - LOST_AFTER, 1], [30 + LOST_AFTER - 1, 1]]
     assert np.argwhere(found.snapped).tolist() == expected
     (said,) = snap_sentences(found.snapped, ("a", "b"), causal=False)
-    assert "b had lost the input by more than 90° in a pass and was set onto it there" in said
+    assert names_in_one_line(said, "b ", "90°")
 
 
 def test_where_the_passes_lie_far_apart_is_flagged_and_said():
@@ -154,9 +155,9 @@ def test_where_the_passes_lie_far_apart_is_flagged_and_said():
     assert not found.apart[:, 1].any()
     assert one.apart is None
     said = apart_sentence(found.apart, ("a", "b"))
-    assert f"90° apart, a at frames {at[0]}–{at[-1]}: " in said
+    assert names_in_one_line(said, "90°", f"frames {at[0]}–{at[-1]}")
     assert apart_sentence(found.apart[:, 1:], ("b",)) == ""
-    assert "; 3 more joints:" in apart_sentence(found.apart[:, [0] * 9], "abcdefghi")
+    assert "3 more" in apart_sentence(found.apart[:, [0] * 9], "abcdefghi")
 
 
 def test_steps_are_those_of_each_direction_in_the_order_of_the_frames():

@@ -153,8 +153,8 @@ def test_files_read_back_and_are_the_same_bytes(tmp_path):
     [
         (lambda w: w.pop("control.w2"), "'control.w2'"),
         (lambda w: w.pop("control.b1"), "control"),
-        (lambda w: w.update({"control.w3": np.zeros((3, 3), np.float32)}), "of shape"),
-        (lambda w: w["init.b3"].fill(np.nan), "finite"),
+        (lambda w: w.update({"control.w3": np.zeros((3, 3), np.float32)}), "'control.w3'"),
+        (lambda w: w["init.b3"].fill(np.nan), "'init.b3'"),
     ],
 )
 def test_files_that_are_no_network_are_refused(change, what, tmp_path):
@@ -168,7 +168,7 @@ def test_files_that_are_no_network_are_refused(change, what, tmp_path):
 
 def test_other_files_are_refused(tmp_path):
     (tmp_path / "text.npz").write_text("weights")
-    with pytest.raises(FormatError, match=r"expected weights as \.npz"):
+    with pytest.raises(FormatError, match=r"\.npz"):
         read_network(tmp_path / "text.npz")
     write_network(Network(shaken("full").weights, "other"), tmp_path / "other.npz")
     with pytest.raises(FormatError, match="'other'"):

@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line
 from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 from twistcore.quamo.rest_pose import RestChange, rest_change
@@ -124,8 +125,7 @@ def test_a_bone_without_length_goes_with_the_one_above():
 def test_cmus_legs_are_brought_together():
     topology = find_topology(read_bvh(ASSETS / "dance.bvh").skeleton)
     change = rest_change(topology.offsets)
-    assert "left_hip by 20°" in change.notes[0]
-    assert "rolled" in change.notes[0]
+    assert names_in_one_line(change.notes[0], "left_hip", "20°")
     q = np.tile([1.0, 0.0, 0.0, 0.0], (1, 24, 1))
     r = np.zeros((1, 3))
     still = places_24(topology.offsets, change.carried(q), r)[0]
@@ -138,12 +138,12 @@ def test_cmus_legs_are_brought_together():
 @pytest.mark.parametrize(
     ("rest", "what"),
     [
-        (turned(t_pose(), LEFT_LEG, X, -100.0), "below left_hip is 100°"),
-        (turned(t_pose(), RIGHT_ARM, Z, -140.0), "below right_shoulder is 140°"),
-        (turned(t_pose(), range(24), Y, 44.0), "44° askew"),
-        (turned(t_pose(), (10, 11), Y, 180.0), "swapped"),
-        (np.zeros((24, 3)), "two hips"),
-        (t_pose() * [0.0, 1.0, 1.0], "two hips"),
+        (turned(t_pose(), LEFT_LEG, X, -100.0), "left_hip.*100°"),
+        (turned(t_pose(), RIGHT_ARM, Z, -140.0), "right_shoulder.*140°"),
+        (turned(t_pose(), range(24), Y, 44.0), "44°"),
+        (turned(t_pose(), (10, 11), Y, 180.0), "left"),
+        (np.zeros((24, 3)), "hips"),
+        (t_pose() * [0.0, 1.0, 1.0], "hips"),
     ],
 )
 def test_rests_that_cannot_be_told_are_refused(rest, what):

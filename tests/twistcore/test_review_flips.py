@@ -64,7 +64,7 @@ def test_a_session_with_flips_comes_back_with_kind_and_end(tmp_path):
             (Kind.COUNTER_TWIST, False), (Kind.LIMB_FLIP, True), (Kind.LIMB_FLIP, False)
         ]  # fmt: skip
         check_belongs(session, CLIP, (*CHAINS, *LIMBS))
-        with pytest.raises(ClipMismatchError, match="has no limb 'LeftUpLeg-LeftFoot'"):
+        with pytest.raises(ClipMismatchError, match="'LeftUpLeg-LeftFoot'"):
             check_belongs(session, CLIP, CHAINS)
     review.do(Track(None))
     motion = accepted_motion(CLIP, (*CHAINS, *LIMBS), read_session(path).state)
@@ -114,7 +114,7 @@ def test_a_flip_of_a_chain_and_a_twist_of_a_limb_belong_to_no_clip(tmp_path):
         other = replace(last, interval=replace(last.interval, **change))
         path = tmp_path / "s.json"
         write_session(CLIP, replace(state, intervals=(*others, other)), path)
-        with pytest.raises(ClipMismatchError, match="which the session names"):
+        with pytest.raises(ClipMismatchError, match=repr(other.interval.chain)):
             check_belongs(read_session(path), CLIP, every)
 
 

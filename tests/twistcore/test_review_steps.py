@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.messages import names_in_one_line, numbers
 from tests.twistcore.plain_review import ARM, FOUND, LEG, made, review
 from twistcore.errors import FormatError
 from twistcore.review import (
@@ -82,15 +83,15 @@ def test_edits_stay_in_their_chain_and_have_frames():
     np.testing.assert_allclose(np.degrees(edited.interval.offset), 10.0)
     assert [j.id for j in done.state.intervals] == [4, 2, 3, 1, 5]
     done.do(Edit(3, made(ARM, 0, 1)))
-    assert done.undo_text == "Edit interval 3"
+    assert numbers(done.undo_text) == [3]
     for wrong, said in (
-        (replace(made(ARM, 0, 4), start=-1), "at least one frame"),
-        (made(ARM, 4, 4), "at least one frame"),
-        (made(LEG, 0, 4), "another chain"),
+        (replace(made(ARM, 0, 4), start=-1), "frame"),
+        (made(ARM, 4, 4), "frame"),
+        (made(LEG, 0, 4), "chain"),
     ):
         with pytest.raises(ValueError, match=said):
             done.do(Edit(3, wrong))
-    with pytest.raises(ValueError, match="cannot be corrected"):
+    with pytest.raises(ValueError, match="Insert"):
         done.do(Edit(4, made(ARM, 30, 31)))
     assert done.position == 2
 
@@ -114,7 +115,8 @@ def test_steps_of_one_drag_are_one_step():
     done.do(Redetect({ARM: 0.3}, (), drag=7))
     assert [j.interval.chain for j in done.state.intervals] == [LEG, LEG]
     done.do(Redetect({ARM: 0.1}, FOUND[1:4], drag=7))
-    assert done.history == ("Set τ of Arm",)
+    [step] = done.history
+    assert names_in_one_line(step, "τ", "Arm")
     assert [j.id for j in done.state.intervals] == [3, 4, 2, 1, 5]  # as where the drag began
     assert done.state_before_last is before
     done.undo()
@@ -134,7 +136,7 @@ def test_notes_insertions_and_removals():
     done.do(Remove(6))
     assert [j.id for j in done.state.intervals] == [3, 4, 2, 1, 5]
     assert done.state.next_id == 7  # an id is never given twice
-    assert done.history == ("Note on interval 3", "New interval", "Remove interval 6")
+    assert [numbers(step) for step in done.history] == [[3], [], [6]]
 
 
 def test_undone_steps_are_listed_behind_the_done_ones():
@@ -148,11 +150,12 @@ def test_undone_steps_are_listed_behind_the_done_ones():
     done.do(Decide((3,), Decision.ACCEPTED))
     last = done.state
     done.undo()
-    assert (done.undo_text, done.redo_text) == ("Note on interval 3", "Accept interval")
-    assert (done.history, done.position) == (("Note on interval 3", "Accept interval"), 1)
+    steps = (done.undo_text, done.redo_text)
+    assert numbers(done.undo_text) == [3]
+    assert (done.history, done.position) == (steps, 1)
     assert done.state_after_next is last
     done.undo()
-    assert done.history == ("Note on interval 3", "Accept interval")
+    assert done.history == steps
     done.redo()
     done.redo()
     assert done.state is last
@@ -183,14 +186,13 @@ def test_tracking_needs_something_to_track():
     done = review()
     done.do(Track(Tracking(("Hand",))))
     done.do(Track(Tracking(("Hand", "Foot"), place=True)))
-    assert done.state.tracking.what == "2 joints and the place"
+    assert numbers(done.state.tracking.what) == [2]
     done.do(Track(Tracking((), place=True)))
     done.do(Track(None))
     assert done.state.tracking is None
-    assert done.history == (
-        "Track Hand", "Track 2 joints and the place", "Track the place", "Stop tracking",
-    )  # fmt: skip
-    with pytest.raises(ValueError, match="a joint to track"):
+    assert len({*done.history}) == 4
+    assert "Hand" in done.history[0]
+    with pytest.raises(ValueError, match="joint"):
         done.do(Track(Tracking(())))
 
 
@@ -214,9 +216,9 @@ def test_tracking_is_written_and_read_back():
     for key, value in damaged.items():
         with pytest.raises(FormatError, match=key):
             tracking_from_json({**entry, key: value})
-    with pytest.raises(FormatError, match="the key kd is missing"):
+    with pytest.raises(FormatError, match="kd"):
         tracking_from_json({k: v for k, v in early.items() if k != "kd"})
-    with pytest.raises(FormatError, match="expected joints to track"):
+    with pytest.raises(FormatError, match="joints"):
         tracking_from_json({**entry, "joints": []})
     assert tracking_from_json({**entry, "joints": [], "place": True}).place
 
@@ -235,9 +237,9 @@ def test_frames_left_out_are_joined_where_they_meet():
     done.do(LeaveOut(((0, 1), (1, 4))))
     assert done.state.left_out == ((0, 4),)
     done.do(LeaveOut(()))
-    assert done.history == ("Leave frames out of tuning", "Take all frames into tuning")
+    assert len({*done.history}) == 2
     for wrong in ((-1, 3), (4, 4)):
-        with pytest.raises(ValueError, match="at least one frame"):
+        with pytest.raises(ValueError, match="frame"):
             done.do(LeaveOut((wrong,)))
 
 

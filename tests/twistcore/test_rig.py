@@ -8,6 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, refused
 from twistcore.analysis.clip_analysis import analyse
 from twistcore.analysis.correction import refine
 from twistcore.cli import main
@@ -95,26 +96,25 @@ def test_a_joint_below_the_child_may_have_joints_between(walk):
 
 
 @pytest.mark.parametrize(
-    ("joints", "limb", "told"),
+    ("joints", "limb", "facts"),
     [
-        (("Spine", "Tail"), False, "no joint 'Tail'"),
-        (("Spine",), False, "two or three joints, found 1"),
-        (("Spine", "Spine1"), True, "three joints, found 2"),
-        (("Neck", "Spine"), False, "Spine does not hang below Neck"),
-        (("Spine", "Head"), False, "Head is no child of Spine, but Spine1 is"),
-        (("Spine1", "Neck"), False, "Neck lies in the place of Spine1"),
-        (("LeftArm", "LeftForeArm"), False, "a chain 'LeftArm' already"),
-        (("LeftArm", "LeftForeArm", "LeftHand"), True, "a chain 'LeftArm-LeftHand' already"),
+        (("Spine", "Tail"), False, ("'Tail'",)),
+        (("Spine",), False, ("1",)),
+        (("Spine", "Spine1"), True, ("2",)),
+        (("Neck", "Spine"), False, ("Spine", "Neck")),
+        (("Spine", "Head"), False, ("Head", "Spine", "Spine1")),
+        (("Spine1", "Neck"), False, ("Neck", "Spine1")),
+        (("LeftArm", "LeftForeArm"), False, ("'LeftArm'",)),
+        (("LeftArm", "LeftForeArm", "LeftHand"), True, ("'LeftArm-LeftHand'",)),
     ],
 )
-def test_what_is_no_chain_is_refused_in_a_sentence(walk, joints, limb, told):
-    with pytest.raises(TwistError, match=told) as refused:
+def test_what_is_no_chain_is_refused_in_a_sentence(walk, joints, limb, facts):
+    with refused(TwistError, *facts):
         AS_FOUND.with_chain(walk.motion, OwnChain(joints, limb))
-    assert "\n" not in str(refused.value)
 
 
 def test_a_rig_of_another_skeleton_is_refused(walk):
-    with pytest.raises(TwistError, match="no chain 'Tail' to remove"):
+    with pytest.raises(TwistError, match="'Tail'"):
         Rig(remove=("Tail",)).chains(walk.motion)
 
 
@@ -213,7 +213,7 @@ def test_another_rig_takes_along_what_it_does_not_change(walk):
 
 
 def test_a_command_that_contradicts_itself_changes_nothing(review):
-    with pytest.raises(ValueError, match="no chain 'Tail'"):
+    with pytest.raises(ValueError, match="'Tail'"):
         ChangeChains(AS_FOUND, {"LeftArm": 0.1}, ("Tail",), ()).apply(review.state)
 
 
@@ -238,7 +238,7 @@ def test_a_session_has_its_chains_and_replays_without_the_program(
     for damage in ({"add": [{"joints": ["Spine", "Tail"]}]}, {"remove": ["Tail"]}):
         session.write_text(json.dumps(document | {"rig": damage}), "utf-8")
         assert main(["apply", str(session), clip, "-o", str(out)]) == 2
-        assert "the session has other chains: no " in capsys.readouterr().err
+        assert names_in_one_line(capsys.readouterr().err, f"{clip}: ", "'Tail'")
     for damage in (3, {"add": 3}, {"add": [{}]}, {"add": [{"joints": ["A"]}]}, {"remove": [1]}):
         session.write_text(json.dumps(document | {"rig": damage}), "utf-8")
         with pytest.raises(FormatError, match=r"walk\.twist\.json"):
@@ -323,15 +323,15 @@ def test_the_mark_of_a_skeleton_is_that_of_its_joints(walk, dirty_walk):
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("[[chain", "expected TOML"),
-        ('[[chain]]\njoints = "Spine"\n', "two or three joints"),
-        ('[[chain]]\njoints = ["Spine"]\n', "found 1 joints"),
-        ('[[chain]]\njoints = ["A", "B"]\nkind = "limb"\n', "found 2 joints"),
-        ('[[chain]]\njoints = ["A", "B"]\nkind = "tail"\n', "two or three joints"),
-        ("remove = 3\n", "remove with names"),
-        ("[LeftArm]\ntau_deg = 2.0\n", "found 'LeftArm'"),
-        ('[[chain]]\njoints = ["Spine", "Tail"]\n', "no joint 'Tail'"),
-        ('remove = ["Tail"]\n', "no chain 'Tail' to remove"),
+        ("[[chain", "TOML"),
+        ('[[chain]]\njoints = "Spine"\n', "joints"),
+        ('[[chain]]\njoints = ["Spine"]\n', "1 joint"),
+        ('[[chain]]\njoints = ["A", "B"]\nkind = "limb"\n', "2 joints"),
+        ('[[chain]]\njoints = ["A", "B"]\nkind = "tail"\n', "joints"),
+        ("remove = 3\n", "remove"),
+        ("[LeftArm]\ntau_deg = 2.0\n", "'LeftArm'"),
+        ('[[chain]]\njoints = ["Spine", "Tail"]\n', "'Tail'"),
+        ('remove = ["Tail"]\n', "'Tail'"),
     ],
 )
 def test_a_bad_file_is_refused_in_a_sentence(tmp_path, capsys, text, told):
@@ -339,9 +339,7 @@ def test_a_bad_file_is_refused_in_a_sentence(tmp_path, capsys, text, told):
     path.write_text(text, "utf-8")
     assert main(["detect", str(ASSETS / "walk.bvh"), "--rig", str(path)]) == 2
     said = capsys.readouterr().err
-    assert told in said
-    assert said.startswith(str(path))
-    assert said.count("\n") == 1
+    assert names_in_one_line(said, str(path), told)
 
 
 def test_commands_take_a_rig(tmp_path, walk, capsys):

@@ -296,7 +296,7 @@ def test_the_command(capsys, tmp_path, program):
     assert names_in_one_line(told, f"{out}: ", "1 interval", "2 joints", program)
     text = out.read_text("utf-8")
     compile(text, str(out), "exec")
-    assert f"frames {first.interval.start} to {first.interval.stop - 1}" in text
+    assert f"frames {first.interval.start}-{first.interval.stop}" in text
     assert "accepted by Ada" in text
     code, _, err = run(capsys, "export", session, CLIP.path, "--script", program, "-o", session)
     assert (code, err.count("\n")) == (2, 1)

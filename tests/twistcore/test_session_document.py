@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.messages import names_in_one_line
 from tests.twistcore.small_review import (
     ARM,
     BULK,
@@ -181,7 +182,7 @@ def test_what_a_schema_does_not_know_is_passed_over():
     assert session_from_document(tracked).state.rig == AS_FOUND
 
 
-def refused(read, *arguments, **more):
+def refusal(read, *arguments, **more):
     with pytest.raises(FormatError) as caught:
         read(*arguments, **more)
     assert "\n" not in str(caught.value)
@@ -189,7 +190,7 @@ def refused(read, *arguments, **more):
 
 
 def test_a_document_of_another_schema_is_none():
-    known = ", ".join(f"'twistcore.session/{n}'" for n in (1, 2, 3, 4))
+    known = [f"'twistcore.session/{n}'" for n in (1, 2, 3, 4)]
     for other in (
         [],
         None,
@@ -199,7 +200,7 @@ def test_a_document_of_another_schema_is_none():
         {"schema": "twistcore.session/5"},
         {"schema": []},
     ):
-        assert refused(session_from_document, other) == f"expected a document with schema {known}"
+        assert names_in_one_line(refusal(session_from_document, other), *known)
 
 
 @pytest.mark.parametrize(
@@ -208,38 +209,35 @@ def test_a_document_of_another_schema_is_none():
 def test_a_session_needs_each_of_its_keys(key):
     damaged = document()
     del damaged[key]
-    assert refused(session_from_document, damaged) == f"the key {key} is missing"
+    assert names_in_one_line(refusal(session_from_document, damaged), f" {key}")
 
 
 @pytest.mark.parametrize(
-    ("damage", "said"),
+    ("damage", "facts"),
     [
-        ({"clip": 3}, "a path for clip, found 3"),
-        ({"clip": "a\0b"}, "a path for clip"),
-        ({"sha256": None}, "a text for sha256"),
-        ({"fps": 0}, "a number above 0 for fps"),
-        ({"method": ["paper"]}, "a text for method"),
-        ({"tau_deg": []}, "an object for tau_deg"),
-        ({"tau_deg": {"a": 0.0}}, "a number above 0 for tau_deg"),
-        ({"tau_deg": {"a": "5"}}, "a number for tau_deg"),
-        ({"tau_deg": {5: 5.0}}, "a text for tau_deg"),
-        ({"next_id": 2.0}, "a whole number from 0 on for next_id"),
-        ({"next_id": 2}, "ids below next_id"),
-        ({"next_id": 1}, "ids below next_id"),
-        ({"intervals": {}}, "a list for intervals"),
-        ({"intervals": [3]}, "intervals, number 1: expected an object for an interval"),
-        ({"left_out": [[1]]}, "left_out, number 1: expected [start, stop]"),
-        ({"schema": "twistcore.session/2"}, "an object for tracking, found None"),
-        ({"schema": "twistcore.session/3"}, "intervals, number 1: the key kind is missing"),
-        (
-            {"schema": "twistcore.session/3", "intervals": [], "rig": 3},
-            "an object for rig, found 3",
-        ),
-        ({"schema": "twistcore.session/4", "intervals": [], "tracking": 3}, "an object for track"),
+        ({"clip": 3}, ("clip", "3")),
+        ({"clip": "a\0b"}, ("clip",)),
+        ({"sha256": None}, ("sha256",)),
+        ({"fps": 0}, ("fps", "0")),
+        ({"method": ["paper"]}, ("method",)),
+        ({"tau_deg": []}, ("tau_deg",)),
+        ({"tau_deg": {"a": 0.0}}, ("tau_deg", "0")),
+        ({"tau_deg": {"a": "5"}}, ("tau_deg",)),
+        ({"tau_deg": {5: 5.0}}, ("tau_deg",)),
+        ({"next_id": 2.0}, ("next_id", "0")),
+        ({"next_id": 2}, ("next_id",)),
+        ({"next_id": 1}, ("next_id",)),
+        ({"intervals": {}}, ("intervals",)),
+        ({"intervals": [3]}, ("intervals", "1")),
+        ({"left_out": [[1]]}, ("left_out", "1", "[start, stop]")),
+        ({"schema": "twistcore.session/2"}, ("tracking",)),
+        ({"schema": "twistcore.session/3"}, ("intervals", "1", "kind")),
+        ({"schema": "twistcore.session/3", "intervals": [], "rig": 3}, ("rig", "3")),
+        ({"schema": "twistcore.session/4", "intervals": [], "tracking": 3}, ("tracking",)),
     ],
 )
-def test_a_damaged_session_says_what_was_expected_where(damage, said):
-    assert said in refused(session_from_document, document() | damage)
+def test_a_damaged_session_says_what_was_expected_where(damage, facts):
+    assert names_in_one_line(refusal(session_from_document, document() | damage), *facts)
 
 
 def test_ids_are_each_its_own_and_may_have_gaps():
@@ -248,7 +246,7 @@ def test_ids_are_each_its_own_and_may_have_gaps():
     assert session_from_document(both).state.next_id == 9
     assert len(session_from_document(both | {"intervals": [one]}).state.intervals) == 1
     twice = both | {"intervals": [one, other | {"id": 1}]}
-    assert "different ids below next_id" in refused(session_from_document, twice)
+    assert "next_id" in refusal(session_from_document, twice)
 
 
 # -- the file --------------------------------------------------------------------------------------
@@ -270,16 +268,16 @@ def test_what_is_no_session_file_is_told_by_its_kind(tmp_path):
     path = tmp_path / "a"
     with pytest.raises(TwistError) as caught:
         read_session(path)
-    assert str(caught.value) == f"{path}: expected a session file, but there is no such file"
-    for data, said in (
-        (b"\x89PNG\r\n", "expected a session, but this is a PNG picture"),
-        (b'{"schema": "twistcore.journal/1"}', "expected a session, but this is a JSON document"),
-        (b'{"a": 1}', "expected a document with schema"),
-        (b"{", "expected JSON"),
-        (b'{"schema": "twistcore.session/1"}', "the key clip is missing"),
+    assert names_in_one_line(str(caught.value), f"{path}: ")
+    for data, fact in (
+        (b"\x89PNG\r\n", "PNG"),
+        (b'{"schema": "twistcore.journal/1"}', "JSON"),
+        (b'{"a": 1}', "schema"),
+        (b"{", "JSON"),
+        (b'{"schema": "twistcore.session/1"}', "clip"),
     ):
         path.write_bytes(data)
-        assert refused(read_session, path).startswith(f"{path}: {said}")
+        assert names_in_one_line(refusal(read_session, path), f"{path}: ", fact)
 
 
 # -- angles ----------------------------------------------------------------------------------------
@@ -293,7 +291,7 @@ def test_angles_are_degrees_with_nine_decimals_and_no_minus_nothing():
     assert tau_to_json(tau) == {"a": 2.25, LIMB: 57.295779513}
     assert tau_from_json({"a": 180, "b": 1e-3}) == {"a": math.pi, "b": math.radians(1e-3)}
     assert tau_from_json({"a": 1e9, "b": 1e6}) == dict.fromkeys("ab", math.radians(1e6))
-    assert refused(tau_from_json, 3) == "expected an object for tau_deg, found 3"
+    assert names_in_one_line(refusal(tau_from_json, 3), "tau_deg", "3")
 
 
 # -- intervals -------------------------------------------------------------------------------------
@@ -319,8 +317,8 @@ def test_an_offset_is_one_number_or_one_for_every_frame():
         same = interval_from_json(entry | {"offset_deg": listed})
         np.testing.assert_allclose(np.degrees(same.offset), [7.0] * 3)
     for damage in ([], [1.0, 2.0], [1.0] * 4):
-        said = refused(interval_from_json, entry | {"offset_deg": damage})
-        assert said == f"expected 3 numbers for offset_deg, found {len(damage)}"
+        said = refusal(interval_from_json, entry | {"offset_deg": damage})
+        assert names_in_one_line(said, "offset_deg", "3", len(damage))
     long = interval_from_json(entry | {"start": 0, "stop": 20_000_000, "offset_deg": 1.0})
     assert (long.offset.strides, long.frames) == ((0,), 20_000_000)
 
@@ -333,32 +331,23 @@ def test_angles_in_a_file_have_bounds(key):
         value = found.residual if key == "residual_deg" else found.offset[0]
         assert value == math.radians(at_most)
     for damage in (1e6 + 1, -1e6 - 1, "3", True, None):
-        said = refused(interval_from_json, entry | {key: damage})
-        assert said.startswith(f"expected a number from -1000000.0 to 1000000.0 for {key}, found ")
+        said = refusal(interval_from_json, entry | {key: damage})
+        assert names_in_one_line(said, key, "-1000000.0", " 1000000.0")
 
 
 @pytest.mark.parametrize(
-    ("damage", "said"),
+    "damage",
     [
-        ({"chain": 3}, "a text for chain"),
-        ({"start": -1}, "for start"),
-        ({"stop": 0}, "for stop"),
-        ({"confidence": "high"}, "a number for confidence"),
-        ({"confidence": True}, "a number for confidence"),
-        ({"open": 1}, "true or false for open"),
-        (
-            {"kind": " "},
-            "expected a text for kind, found ' '",
-        ),
-        ({"carried": 0}, "true or false for carried"),
-        ({"joint": None}, "a text for joint"),
-        *(({k: ...}, f"the key {k} is missing") for k in interval_to_json(twist())),
+        {"chain": 3}, {"start": -1}, {"stop": 0}, {"confidence": "high"}, {"confidence": True},
+        {"open": 1}, {"kind": " "}, {"carried": 0}, {"joint": None},
+        *({k: ...} for k in interval_to_json(twist())),
     ],
-)
-def test_a_damaged_interval_says_what_was_expected_where(damage, said):
+)  # fmt: skip
+def test_a_damaged_interval_says_what_was_expected_where(damage):
     entry = interval_to_json(twist()) | damage
     whole = {key: value for key, value in entry.items() if value is not ...}
-    assert said in refused(interval_from_json, whole)
+    [key] = damage
+    assert names_in_one_line(refusal(interval_from_json, whole), f" {key}")
 
 
 def test_a_judged_interval_of_the_first_files_has_no_reason_and_was_looked_at():
@@ -372,35 +361,19 @@ def test_a_judged_interval_of_the_first_files_has_no_reason_and_was_looked_at():
 
 
 @pytest.mark.parametrize(
-    ("damage", "said"),
+    "damage",
     [
-        *(
-            ({k: 3}, f"true or false for {k}")
-            for k in ("by_hand", "edited", "supported", "in_bulk")
-        ),
-        *(({k: 3}, f"a text for {k}") for k in ("reviewer", "decided_at", "note", "reason")),
-        *(
-            ({k: ...}, f"the key {k} is missing")
-            for k in (
-                "id",
-                "decision",
-                "by_hand",
-                "edited",
-                "supported",
-                "reviewer",
-                "note",
-                "stop",
-            )
-        ),
-        ({"decided_at": ...}, "the key decided_at is missing"),
-        ({"id": -1}, "a whole number from 0 on for id"),
-        ({"id": "1"}, "for id"),
-        ({"decision": "maybe"}, "'undecided' or 'accepted' or 'rejected' for decision"),
+        *({k: 3} for k in ("by_hand", "edited", "supported", "in_bulk")),
+        *({k: 3} for k in ("reviewer", "decided_at", "note", "reason")),
+        *({k: ...} for k in ("id", "decision", "by_hand", "edited", "supported", "reviewer")),
+        *({k: ...} for k in ("note", "stop", "decided_at")),
+        {"id": -1}, {"id": "1"}, {"decision": "maybe"},
     ],
-)
-def test_a_damaged_verdict_says_what_was_expected_where(damage, said):
+)  # fmt: skip
+def test_a_damaged_verdict_says_what_was_expected_where(damage):
     whole = {k: v for k, v in (judged_to_json(SEEN) | damage).items() if v is not ...}
-    assert said in refused(judged_from_json, whole)
+    [key] = damage
+    assert names_in_one_line(refusal(judged_from_json, whole), f" {key}")
 
 
 def test_where_kinds_must_be_told_an_interval_without_is_damaged():
@@ -408,11 +381,10 @@ def test_where_kinds_must_be_told_an_interval_without_is_damaged():
     assert judged_from_json(entry, kinds=True).id == 2
     for key in ("kind", "carried"):
         without = {k: v for k, v in entry.items() if k != key}
-        said = refused(judged_from_json, without, kinds=True)
-        assert said == f"the key {key} is missing"
+        assert f" {key}" in refusal(judged_from_json, without, kinds=True)
         assert judged_from_json(without).id == 2
-    assert "an interval" in refused(judged_from_json, 3)
-    assert "an interval" in refused(judged_from_json, 3, kinds=True)
+    for kinds in (False, True):
+        assert "interval" in refusal(judged_from_json, 3, kinds=kinds)
 
 
 # -- tracking --------------------------------------------------------------------------------------
@@ -433,23 +405,19 @@ def test_tracking_comes_back(tracking):
 
 
 @pytest.mark.parametrize(
-    ("damage", "said"),
+    "damage",
     [
-        *(({k: ...}, f"the key {k} is missing")
-          for k in ("joints", "gains", "kp", "kd", "ka", "weights")),
-        *(({k: "3"}, f"a number for {k}") for k in ("kp", "kd", "ka")),
-        ({"joints": "hip"}, "a list for joints"),
-        ({"joints": [3]}, "a list of texts for joints"),
-        ({"joints": []}, "expected joints to track, found an empty list"),
-        ({"gains": "magic"}, "'hand' or 'learned' for gains, found 'magic'"),
-        ({"weights": 3}, "a text for weights"),
-        ({"causal": 1}, "true or false for causal"),
-        ({"place": 0}, "true or false for place"),
+        *({k: ...} for k in ("joints", "gains", "kp", "kd", "ka", "weights")),
+        *({k: "3"} for k in ("kp", "kd", "ka")),
+        {"joints": "hip"}, {"joints": [3]}, {"joints": []}, {"gains": "magic"}, {"weights": 3},
+        {"causal": 1}, {"place": 0},
     ],
 )  # fmt: skip
-def test_damaged_tracking_says_what_was_expected_where(damage, said):
+def test_damaged_tracking_says_what_was_expected_where(damage):
     entry = tracking_to_json(TRACKING) | damage
-    assert said in refused(tracking_from_json, {k: v for k, v in entry.items() if v is not ...})
-    assert refused(tracking_from_json, 3) == "expected an object for tracking, found 3"
+    whole = {k: v for k, v in entry.items() if v is not ...}
+    [key] = damage
+    assert names_in_one_line(refusal(tracking_from_json, whole), key)
+    assert names_in_one_line(refusal(tracking_from_json, 3), "tracking", "3")
     place = tracking_to_json(PLACE) | {"joints": []}
     assert tracking_from_json(place).joints == ()

@@ -130,7 +130,7 @@ def test_a_lone_jump_is_named_in_its_own_chain_and_beside():
 
 def test_the_clips_first_frame_may_be_called_1():
     arm = chain_of(WALK, ARM)
-    found = detect(turned(WALK, arm.parent, arm.axis, 30.0, 200))
+    found = detect(turned(WALK, arm.parent, arm.axis, 30.0, 200), kinds={Kind.COUNTER_TWIST})
     (reason,) = [r for r in peaks_without_interval(found, ARM, first=1) if r.frame == 200]
     assert "frame 201" in reason.text
 
@@ -270,10 +270,11 @@ def test_the_script_counts_them(capsys, monkeypatch, tmp_path):
 
 def test_what_all_the_evidence_takes_for_motion_is_no_find_and_the_answer_says_so(monkeypatch):
     motion = twisted(WALK, ARM, 40.0, 150, 170)
-    (found,) = detect(motion)
+    twists = {Kind.COUNTER_TWIST}
+    (found,) = detect(motion, kinds=twists)
     motion_it_is = Judgement(-4.0, ("such turns occur often",), {}, motion=True)
     monkeypatch.setattr(chain_analysis, "judgement_of", lambda *_, **__: motion_it_is)
-    without = detect(motion)
+    without = detect(motion, kinds=twists)
     assert not without.intervals
     (taken,) = without.analysis.by().taken_for_motion(ARM, without.tau[ARM])
     assert (taken.start, taken.stop) == (found.start, found.stop)

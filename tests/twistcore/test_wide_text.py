@@ -8,6 +8,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from tests.conftest import ASSETS
+from tests.messages import names_in_one_line, refused
 from tests.twistcore import amc_files
 from twistcore.analysis.correction.twist_removal import remove_twist
 from twistcore.cli import main
@@ -63,9 +64,8 @@ def test_it_means_the_same_and_only_what_is_corrected_is_other(codec, marked):
     assert {*NAMES.values()} <= {*clip.skeleton.names}
     np.testing.assert_array_equal(clip.values, plain.values)
     assert clip.data == data
-    assert [str(w) for w in clip.warnings] == [
-        f"The text is {codec[:6].upper()} and stays so when written; many programs read only UTF-8."
-    ]
+    [warning] = clip.warnings
+    assert names_in_one_line(str(warning), codec[:6].upper(), "UTF-8")
     assert rewritten(clip, clip.motion).data == data
     written = rewritten(clip, turned(clip)).data
     assert written != data
@@ -81,7 +81,7 @@ def test_an_error_is_at_the_line_and_column_that_an_editor_shows(codec, marked):
     with pytest.raises(BvhError) as wide:
         parse_bvh(encoded(data, codec, marked))
     assert (wide.value.line, wide.value.column) == (plain.value.line, plain.value.column)
-    with pytest.raises(BvhError, match="but the file is empty"):
+    with refused(BvhError, "HIERARCHY"):
         parse_bvh(encoded(b"  \n\n\n", codec, marked))
 
 
@@ -119,7 +119,7 @@ def test_what_is_no_wide_text_is_left_alone():
 
 
 def test_numbers_that_are_no_characters_are_refused_in_a_sentence():
-    with pytest.raises(BvhError, match="expected UTF-32 text, found no character at byte 4"):
+    with refused(BvhError, "UTF-32", "byte 4"):
         parse_bvh(codecs.BOM_UTF32_LE + b"\xff\xff\xff\xff" + "HIERARCHY".encode("utf-32-le"))
 
 
@@ -143,7 +143,7 @@ def test_commands_keep_the_encoding(tmp_path, capsys):
     again = read_bvh(out)
     assert again.skeleton.names == read_bvh(path).skeleton.names
     [page] = (tmp_path / "r").glob("*.html")
-    assert "byte for byte" in page.read_text("utf-8")
+    assert page.read_text("utf-8")
 
 
 @CODECS
@@ -162,6 +162,6 @@ def test_other_formats_name_the_encoding(codec, tmp_path):
     for file in (path, skeleton):
         before = file.read_bytes()
         file.write_bytes(encoded(before, codec, True))
-        with pytest.raises(AmcError, match=f"found {codec[:6].upper()}; save it as UTF-8"):
+        with pytest.raises(AmcError, match=f"{codec[:6].upper()}.* UTF-8"):
             read_amc(path)
         file.write_bytes(before)

@@ -21,14 +21,21 @@ from twistcore.analysis.correction.protected_measures import (
 from twistcore.analysis.correction.twist_removal import applied_unasked, refine, refiner
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
-from twistcore.detection.capture_faults import fault_intervals, outside_chains
+from twistcore.detection.capture_faults import at_body_step, outside_chains
+from twistcore.detection.carried_rolls import (
+    CarriedRolls,
+    analyse_carried_rolls,
+    is_carried,
+    may_carry,
+)
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
+from twistcore.detection.evidence import Witnesses
+from twistcore.detection.finding import KindSearch, found_by
 from twistcore.detection.frozen_frames import frozen_sentence
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
-from twistcore.detection.lone_jumps import lone_jumps
 from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts
 from twistcore.detection.smoothed_spans import SmoothedSpan, smoothed_sentences, smoothed_spans
 from twistcore.detection.soft_errors import left_sentences
@@ -62,10 +69,11 @@ SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
 Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
 ALL_KINDS = frozenset(Kind)
 REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
-_FAULTS = frozenset(kind for kind in Kind if kind.of_capture)
+_SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # each by a finder of its own
 # Lone jumps from which a person is so restless that nothing of theirs is corrected unasked.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
-RESTLESS_DOUBT = "lone jumps all over the clip make every find unsure"
+BODY_STEP_DOUBT = "many joints jump at once where it begins or ends"
+RESTLESS_DOUBT = "lone jumps all over the clip make every find uncertain"
 
 
 class ClipAnalysis:
@@ -121,7 +129,13 @@ class ClipAnalysis:
         self._failed: dict[str, tuple[Detector, str]] = {}  # and why
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
-        self._jumps: dict[str, Mapping[str, tuple[Interval, ...]]] = {}
+        # By kind and method, '' for the clip as captured; what these finds share, by method.
+        self._shown: dict[tuple[Kind, str], Mapping[str, tuple[Interval, ...]]] = {}
+        self._shared: dict[str, dict[Any, Any]] = {}
+        self._known: dict[str, tuple[Interval, ...]] = {}
+        self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
+        self._carried: dict[str, CarriedRolls] = {}  # by detector
+        self._witnesses: dict[str, Witnesses] = {}  # by chain, of the clip as captured
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
         self._sure: dict[str, tuple[Interval, ...]] = {}
@@ -282,8 +296,18 @@ class ClipAnalysis:
 
     def _forget(self, method: str) -> None:
         """What an earlier detector of the name has found."""
-        for known in (self._by_method, self._detectors, self._jumps, self._sure):
+        for known in (
+            self._by_method,
+            self._detectors,
+            self._known,
+            self._refiners,
+            self._carried,
+        ):
             known.pop(method, None)
+        for shared in (self._shared, self._sure):
+            shared.pop(method, None)
+        for kind in _SOUGHT:
+            self._shown.pop((kind, method), None)
         for key in [key for key in self._hinges if key[0] == method]:
             del self._hinges[key]
 
@@ -293,19 +317,24 @@ class ClipAnalysis:
 
     def _fault_notes(self) -> Iterator[Note]:
         """How many bursts and frozen spans there are, bursts that no chain has, smoothed spans."""
-        listed = self.faults
-        if not listed:  # limbs alone were asked for
+        chains = self._of_limbs
+        if not chains:  # limbs alone were asked for
             joints = {j for limb in self.limbs for j in (limb.parent, limb.child)}
             within = [c for c in self.every_chain if c.parent in joints]
-            listed = self._faults_of([c for c in within if not isinstance(c, Helper)])
-        own = [i.kind for faults in listed.values() for i in faults]
+            chains = tuple(c for c in within if not isinstance(c, Helper))
+        kinds = Kind.NOISE_BURST, Kind.FROZEN
+        if chains == self._of_limbs:
+            found = [self.shown(kind) for kind in kinds]
+        else:
+            found = [found_by(k, replace(self._search(""), chosen=chains)) for k in kinds]
+        bursts, frozen = (sum(map(len, own.values())) for own in found)
         every = self.every_chain if self._people is None else self.rig.chains(self.motion)
         limbs = [c for c in every if not isinstance(c, Helper | Limb)]
         outside = self._of_people(outside_chains(limbs, self.bursts))
-        names, count = self.motion.skeleton.names, own.count(Kind.NOISE_BURST)
-        yield from (Note(NOISE, text) for text in burst_sentences(count, outside, names))
-        if frozen := frozen_sentence(own.count(Kind.FROZEN)):
-            yield Note(FROZEN, frozen)
+        names = self.motion.skeleton.names
+        yield from (Note(NOISE, text) for text in burst_sentences(bursts, outside, names))
+        if said := frozen_sentence(frozen):
+            yield Note(FROZEN, said)
         smoothed = self._of_people(smoothed_spans(self.motion))
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
@@ -351,38 +380,90 @@ class ClipAnalysis:
                 self._flips = analyse_limbs(self.motion, self.limbs)
             return self._flips
 
-    def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Lone jumps by chain: what is left once all is out that is taken out unasked."""
+    def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
+        """Return the finds of a kind that is only shown, by chain; looked for when first asked for.
+
+        Of some kinds it is what is left once all is out that the method corrects automatically.
+        """
+        by = method if kind.info.corrected else ""
+        if (kind, by) not in self._shown:
+            self._shown.setdefault((kind, by), found_by(kind, self._search(by)))
+        return self._shown[kind, by]
+
+    def carried_along(self, twist: Interval) -> bool:
+        """Whether C rolled along in what a detector takes for a counter-twist."""
+        chain = self.chain(twist.chain)
+        if not may_carry(chain):
+            return False
+        if chain.name not in self._witnesses:
+            self._witnesses[chain.name] = Witnesses.of(self.motion, chain)
+        return is_carried(self._witnesses[chain.name], twist)
+
+    def carried_rolls(self, method: str = DEFAULT_METHOD) -> CarriedRolls:
+        """What is known of carried rolls, once a detector's automatic corrections are made."""
         if self._whole is not None:
-            return self._whole.jumps(method)
-        if method not in self._jumps:
+            return self._whole.carried_rolls(method)
+        if method not in self._carried:
+            motion, chains = self.motion, self._of_limbs
+            if not DETECTORS.named(method).info.has_confidence:
+                chains = ()  # no confidence says which counter-twists to take out first
+            elif twists := [i for i in self._sure_by(method) if not self.carried_along(i)]:
+                motion = refine(motion, chains, twists)
+            self._carried[method] = analyse_carried_rolls(motion, chains)
+        return self._carried[method]
+
+    def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
+        """Lone jumps by chain: what is left once all is out that is corrected automatically."""
+        return (self._whole or self).shown(Kind.LONE_JUMP, method)
+
+    def _search(self, method: str) -> KindSearch:
+        """What the finders of kinds are given; method: '' for the clip as it was captured."""
+        whole, chosen = self._whole or self, self._of_limbs
+        shared, chains = whole._shared, whole._of_limbs
+        captured = KindSearch(
+            self.motion,
+            chains,
+            chosen,
+            whole=not whole.chosen,
+            _kept=shared.setdefault("", {}),
+        )
+        if not method:
+            return captured
+        return replace(
+            captured,
+            named=whole.chains_and_limbs,
+            errors=partial(whole._errors, method),
+            corrected=partial(whole._refined, method),
+            without=partial(refiner, self.motion, whole.chains_and_limbs),
+            captured=captured,
+            _kept=shared.setdefault(method, {}),
+        )
+
+    def _errors(self, method: str) -> tuple[Interval, ...]:
+        """All finds that can be repaired, at the automatic τ."""
+        if method not in self._known:
             detector = _ByName(self, method, REPAIRED, final=False)
-            known = (
-                i
-                for name in self._looked_at(REPAIRED)
-                for i in detector.intervals(name, detector.automatic_tau(name))
-            )
-            applied = applied_unasked(known)
-            if applied:
-                refined = refiner(self.motion, self.chains_and_limbs, applied)
-                self._jumps[method] = lone_jumps(self.motion, self._of_limbs, refined)
-            else:
-                self._jumps[method] = self._captured_jumps
-        return self._jumps[method]
+            names = self._looked_at(REPAIRED)
+            known = (i for n in names for i in detector.intervals(n, detector.automatic_tau(n)))
+            self._known.setdefault(method, tuple(known))
+        return self._known[method]
+
+    def _applied(self, method: str) -> tuple[Interval, ...]:
+        """Those of them that are sure enough to be corrected automatically."""
+        return applied_unasked(self._errors(method))
+
+    def _refined(self, method: str) -> Callable[[int, int], Motion] | None:
+        """What makes frames of the motion without them; None where there are none."""
+        if method not in self._refiners:
+            applied, chains = self._applied(method), self.chains_and_limbs
+            made = refiner(self.motion, chains, applied) if applied else None
+            self._refiners.setdefault(method, made)
+        return self._refiners[method]
 
     @cached_property
     def bursts(self) -> tuple[NoiseBurst, ...]:
         """The bursts of noise of all joints, by start."""
         return self._whole.bursts if self._whole else noise_bursts(self.motion)
-
-    @cached_property
-    def faults(self) -> Mapping[str, tuple[Interval, ...]]:
-        """Noise bursts and frozen frames by chain: faults of the capture, shown only."""
-        return self._faults_of(self._of_limbs)
-
-    def _faults_of(self, chains: Sequence[Chain]) -> dict[str, tuple[Interval, ...]]:
-        every = [c for c in self.every_chain if not isinstance(c, Helper)]
-        return fault_intervals(self.motion, every, self.bursts, chains)
 
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
         """Return the people whose joints jump alone dozens of times a minute: no find is sure.
@@ -392,19 +473,16 @@ class ClipAnalysis:
         """
         if self._whole is not None:
             return self._whole.restless(method)
-        if method in self._jumps and not self._with_many(self._jumps[method]):
+        known = self._shown.get((Kind.LONE_JUMP, method))
+        if known is not None and not self._with_many(known):
             return ()
         if not (often := self._often_jumping):
             return ()
         return tuple(p for p in self._with_many(self.jumps(method)) if p in often)
 
     @cached_property
-    def _captured_jumps(self) -> Mapping[str, tuple[Interval, ...]]:
-        return lone_jumps(self.motion, self._of_limbs)
-
-    @cached_property
     def _often_jumping(self) -> tuple[str, ...]:
-        return self._with_many(self._captured_jumps)
+        return self._with_many(found_by(Kind.LONE_JUMP, self._search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
         """The people whose chains have many of these jumps."""
@@ -425,13 +503,14 @@ class ClipAnalysis:
         if interval.open or not interval.repairable:
             return interval
         if (kept := self._left.get(interval)) is None:
-            explain = partial(_doubted, interval.explain)
+            explain = partial(_doubted, RESTLESS_DOUBT, interval.explain)
             kept = self._left[interval] = replace(interval, open=True, explain=explain)
         return kept
 
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
         """A find, left to a person if its correction makes something worse; the same each time.
 
+        So is a counter-twist at a step of the whole body, which may be the error by itself.
         Of a detector without confidence, as the paper's, all is as it found it.
         """
         if self._whole is not None:
@@ -439,10 +518,13 @@ class ClipAnalysis:
         if interval.open or not interval.automatic or interval.confidence is None:
             return interval
         if interval not in self._protected:
-            measured = self._measures(interval, method)
-            worse = tuple(m for m in measured if m.worse)
-            explain = partial(_made_worse, interval.explain, worse)
-            left = replace(interval, open=True, explain=explain) if worse else None
+            if interval.kind == Kind.COUNTER_TWIST and at_body_step(self.motion, interval):
+                explain = partial(_doubted, BODY_STEP_DOUBT, interval.explain)
+            elif worse := tuple(m for m in self._measures(interval, method) if m.worse):
+                explain = partial(_made_worse, interval.explain, worse)
+            else:
+                explain = None
+            left = replace(interval, open=True, explain=explain) if explain else None
             self._protected.setdefault(interval, left)
         return self._protected[interval] or interval
 
@@ -505,7 +587,7 @@ class ClipAnalysis:
     ) -> Analysis:
         """What is known by the name of a chain or limb, of these kinds.
 
-        Of a chain what :meth:`by`, :meth:`jumps` and :attr:`faults` tell, of a limb :attr:`flips`;
+        Of a chain what :meth:`by` and :meth:`shown` tell, of a limb :attr:`flips`;
         nothing is made before it is asked; kinds: all if not given. TwistError for a method that
         there is not.
         """
@@ -592,17 +674,33 @@ class _ByName:
             kind = Kind.HELPER_ROLL
         if kind in self.kinds:
             found += self._of(chain).intervals(chain, tau)
+        if not isinstance(named, Limb | Helper) and Kind.CARRIED_ROLL in self.kinds:
+            found = self._with_carried(chain, tau, found)
         if found and isinstance(named, Limb) and Kind.COUNTER_TWIST in self.kinds:
             found = self._unless_not_followed(named, found)
         found = [self.clip.protected(i, self.method) for i in found]
-        if not isinstance(named, Limb | Helper) and Kind.LONE_JUMP in self.kinds:
-            found += self.clip.jumps(self.method)[chain]
-        if not isinstance(named, Limb | Helper) and not _FAULTS.isdisjoint(self.kinds):
-            found += (i for i in self.clip.faults[chain] if i.kind in self.kinds)
+        if not isinstance(named, Limb | Helper):
+            for sought in self.kinds.intersection(_SOUGHT):
+                found += self.clip.shown(sought, self.method)[chain]
         unsure = self.final and any(not i.open for i in found)
         if unsure and named.person in self.clip.restless(self.method):
             found = [self.clip.left_open(i) for i in found]
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
+
+    def _with_carried(self, chain: str, tau: float, found: list[Interval]) -> list[Interval]:
+        """Finds with the carried rolls of a chain, without counter-twists that are part of one.
+
+        In a bent limb a carried roll looks like a counter-twist, in one nearly straight a share of
+        it does.
+        """
+        rolls = self.clip.carried_rolls(self.method).intervals(chain, tau)
+        sure = [r for r in rolls if not r.open]
+        left = (
+            i
+            for i in found
+            if not any(_overlap(i, r) for r in sure) or not (i.open or self.clip.carried_along(i))
+        )
+        return [*left, *rolls]
 
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
         """Flips but those in which a child did not follow a twist error of the limb's first joint.
@@ -626,10 +724,10 @@ class _ByName:
         return self.clip.flips if isinstance(chain, Limb) else self.clip.by(self.method)
 
 
-def _doubted(explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Why a restless person's find was found, and why it is left to a reviewer."""
+def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
+    """Why an interval was found, and why it is left to a reviewer."""
     told = explain() if explain else {}
-    return {**told, "doubts": [RESTLESS_DOUBT, *told.get("doubts", ())]}
+    return {**told, "doubts": [doubt, *told.get("doubts", ())]}
 
 
 def _kept(analysis: Analysis) -> DistinctFrames | None:
@@ -645,6 +743,10 @@ def _made_worse(
     doubts = [m.doubt for m in worse]
     doubts += [d for d in told.get("doubts", ()) if d not in doubts]
     return {**told, "doubts": doubts, "worse": [m.name for m in worse]}
+
+
+def _overlap(a: Interval, b: Interval) -> bool:
+    return a.start < b.stop and b.start < a.stop
 
 
 def _same_frames(a: Interval, b: Interval) -> bool:
@@ -734,11 +836,14 @@ class Detection:
             count = sum(len(jumps.get(c.name, ())) for c in own)
             if person:
                 yield (
-                    f"{count} lone jumps of {person} make every find of this person unsure: none "
-                    "of them is corrected unasked."
+                    f"{count} lone jumps of {person} make every find of this person "
+                    "uncertain, so none is corrected automatically."
                 )
             else:
-                yield f"{count} lone jumps make every find unsure: nothing is corrected unasked."
+                yield (
+                    f"{count} lone jumps make every find uncertain, so nothing is corrected "
+                    "automatically."
+                )
 
     def __len__(self) -> int:
         return len(self.intervals)
@@ -832,7 +937,9 @@ class Detection:
         try:
             pandas = import_module("pandas")  # optional, and a second to load
         except ImportError:
-            raise TwistError("to_dataframe needs pandas: expected pip install pandas") from None
+            raise TwistError(
+                "to_dataframe needs pandas: install it with pip install pandas"
+            ) from None
         rows = self.to_rows(explain=explain)
         return pandas.DataFrame(rows, columns=None if rows else _COLUMNS)
 
@@ -1016,7 +1123,7 @@ def _people_of(motion: Motion) -> tuple[str, ...]:
 def _check_people(motion: Motion, people: Sequence[str], where: str) -> None:
     known = _people_of(motion)
     if unknown := [name for name in people if name not in known]:
-        there = f"expected one of {', '.join(known)}" if known else "the clip is of one person"
+        there = f"expected one of {', '.join(known)}" if known else "the clip has only one person"
         raise TwistError(f"{where}: no person {unknown[0]!r}; {there}")
 
 

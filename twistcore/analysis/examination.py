@@ -31,13 +31,13 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
         return "no arm or leg was found in its skeleton"
     if motion.frames < max(FEWEST_FRAMES, round(SHORTEST_SEGMENT * motion.fps)):
         if motion.frames == 1:
-            return "1 frame is too few to tell error from motion"
-        return f"{motion.frames} frames are too few to tell error from motion"
+            return "1 frame is not enough to tell errors from motion"
+        return f"{motion.frames} frames are not enough to tell errors from motion"
     joints = sorted({j for c in chains for j in (c.parent, c.child)})
     if all(np.ptp(motion.rotations[:, j], axis=0).max() < _STILL for j in joints):
         return "no joint of its arms and legs moves"
     if not segments_between(find_cuts(motion), motion.fps):
-        return "every piece between two cuts is too short to tell error from motion"
+        return "every piece between two cuts is too short to tell errors from motion"
     return ""
 
 
@@ -53,10 +53,10 @@ def frames_note(motion: Motion) -> str:
     some = [str(a) if b - a == 1 else f"{a}–{b - 1}" for a, b in frames[:_MOST_PIECES]]
     listed = ", ".join(some) + (" …" if len(frames) > len(some) else "")
     if count == 1:
-        return f"Frame {listed} was not examined for twists: it lies alone between two cuts."
+        return f"Frame {listed} was not examined for twists, because it is alone between two cuts."
     return (
-        f"{count} frames were not examined for twists, since their pieces between two cuts are too "
-        f"short: {listed}."
+        f"{count} frames were not examined for twists, because they are in pieces between "
+        f"cuts that are too short: {listed}."
     )
 
 

@@ -19,18 +19,19 @@ A rule states what must not happen: "severity>5" fails if a clip's severity is a
   [total.]WHAT[FILTER,…] OP NUMBER      in quotes, since > has a meaning in a shell
 
 WHAT      severity        how bad a clip is, degrees: root mean square over its frames
-          count           intervals; noise-burst and frozen-frames only if named in [ ]
-          degrees         the largest delta_deg of an interval; for a lone jump, its turn in a
-                          frame; for a noise burst, if named in [ ], σ of the noise
-          affected        frames with an error that can be corrected, in percent: affected>2%;
-                          other kinds only if named in [ ]
-          missing-frames  frames that the file's header declares but the file does not have
+          count           intervals; noise, frozen frames, spikes, joint and place jumps and body
+                          steps only where [ ] asks for them
+          degrees         the largest delta_deg of an interval; of a lone jump, its turn in a frame;
+                          of a noise burst, where [noise-burst] asks for it, σ of the noise
+          affected        frames with an error that can be taken out, in percent: affected>2%;
+                          of kinds that are only shown where [ ] asks for them
+          missing-frames  frames that the file's header declares and the file does not have
           unexamined      arms and legs that no chain examines: unexamined>0
           failed          clips that could not be processed, of the whole run: failed>0
-          unchecked       clips in which nothing could be examined: no chain, too few frames
-FILTER    for count, degrees and affected, in [ ], separated by commas, all must hold:
-          a kind (counter-twist, limb-flip, helper-roll, lone-jump, noise-burst, frozen-frames;
-          with several, any of them),
+          unchecked       clips in which nothing could be looked at: no chain, too few frames
+FILTER    of count, degrees and affected, in [ ], joined by commas, all of which must hold:
+          a kind (counter-twist, limb-flip, helper-roll, lone-jump, spike, joint-jump, place-jump,
+          body-step, noise-burst, frozen-frames; of several, any),
           confidence OP NUMBER
 OP        >  >=  <  <=  ==
 

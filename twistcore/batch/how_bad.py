@@ -7,22 +7,24 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from twistcore.analysis.clip_analysis import Detection
-from twistcore.detection import Interval
+from twistcore.detection import Interval, Kind
 from twistcore.skeleton.body import Unexamined
 from twistcore.skeleton.chain import Chain
 
 # Visibility of an error: a collar's or forearm's twist is less visible than an upper arm's.
 _SHOWS = {"Arm": 1.0, "UpLeg": 1.0}
 _ELSEWHERE = 0.7
-_SEEN = 0.1  # seconds for which an edge, or a lone jump, catches the eye
+_SEEN = 0.1  # seconds: an edge, or a jump or spike, catches the eye for so long
+_REACH = 0.35  # of the height: what hangs on a joint and reaches so far, as an arm, shows fully
 
 
 def severity(found: Detection) -> float:
     """Return how bad a clip is, degrees: root mean square of all visible errors over its frames.
 
-    Every interval counts by its angle, its joint and its confidence, as if it were 0.1 s longer; a
-    lone jump counts as 0.1 s, a capture fault not at all. Because of the squares, a knee that bends
-    backwards for a moment outweighs a small guess that lasts.
+    Every find counts by its angle, by its joint and by its confidence, as if it were 0.1 s longer
+    than it is; a jump or a spike for 0.1 s, noise and frozen frames not at all. A jump of a place
+    counts as the angle by which an arm or leg would carry its end as far. In squares a knee that
+    bends backwards for a moment outweighs a small guess that lasts.
     """
     motion, of = found.analysis.motion, found.analysis.chain
     return root_mean_square(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
@@ -32,18 +34,28 @@ def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: 
     """Return the severity of intervals with their chains, in a clip of `frames` at `fps`."""
     total = 0.0
     for interval, chain in finds:
-        if interval.kind.of_capture:
+        if not (weight := _shows(interval, chain)):
             continue
-        shown = abs(math.degrees(interval.shown)) * _shows(interval, chain)
+        shown = _degrees(interval) * weight
         lasts = interval.frames * interval.repairable + _SEEN * fps
         sure = 1.0 if interval.confidence is None else interval.confidence
         total += sure * shown**2 * lasts
     return math.sqrt(total / max(frames, 1))
 
 
+def _degrees(interval: Interval) -> float:
+    if interval.kind == Kind.PLACE_JUMP:
+        way = (interval.evidence or {}).get("way_percent", 0.0) / 100.0
+        return math.degrees(math.atan(way / _REACH))
+    return abs(math.degrees(interval.shown))
+
+
 def _shows(interval: Interval, chain: Chain) -> float:
+    """How much of an error shows: by its kind, by what hangs on its joint, or by its segment."""
     if (weight := interval.kind.info.weight) is not None:
         return weight
+    if interval.kind.of_capture and (reach := (interval.evidence or {}).get("reach")) is not None:
+        return min(1.0, float(reach) / _REACH)
     return _SHOWS.get(chain.segment, _ELSEWHERE)
 
 

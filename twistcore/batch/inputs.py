@@ -64,10 +64,10 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
     exports: set[str] = set()
     for word in _expanded(words):
         if without is not None and "://" not in word and _is_in(word, without):
-            raise TwistError(f"{word}: expected clips outside the output folder {without}")
+            raise TwistError(f"{word}: expected clips outside {without}, the folder to write into")
         group = list(_of_word(word, without, files))
         if not group and word not in files:
-            problems.append(f"{word}: no clips found; expected a clip, a folder or a pattern")
+            problems.append(f"{word}: expected a clip, or a folder or pattern with clips")
         left_out = set() if "://" in word else _exports_among(group)
         exports |= left_out
         for source in group:

@@ -151,7 +151,7 @@ class _Run:
                 if time.monotonic() - self.noted > _TOGETHER_S:
                     self._note()
                 if self.in_vain >= _IN_VAIN:
-                    raise TwistError("the manifest can no longer be written; is the disk full?")
+                    raise TwistError("the manifest can no longer be written")
         except TwistError as error:
             self.summary.stopped = str(error)
         except KeyboardInterrupt:
@@ -217,8 +217,10 @@ class _Run:
             self._put([one])
         except TwistError as error:
             self.in_vain += 1
-            row = _failed(row, f"{source.name}: was processed, but cannot be recorded: {error}")
-            # The clip already has a row, so replacing it may succeed even on a full disk.
+            row = _failed(
+                row, (f"{source.name}: the clip is done, but this cannot be recorded: {error}")
+            )
+            # A row for it stands there already: there may be room.
             with suppress(TwistError), self.manifest.transaction():
                 self.manifest.put_rows([row])
         else:
@@ -253,7 +255,8 @@ def _locked(folder: Path) -> Iterator[None]:
     try:
         if not lock(handle):
             raise TwistError(
-                f"{folder}: another run of twistcore batch is writing into it; wait until it ends"
+                f"{folder}: another run of twistcore batch is writing into it; wait until it "
+                "has ended"
             )
         yield
     finally:

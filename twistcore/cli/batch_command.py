@@ -1,4 +1,4 @@
-"""`twistcore batch`."""
+"""`twistcore batch`: process many clips into a folder of results."""
 
 from __future__ import annotations
 
@@ -30,12 +30,14 @@ _MIB = 1 << 20
 
 
 def batch_command(arguments: argparse.Namespace) -> int:
-    """Process the clips, then write and check what was asked for."""
+    """Process clips, write the result files and check the rules; return the exit code."""
     rules = _rules(arguments)
     parameters = _parameters(arguments)
     words = [*arguments.paths, *(f"@{name}" for name in arguments.lists)]
     if not words:
-        raise TwistError("expected clips, folders, patterns, URLs or --from FILE")
+        raise TwistError(
+            "expected a clip, folder, pattern, URL or --from FILE. See `twistcore batch --help`."
+        )
     own = None if "://" in arguments.output else Path(arguments.output)
     inputs = find_inputs(words, without=own)
     targets = [getattr(arguments, name) for name in _FILES if getattr(arguments, name)]
@@ -61,10 +63,11 @@ def batch_command(arguments: argparse.Namespace) -> int:
         blind = _tell_doubts(folder, {source.path for source in inputs.sources})
         broken = _written(arguments, folder, {source.path for source in inputs.sources}, rules)
     if summary.stopped:
-        left = f"{summary.left} clips to go; the same command goes on"
+        left = f"{summary.left} clips are left; the same command continues"
         problem(f"{summary.stopped}: {left}")
-    counts = f"{summary.done} clips done, {summary.known} known, {len(summary.failed)} failed"
-    exports = f"; {_exports(inputs.exports)} not taken" if inputs.exports else ""
+    counts = f"{count_of(summary.done, 'clip')} done, {summary.known} done before"
+    counts += f", {len(summary.failed)} failed"
+    exports = f"; {_exports(inputs.exports)} skipped" if inputs.exports else ""
     remark(f"{arguments.output}: {counts}{exports}")
     if summary.stopped == "stopped":
         return 130
@@ -76,21 +79,21 @@ def batch_command(arguments: argparse.Namespace) -> int:
 
 
 def _tell_uncorrected(folder: Path, sources: Collection[str]) -> bool:
-    """List what could not be corrected, now or in earlier runs; whether there is any."""
-    told = False
+    """List intervals that could not be corrected, now or earlier; True if there are any."""
+    any_left = False
     with Manifest.open(folder) as manifest:
         for source, name, sentences in manifest.uncorrected():
             if source in sources:
-                told = True
+                any_left = True
                 for sentence in sentences:
                     problem(f"{name}: {sentence}")
-    return told
+    return any_left
 
 
 def _tell_doubts(folder: Path, sources: Collection[str]) -> bool:
-    """List in how many clips nothing could be examined, limbs were not, or frames are missing.
+    """Count clips without anything to examine, with unexamined limbs or missing frames.
 
-    True if there are clips in which nothing could be examined.
+    Returns True if nothing could be examined in a clip.
     """
     with Manifest.open(folder) as manifest:
         found = [one for one in manifest.glances() if one.source in sources]
@@ -115,7 +118,7 @@ def _exports(count: int) -> str:
 def _written(
     arguments: argparse.Namespace, folder: Path, sources: Collection[str], rules: Sequence[Any]
 ) -> bool:
-    """Write result files and report, and say which rules are broken; whether any is."""
+    """Write result files and report, and list broken rules; True if something is broken."""
     broken: list[Any] = []
     if rules or any(getattr(arguments, name) for name in _FILES):
         from twistcore.batch.gates import broken as broken_of
@@ -135,7 +138,7 @@ def _written(
 
 
 def _reported(arguments: argparse.Namespace, folder: Path, broken: Sequence[Any]) -> bool:
-    """Write the report of the whole folder; whether a page of it could not be made as it should."""
+    """Write the report of the whole folder; True if it has problems."""
     write = import_module("twistcore.report.folder_report").write_folder_report
     workers = arguments.workers or os.cpu_count() or 1
     report = write(folder, folder / "report", workers=workers, broken=broken, counter=counter)
@@ -173,12 +176,12 @@ def _rules(arguments: argparse.Namespace) -> list[Any]:
 
 
 def _parameters(arguments: argparse.Namespace) -> Parameters:
-    """What the words say; what files say is read here, as no other machine may see them."""
+    """Return the parameters; files are read here, as other machines may not see them."""
     profile, rig = None, None
     if arguments.detector and arguments.scheduler:
         raise TwistError(
-            "--detector: expected no --scheduler, whose machines lack the file; a package with an "
-            "entry point can be installed on them (docs/detectors.md)"
+            "--detector: cannot be combined with --scheduler, as its machines lack the file; "
+            "install a package with an entry point on them (docs/detectors.md)"
         )
     if arguments.profile:
         from twistcore.tuning import read_profile
@@ -186,8 +189,8 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
         found = read_profile(arguments.profile)
         if found.method not in ("", arguments.method):
             note(
-                f"{arguments.profile}: note: tuned for detector {found.method}, "
-                f"used with {arguments.method}"
+                f"{arguments.profile}: note: tuned for the detector {found.method}, "
+                f"but used with {arguments.method}"
             )
         profile = dict(found.tau)
     if arguments.rig:
@@ -200,7 +203,7 @@ def _parameters(arguments: argparse.Namespace) -> Parameters:
 
         words = read_words(arguments.joint_names)
     if not arguments.refine and (arguments.include_open or arguments.min_confidence is not None):
-        raise TwistError("--min-confidence, --include-open: expected --refine, too")
+        raise TwistError("--min-confidence, --include-open: need --refine, too")
     return Parameters(
         method=arguments.method,
         tau_deg=arguments.tau,
@@ -225,7 +228,7 @@ def _limits(arguments: argparse.Namespace) -> Limits:
 
 @contextmanager
 def _carrying_out(arguments: argparse.Namespace) -> Iterator[CarryOut]:
-    """Processes of this machine, or a cluster."""
+    """Yield what carries tasks out: processes of this machine, or a cluster."""
     if not (arguments.scheduler or arguments.local_cluster):
         yield partial(_in_processes, workers=arguments.workers or os.cpu_count() or 1)
         return

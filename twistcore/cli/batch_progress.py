@@ -1,4 +1,4 @@
-"""How far a batch is: a bar on a terminal, lines elsewhere, with rate and time left."""
+"""Progress of a batch, with rate and time left: a bar on a terminal, or lines."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from twistcore.batch.inputs import Source
 from twistcore.batch.run_plan import Plan
 from twistcore.cli.output import is_quiet, progress
 
-_EVERY_S = 10.0  # between lines, but for the twentieths of the way
+_EVERY_S = 10.0  # between lines, besides those at each twentieth of the clips
 
 
 class Progress:
-    """Told of every clip that is through; time left goes by bytes, which time goes with."""
+    """Progress of the clips of a plan; the time left is estimated from their bytes."""
 
     def __init__(self, plan: Plan) -> None:
         self.total, self.done, self.failed = len(plan.todo), 0, 0
@@ -23,15 +23,15 @@ class Progress:
         self.begin = self.said = time.monotonic()
         self.bar: Any = None
         if plan.known or plan.failed:
-            bad = f", {len(plan.failed)} known to fail" if plan.failed else ""
-            progress(f"{plan.known} clips are known{bad}, {self.total} to do")
+            bad = f", {len(plan.failed)} known failures" if plan.failed else ""
+            progress(f"{plan.known} clips are already done{bad}, {self.total} left to do")
         if sys.stderr.isatty() and not is_quiet():
             from tqdm import tqdm
 
             self.bar = tqdm(total=self.total, unit="clip", file=sys.stderr)
 
     def tell(self, source: Source, fine: bool) -> None:
-        """A clip is through."""
+        """Count a finished clip."""
         self.done += 1
         self.failed += not fine
         self.bytes_done += max(source.size, 1)
@@ -51,12 +51,12 @@ class Progress:
             )
 
     def left(self) -> str:
-        """'0:12:07', by the pace so far."""
+        """Return the time left, such as '0:12:07', at the pace so far."""
         passed = time.monotonic() - self.begin
         seconds = round(passed / self.bytes_done * (self.bytes - self.bytes_done))
         return f"{seconds // 3600}:{seconds // 60 % 60:02d}:{seconds % 60:02d}"
 
 
 def begin(plan: Plan) -> Callable[[Source, bool], None]:
-    """A progress for a plan."""
+    """Begin the progress of a plan."""
     return Progress(plan).tell

@@ -29,7 +29,7 @@ from twistcore.synthesis import parse_protocol
 
 
 def benchmark_command(arguments: argparse.Namespace) -> int:
-    """Run it, print the tables, write the files; 1 where a clip failed, 2 where all did."""
+    """Print tables and write files; return 1 if a clip failed, 2 if all did."""
     settings = BenchmarkSettings(
         protocols=_protocols(arguments.protocol or ["P0"]),
         methods=_methods(_named(arguments)),
@@ -55,13 +55,15 @@ def benchmark_command(arguments: argparse.Namespace) -> int:
         write_atomically(arguments.csv, encoded(rows_to_csv(make_rows(summary, settings))))
     code = tell_problems([sentence for _, sentence in summary.problems], summary.clips)
     if summary.missing:
-        problem(f"stopped with {summary.missing} of {len(clips)} clips to go; --resume continues")
+        problem(
+            f"stopped: {summary.missing} of {len(clips)} clips are left; continue with --resume"
+        )
         return 130
     return code
 
 
 def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettings) -> Path:
-    """Where partial results are kept: beside the JSON, if that is a file, else in the cache."""
+    """Return the file for partial results: next to the JSON file, or in the cache."""
     if json_file and not is_stream(json_file):
         return json_file.with_name(f"{json_file.name}.partial.jsonl")
     words = json.dumps([str(real_path(folder)), settings.to_json()])
@@ -71,25 +73,27 @@ def partial_path(folder: Path, json_file: Path | None, settings: BenchmarkSettin
 
 
 def _protocols(names: Sequence[str]) -> tuple[str, ...]:
-    """Names as given, each once, checked; 'P0-all' is P0 here."""
+    """Return the names of protocols, each once, checked; 'P0-all' is P0 here."""
     plain = ["P0" if name == "P0-all" else name for name in _split(names)]
     return tuple(dict.fromkeys(parse_protocol(name).name for name in plain))
 
 
 def _named(arguments: argparse.Namespace) -> list[str]:
-    """The words of --methods, all if not given, and the detector of --detector."""
+    """Return the names of --methods, or all, and the detector of --detector."""
     named = list(arguments.methods or ["all"])
     return [*named, arguments.method] if arguments.detector else named
 
 
 def _methods(names: Sequence[str]) -> tuple[str, ...]:
-    """Method names in the table's order; 'all', 'detectors' and 'baselines' name several."""
+    """Return methods in the table's order; 'all', 'detectors' and 'baselines' are groups."""
     known = all_methods()
     groups = {"all": known, "detectors": DETECTORS.ready(), "baselines": (HINGE, *BASELINES)}
     chosen: set[str] = set()
     for name in _split(names):
         if name not in groups and name not in known:
-            raise TwistError(f"no method {name!r}; expected {', '.join((*known, *groups))}")
+            raise TwistError(
+                f"--methods: unknown method {name!r}; expected {', '.join((*known, *groups))}"
+            )
         chosen.update(groups.get(name, (name,)))
     return tuple(m for m in known if m in chosen)
 

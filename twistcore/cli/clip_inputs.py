@@ -1,4 +1,4 @@
-"""Clips as a command's words choose them: read, with their chains, analysed, one or many."""
+"""Read and analyse the clips, chains and detector that a command's arguments choose."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ from twistcore.skeleton.rig import AS_FOUND, Rig, read_rig
 
 Found = TypeVar("Found")
 
-_NOTES = 5  # on one clip; `info` lists all
+_NOTES = 5  # printed for one clip; `info` lists all
 
 
 def clip_name(path: Path) -> str:
-    """As it was given."""
+    """Return the name of a clip as it was given."""
     return "-" if path == STANDARD_INPUT else str(path)
 
 
 def open_clip(path: Path, *, fps: float | None = None) -> Clip:
-    """Read a clip, a BVH from standard input; fps: instead of the file's. Raises TwistError."""
+    """Read a clip, or a BVH from standard input; fps replaces the file's rate."""
     with step(f"  {clip_name(path)}: read"):
         if path != STANDARD_INPUT:
             return read_clip(path, fps=fps)
@@ -40,7 +40,7 @@ def open_clip(path: Path, *, fps: float | None = None) -> Clip:
 
 
 def clip_notes(name: object, clip: Clip) -> list[str]:
-    """What was read with an assumption, a sentence each; of many the first, and how many more."""
+    """Return sentences on the assumptions in reading a clip; of many, the first and a count."""
     shown = clip.warnings if len(clip.warnings) <= _NOTES else clip.warnings[: _NOTES - 1]
     sentences = [f"{name}: note: {warning}" for warning in shown]
     if left := len(clip.warnings) - len(shown):
@@ -49,7 +49,7 @@ def clip_notes(name: object, clip: Clip) -> list[str]:
 
 
 def tell_clip(name: object, clip: Clip) -> None:
-    """Print the notes of a clip on standard error, once a command."""
+    """Print the notes of a clip on standard error."""
     for sentence in clip_notes(name, clip):
         note(sentence)
 
@@ -57,12 +57,12 @@ def tell_clip(name: object, clip: Clip) -> None:
 def look_at(
     clips: Sequence[Path], work: Callable[[Path], Found]
 ) -> tuple[list[Found], list[tuple[str, str]]]:
-    """What `work` makes of every clip; names of those that could not be processed, and why.
+    """Return the result of `work` for each clip, and the names and errors of failed clips.
 
-    Of one clip alone its error is raised, as it is if standard input is named twice.
+    The error of a single clip is raised. Raises TwistError if standard input is named twice.
     """
     if clips.count(STANDARD_INPUT) > 1:
-        raise TwistError("-: expected standard input once")
+        raise TwistError("-: expected standard input only once")
     if len(clips) == 1:
         return [work(clips[0])], []
     found, failed = [], []
@@ -77,39 +77,39 @@ def look_at(
 
 
 def failed_to_json(failed: Sequence[tuple[str, str]]) -> list[dict[str, str]]:
-    """As documents list them."""
+    """Return the failed clips as JSON documents list them."""
     return [{"clip": name, "reason": why} for name, why in failed]
 
 
 def analysed(arguments: argparse.Namespace, clip: Clip) -> ClipAnalysis:
-    """The clip with the chains of --rig, or those of them that --person and --chain name."""
+    """Analyse a clip with the chains of --rig that --person and --chain choose."""
     rig = with_own_words(chosen_rig(arguments), clip.motion, chosen_words(arguments))
     try:
         rig.chains(clip.motion)
     except TwistError as error:
-        raise TwistError(f"{arguments.rig}: {error}, as {clip.path} has it") from None
+        raise TwistError(f"{arguments.rig}: {error}, in the clip {clip.path}") from None
     chains, people = (getattr(arguments, name, None) for name in ("chain", "person"))
     return analyse(clip, chains, rig, people)
 
 
 def chosen_rig(arguments: argparse.Namespace) -> Rig:
-    """That of --rig."""
+    """Return the rig of --rig, or the rig for the chains as found."""
     return read_rig(arguments.rig) if arguments.rig else AS_FOUND
 
 
 def chosen_words(arguments: argparse.Namespace) -> dict[str, Any] | None:
-    """What the file of --joint-names says, or None."""
+    """Return the contents of the file of --joint-names, or None."""
     return read_words(arguments.joint_names) if arguments.joint_names else None
 
 
 def detected(arguments: argparse.Namespace, clip: Clip) -> Detection:
-    """The intervals by --chain, --kinds, --method, --tau and --profile, which goes before --tau."""
+    """Detect intervals in a clip by the options; --profile has priority over --tau."""
     with step(f"  {clip.path}: analysed and searched"):
         return searched(arguments, analysed(arguments, clip))
 
 
 def searched(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection:
-    """The same of a clip that is analysed already."""
+    """Detect intervals in an analysed clip by the options."""
     method = arguments.method
     kinds = ALL_KINDS if arguments.kinds is None else arguments.kinds
     if not arguments.profile:
@@ -118,6 +118,9 @@ def searched(arguments: argparse.Namespace, analysis: ClipAnalysis) -> Detection
 
     profile = read_profile(arguments.profile)
     if profile.method not in ("", method):
-        note(f"{arguments.profile}: note: tuned for detector {profile.method}, used with {method}")
+        note(
+            f"{arguments.profile}: note: tuned for the detector {profile.method}, "
+            f"but used with {method}"
+        )
     given = analysis.tau_of(arguments.tau, profile.tau)
     return analysis.detect(method, kinds=kinds, tau_radians=given)

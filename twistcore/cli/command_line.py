@@ -1,4 +1,4 @@
-"""The `twistcore` command: exit codes are a contract (0 done, 1 partly, 2 refused)."""
+"""The `twistcore` command. Its exit codes are a contract: 0 done, 1 partly done, 2 refused."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from twistcore.files.atomic import is_standard_output
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; returns its exit code. No traceback reaches a person.
+    """Run one command and return its exit code; errors are one line, without a traceback.
 
-    argv: its words; None for the words of this process, which ends with the command.
+    argv: the arguments; None for those of this process, which ends with the command.
     """
     if argv is not None:
         return _main(argv)
@@ -30,24 +30,24 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         return _main(sys.argv[1:])
     finally:
-        gc.freeze()  # the interpreter's end need not search what the system takes back anyway
+        gc.freeze()  # at its end the interpreter need not search memory that is freed anyway
 
 
 def _main(argv: Sequence[str]) -> int:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors="replace")  # a terminal without θ or → is no reason to fail
+            stream.reconfigure(errors="replace")  # a terminal without θ or → must not be an error
     arguments = make_parser(argv).parse_args(argv)
     document = getattr(arguments, "json", None) is True
     voice = Voice(arguments.quiet, arguments.verbose, document)
     try:
         with _ended_by_signals(), speaking(voice), step(arguments.command), _detector(arguments):
             code = _run(arguments)
-        sys.stdout.flush()  # a reader that has gone is noticed here, not at the interpreter's end
+        sys.stdout.flush()  # a closed pipe is noticed here, not at the interpreter's end
     except TwistError as error:
         problem(" ".join(str(error).splitlines()))
         return 2
-    except BrokenPipeError:  # the reader of a pipe has seen enough
+    except BrokenPipeError:  # the reader of the pipe has closed it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 0
     except OSError as error:
@@ -61,7 +61,7 @@ def _main(argv: Sequence[str]) -> int:
 
 @contextlib.contextmanager
 def _detector(arguments: argparse.Namespace) -> Iterator[None]:
-    """Know the detector of --detector, also in the processes that the command starts."""
+    """Register the detector of --detector, also for processes that the command starts."""
     place = getattr(arguments, "detector", None)
     if place is None:
         yield
@@ -73,7 +73,7 @@ def _detector(arguments: argparse.Namespace) -> Iterator[None]:
 
 
 class _EndedError(KeyboardInterrupt):
-    """The system, or whoever closed the terminal, wants an end: as Ctrl+C does."""
+    """A signal to end the program: from the system, or because the terminal was closed."""
 
     def __init__(self, number: int) -> None:
         super().__init__(number)
@@ -82,9 +82,9 @@ class _EndedError(KeyboardInterrupt):
 
 @contextlib.contextmanager
 def _ended_by_signals() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP, where nobody else hears them, be an exception: files are tidied up.
+    """Raise _EndedError on SIGTERM and SIGHUP if nothing handles them: files are cleaned up.
 
-    A second one ends the process at once.
+    A second signal ends the process immediately.
     """
     if threading.current_thread() is not threading.main_thread():
         yield
@@ -95,21 +95,21 @@ def _ended_by_signals() -> Iterator[None]:
         raise _EndedError(number)
 
     numbers = (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM))
-    heard = [n for n in dict.fromkeys(numbers) if signal.getsignal(n) == signal.SIG_DFL]
-    for number in heard:
+    handled = [n for n in dict.fromkeys(numbers) if signal.getsignal(n) == signal.SIG_DFL]
+    for number in handled:
         signal.signal(number, end)
     try:
         yield
     finally:
-        for number in heard:
+        for number in handled:
             signal.signal(number, signal.SIG_DFL)
 
 
 def _run(arguments: argparse.Namespace) -> int:
-    """The command; where an output is standard output, what is said goes to standard error."""
+    """Run the command; if an output is standard output, messages go to standard error."""
     if not any(is_standard_output(v) for v in vars(arguments).values() if isinstance(v, Path)):
         return int(arguments.run(arguments))
     if getattr(arguments, "json", None) is True:
-        raise TwistError("--json: expected nothing else on standard output")
+        raise TwistError("--json: expected no other output on standard output")
     with contextlib.redirect_stdout(sys.stderr):
         return int(arguments.run(arguments))

@@ -1,6 +1,6 @@
-"""`twistcore completion`: a script by which a shell completes this command's words.
+"""`twistcore completion`: a script that lets a shell complete commands, options and files.
 
-By shtab, which writes the script from the parser once: nothing runs at a press of Tab.
+shtab writes the script from the parser once: no program runs when Tab is pressed.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _FILES = (
 
 
 def completion_command(arguments: argparse.Namespace) -> int:
-    """Print the script."""
+    """Print the script and return the exit code."""
     try:
         import shtab
     except ImportError:

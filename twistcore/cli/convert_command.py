@@ -1,4 +1,4 @@
-"""`twistcore convert`: a scene of FBX, glTF or Blender as a BVH, read by a separate Blender."""
+"""`twistcore convert`: write a scene of FBX, glTF or Blender as BVH, by a separate Blender."""
 
 from __future__ import annotations
 
@@ -14,24 +14,46 @@ from twistcore.files.atomic import is_stream
 
 
 def add_convert(parser: argparse.ArgumentParser) -> None:
-    """Put the command's words into a parser."""
-    parser.add_argument("scene", type=Path, metavar="IN", help="FBX, GLB, glTF or .blend")
-    parser.add_argument("-o", "--output", type=target, required=True, metavar="OUT.bvh")
+    """Add the arguments to a parser."""
+    parser.add_argument("scene", type=Path, metavar="IN", help="the FBX, GLB, glTF or .blend file")
     parser.add_argument(
-        "--blender", metavar="PATH", help="Blender, or a Python that has bpy; else TWIST_BLENDER"
+        "-o",
+        "--output",
+        type=target,
+        required=True,
+        metavar="OUT.bvh",
+        help="BVH to write; '-' is standard output",
     )
-    parser.add_argument("--take", metavar="NAME", help="which of several")
-    parser.add_argument("--armature", metavar="NAME", help="which of several")
-    parser.add_argument("--fps", type=rate, help="instead of the scene's rate")
     parser.add_argument(
-        "--unit", type=positive, metavar="METRES", help="of one unit of OUT; FBX 0.01, else 1"
+        "--blender",
+        metavar="PATH",
+        help="Blender, or a Python with the module bpy (default: the variable TWIST_BLENDER, or "
+        "else `blender` on the path, or else bpy in this Python)",
     )
-    parser.add_argument("--time-limit", type=positive, metavar="SECONDS", help="default 600")
+    for name, what in (("--take", "take"), ("--armature", "armature")):
+        parser.add_argument(
+            name, metavar="NAME", help=f"{what} to convert, of several (default: the only one)"
+        )
+    parser.add_argument(
+        "--fps", type=rate, metavar="HZ", help="frame rate to use (default: the scene's)"
+    )
+    parser.add_argument(
+        "--unit",
+        type=positive,
+        metavar="METRES",
+        help="length of one unit of OUT.bvh (default: 0.01 for FBX, 1 for the others)",
+    )
+    parser.add_argument(
+        "--time-limit",
+        type=positive,
+        metavar="SECONDS",
+        help="time after which Blender is stopped (default: 600)",
+    )
     parser.set_defaults(run=deferred("convert_command", "convert_command"))
 
 
 def convert_command(arguments: argparse.Namespace) -> int:
-    """Write the BVH."""
+    """Write the BVH and return the exit code."""
     from twistcore.formats import blender as scenes  # scipy.spatial
     from twistcore.formats.bvh import write_motion
 

@@ -1,4 +1,4 @@
-"""`twistcore refine | apply | diff`: corrected clips, and how they differ from what they were."""
+"""`twistcore refine | apply | diff`: write corrected clips, and compare clips."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 import math
 import shlex
 from collections.abc import Collection, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
@@ -14,15 +15,16 @@ from twistcore.cli.arguments.argument_types import STANDARD_INPUT
 from twistcore.cli.clip_inputs import clip_name, clip_notes, detected, open_clip, tell_clip
 from twistcore.cli.folder_commands import apply_folder, diff_folders
 from twistcore.cli.interval_words import (
+    counted_words,
     jump_sentences,
     not_examined,
     note_sentences,
     shown_only,
-    told_of,
     unexamined_to_json,
     without_limbs,
 )
 from twistcore.cli.output import (
+    count_of,
     note,
     print_json,
     problem,
@@ -50,16 +52,19 @@ from twistcore.formats.clip import Clip, check_ending, write_clip
 from twistcore.formats.reading import own_name
 from twistcore.report.clip_report import check_report, reports_other_bytes, write_clip_report
 from twistcore.report.document import Report
-from twistcore.review import Review
-from twistcore.review.model import SEEN
+from twistcore.review import Decision, Review, read_session, write_session
+from twistcore.review.model import APPLIED, SEEN, Judged
 
 
 def refine_command(arguments: argparse.Namespace) -> int:
-    """Write a corrected clip, and a report if asked."""
+    """Write a corrected clip, and a report and a session if asked; return the exit code."""
     clip = open_clip(arguments.clip, fps=arguments.fps)
     check_ending(clip, arguments.output)
     files = arguments.clip, arguments.profile, arguments.rig, arguments.joint_names
-    refuse_overwrite([arguments.output], [path for path in files if path])
+    written_files = [path for path in (arguments.output, arguments.session) if path]
+    refuse_overwrite(written_files, [path for path in files if path])
+    if arguments.session:
+        _refuse_decided(arguments.session)
     if arguments.report and is_there(arguments.report) and not arguments.report.is_dir():
         raise TwistError(f"{arguments.report}: expected a folder for the report")
     if arguments.report:
@@ -72,6 +77,9 @@ def refine_command(arguments: argparse.Namespace) -> int:
         refined = accepted_motion(clip, chains, review.state)
     with step(f"  {arguments.output}: written"):
         jumps = write_clip(clip, refined, arguments.output)
+    if arguments.session:
+        with step(f"  {arguments.session}: session written"):
+            write_session(clip, review, arguments.session)
     name = clip_name(arguments.clip)
     notes = [*clip_notes(name, clip), *note_sentences(name, found)]
     notes += jump_sentences(arguments.output, jumps)
@@ -87,15 +95,18 @@ def refine_command(arguments: argparse.Namespace) -> int:
             written=written,
         )
         if reports_other_bytes(arguments.report, own_name(clip.path), clip):
-            there = f"of a {clip.name} with other bytes"
-            notes.append(f"{arguments.report}: note: the report {there} was replaced")
+            other = f"of another clip {clip.name}"
+            notes.append(f"{arguments.report}: note: replaced the report {other}")
         with step(f"  {arguments.report}: report written"):
             write_clip_report(arguments.report, report)
     done = correctable(clip.motion, chains, applied)
-    count = told_of(done, found, "corrected")
+    count = counted_words(done, found, "corrected")
     count += f"{shown_only(found)}{_left(name, len(applied), found)}"
     if not found.not_examined:
         remark(f"{arguments.output}: {count}{without_limbs(found.analysis.unexamined)}")
+    if arguments.session:
+        session = f"session with {count_of(len(review.state.intervals), 'interval')}"
+        remark(f"{arguments.session}: {session}, {len(applied)} accepted automatically")
     problems, beside = uncorrected_sentences(clip, chains, applied)
     problems += not_examined(name, found)
     notes += beside
@@ -104,8 +115,27 @@ def refine_command(arguments: argparse.Namespace) -> int:
     return _tell(notes, problems)
 
 
+def _refuse_decided(path: Path) -> None:
+    """Raise TwistError if `path` is a file that is not a session, or one with a person's work."""
+    if is_stream(path) or not is_there(path):
+        return
+    state = read_session(path).state
+    by_person = state.left_out or state.tracking or any(map(_is_of_a_person, state.intervals))
+    if by_person:
+        raise TwistError(
+            f"{path}: expected a new file or a session without decisions of a person, found "
+            f"decisions; write the session to another file"
+        )
+
+
+def _is_of_a_person(judged: Judged) -> bool:
+    """True if a person decided on an interval, changed it or wrote a note."""
+    made = judged.by_hand or judged.edited or bool(judged.note or judged.reason)
+    return made or judged.verdict not in (APPLIED, Decision.UNDECIDED.value)
+
+
 def apply_command(arguments: argparse.Namespace) -> int:
-    """Replay a session, or those of a folder: the same bytes as the program's export."""
+    """Apply a session, or those of a folder: the same bytes as the window's export."""
     if arguments.session.is_dir() or arguments.clip.is_dir():
         return apply_folder(arguments)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
@@ -118,7 +148,7 @@ def apply_command(arguments: argparse.Namespace) -> int:
     notes += jump_sentences(arguments.output, jumps)
     chosen, judged = session.state.chosen(), session.state.intervals
     done = correctable(clip.motion, chains, chosen)
-    count = told_of(done, [j.interval for j in judged], "applied")
+    count = counted_words(done, [j.interval for j in judged], "applied")
     seen = shown_only([j.interval for j in judged if j.verdict == SEEN], " seen")
     if not blind:
         remark(f"{arguments.output}: {count}{seen}{without_limbs(analysis.unexamined)}")
@@ -134,7 +164,7 @@ def apply_command(arguments: argparse.Namespace) -> int:
 
 
 def _left(clip: str, applied: int, found: Iterable[Interval]) -> str:
-    """'; 2 left for a person to judge: twist-inspector walk.bvh' where there are any."""
+    """Return '; 2 left for a person to judge: twist-inspector walk.bvh', or ''."""
     left = sum(i.repairable for i in found) - applied
     if not left:
         return ""
@@ -147,7 +177,7 @@ def _least(asked: float | None) -> float:
 
 
 def _tell(notes: Iterable[str], problems: Collection[str]) -> int:
-    """Say what should be known, and what could not be done; 1 where there is such."""
+    """Print problems and notes; return 1 if there are problems."""
     for sentence in problems:
         problem(sentence)
     for sentence in notes:
@@ -170,6 +200,7 @@ def _refined_to_json(
         "clip": clip_name(arguments.clip),
         "output": str(arguments.output),
         "report": str(arguments.report) if arguments.report else None,
+        "session": str(arguments.session) if arguments.session else None,
         "frames": motion.frames,
         "missing_frames": clip.missing_frames,
         "fps": motion.fps,
@@ -188,7 +219,7 @@ def _refined_to_json(
 
 
 def _place(interval: Interval) -> tuple[str, str, int, int]:
-    """What tells it from others of its clip, where it has been sent through a review."""
+    """Return what identifies an interval of a clip, also after a review."""
     return interval.chain, interval.kind.value, interval.start, interval.stop
 
 
@@ -228,12 +259,12 @@ def _applied_to_json(
 
 
 def diff_command(arguments: argparse.Namespace) -> int:
-    """Print what differs between two clips, or the clips of two folders."""
+    """Print the differences between two clips or two folders of clips."""
     if arguments.a.is_dir() or arguments.b.is_dir():
         return diff_folders(arguments)
     names = clip_name(arguments.a), clip_name(arguments.b)
     if names == ("-", "-"):
-        raise TwistError("-: expected standard input once")
+        raise TwistError("-: expected standard input only once")
     a, b = open_clip(arguments.a), open_clip(arguments.b)
     for name, clip in zip(names, (a, b), strict=True):
         tell_clip(name, clip)
@@ -253,7 +284,7 @@ def diff_command(arguments: argparse.Namespace) -> int:
     for m in difference.moved:
         say(f"{m.joint} moves by up to {m.of_height:.2g} of the height in {m.frames} frames")
     say(
-        f"{len({j.joint for j in difference.joints})} joints rotate otherwise, in "
+        f"{len({j.joint for j in difference.joints})} joints rotate differently, in "
         f"{difference.frames} frames; joints move by at most "
         f"{difference.max_position_of_height:.1e} of the height"
     )

@@ -1,4 +1,4 @@
-"""`twistcore info | detect`: what is in clips and what is wrong with it."""
+"""`twistcore info | detect`: the contents of clips, and their intervals with errors."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ from twistcore.work.frozen import dataclass
 
 Document = dict[str, Any]
 
-_NAME = 20  # columns for a chain's name, or more
-_LABEL = 16  # and for a label
-_LISTED = 4  # joints of a part of the body by name
+_NAME = 20  # least width of the column of chains
+_LABEL = 16  # least width of the column of labels
+_LISTED = 4  # joints of a part of the body that are listed by name
 
 
 def info_command(arguments: argparse.Namespace) -> int:
-    """What clips hold: one in full, of several a row each."""
+    """Print the contents of clips: one in full, several as a row each."""
     found, failed = look_at(arguments.clips, partial(_info_of, arguments))
     several = len(arguments.clips) > 1
     documents = [one.document for one in found]
@@ -74,16 +74,16 @@ def info_command(arguments: argparse.Namespace) -> int:
 def _together(
     schema: str, documents: Sequence[Document], failed: Sequence[tuple[str, str]]
 ) -> Document:
-    """The documents of several clips as one."""
+    """Return the documents of several clips as one document."""
     return {"schema": schema, "clips": list(documents), "failed": failed_to_json(failed)}
 
 
 @dataclass(frozen=True)
 class _Info:
-    """A clip as `info` shows it.
+    """The contents of a clip, as `info` prints them.
 
-    partly: limbs that are correctable only where their end was carried; notes: sentences that the
-    text lists; not_examined: the sentence on a clip in which nothing can be examined.
+    partly: limbs that are correctable only in flips that carried the end along; notes: sentences
+    for the text; not_examined: the sentence on a clip in which nothing can be examined.
     """
 
     document: Document
@@ -127,7 +127,7 @@ def _info_of(arguments: argparse.Namespace, path: Path) -> _Info:
         document["names"] = names_to_json(analysis.body, analysis.rig.names)
     every = [x for x in analysis.limbs if not uncorrectable_joints(motion, x, carried=True)]
     partly = {x.name for x in every if uncorrectable_joints(motion, x)}
-    limbs = set(map(str, analysis.unexamined))  # these have lines of their own
+    limbs = set(map(str, analysis.unexamined))  # printed in lines of their own
     own = {str(note) for note in analysis.notes if note.kind == NOT_EXAMINED} | limbs
     notes = [warning for warning in document["warnings"] if warning not in own]
     return _Info(document, partly, notes, not_examined(clip_name(path), analysis))
@@ -147,14 +147,17 @@ def _say_info(info: _Info) -> None:
         say(f"  {len(people)} people: {', '.join(map(terminal_text, people))}")
     entries = (*document["chains"], *document["limbs"])
     width = max([_LABEL, *(len(entry["label"]) for entry in entries)])
+    chains = [terminal_text(entry.get("limb") or entry["chain"]) for entry in entries]
+    broad = max([_NAME, *map(len, chains)])
     if entries:
-        say(f"  {'chain or limb':<{width}} joints", head=True)
-    for entry in entries:
+        say(f"  {'name for --chain':<{broad}} {'chain or limb':<{width}} joints", head=True)
+    for chain, entry in zip(chains, entries, strict=True):
         note = f"   not correctable: {', '.join(u)}" if (u := entry["uncorrectable"]) else ""
         if entry.get("limb") in info.partly:
-            note = f"   correctable where its end was carried, not where kept: {', '.join(u)}"
+            note = f"   correctable if its end was carried, not if it was kept: {', '.join(u)}"
         names = [entry[k] for k in ("parent", "child", "end") if k in entry]
-        say(f"  {entry['label']:<{width}} {' → '.join(names)}{note}")
+        label = f"{entry['label']:<{width}}"
+        say(f"  {chain:<{broad}} {label} {' → '.join(names)}{note}")
     for one in () if document["not_examined"] else document["unexamined"]:
         limb = f"{one['person']} · " if "person" in one else ""
         limb += one["limb"].capitalize()
@@ -168,12 +171,12 @@ def _say_info(info: _Info) -> None:
 
 
 def _listed(names: Sequence[str]) -> str:
-    """The names, of many the first and how many there are."""
+    """Return the names; of many, the first and the number."""
     return ", ".join(names) if len(names) <= _LISTED else f"{names[0]} … ({len(names)} joints)"
 
 
 def _say_rows(documents: Sequence[Document]) -> None:
-    """A row a clip; the last column is last, since names are long."""
+    """Print one row for each clip, its name last, as names may be long."""
     say(
         f"{'frames':>8} {'fps':>8} {'seconds':>9} {'joints':>6} {'channels':>8} {'chains':>6} "
         f"{'limbs':>5} {'unexamined':>10} {'notes':>5}  clip",
@@ -192,7 +195,7 @@ def _say_rows(documents: Sequence[Document]) -> None:
 
 
 def _chain_to_json(clip: Clip, chain: Chain) -> Document:
-    """A chain, or a limb: its last joint is its end, and nothing hangs off its axis."""
+    """Return a chain or limb as JSON; the last joint of a limb is its end."""
     names, limb = clip.motion.skeleton.names, isinstance(chain, Limb)
     entry = {
         "limb" if limb else "chain": chain.name,
@@ -208,7 +211,7 @@ def _chain_to_json(clip: Clip, chain: Chain) -> Document:
 
 
 def detect_command(arguments: argparse.Namespace) -> int:
-    """Find intervals; of several clips each under its name."""
+    """Print the intervals of clips and return the exit code."""
     several = len(arguments.clips) > 1
     found, failed = look_at(arguments.clips, partial(_detect_in, arguments, several=several))
     counted, total = sum(count for count, *_ in found), sum(every for _, every, *_ in found)
@@ -228,20 +231,20 @@ def detect_command(arguments: argparse.Namespace) -> int:
 def _detect_in(
     arguments: argparse.Namespace, path: Path, *, several: bool
 ) -> tuple[int, int, int, Document]:
-    """How many intervals `--fail-over` counts and how many there are, 1 if nothing was examined.
+    """Print the intervals of a clip, or return them in a document.
 
-    Last the document, if it is wanted; text is printed at once. `--fail-over` counts faults of the
-    capture only where `--kinds` is given.
+    Returns the number of intervals for `--fail-over`, the number of all intervals, 1 if nothing
+    was examined, and the document. Faults of the capture count only with `--kinds`.
     """
     clip = open_clip(path, fps=arguments.fps)
     name, document = clip_name(path), Document()
-    told, missing = clip_notes(name, clip), clip.missing_frames
+    notes, missing = clip_notes(name, clip), clip.missing_frames
     warnings = list(map(str, clip.warnings))
     with step(f"  {clip.path}: analysed and searched"):
         analysis = analysed(arguments, clip)
-        del clip  # its text and numbers take more memory than its motion
+        del clip  # its text takes more memory than its motion
         found = searched(arguments, analysis)
-    for sentence in told:
+    for sentence in notes:
         note(sentence)
     blind = not_examined(name, found)
     if arguments.json:
@@ -298,21 +301,19 @@ def _say_intervals(found: Detection, *, explain: bool) -> None:
 
 
 def _kind(interval: Interval) -> str:
-    """What is wrong, where it is not the usual thing."""
+    """Return the kind of an interval in words, '' for a counter-twist."""
     if interval.kind == Kind.COUNTER_TWIST:
         return ""
     evidence = interval.evidence or {}
     if interval.kind == Kind.LONE_JUMP:
         turn = abs(evidence["turn_deg"])
         most = turn * evidence["limit_deg_s"] / evidence["speed_deg_s"]
-        return f"  {interval.kind}, {turn:.0f}° in a frame where no body turns by {most:.0f}°"
+        return f"  {interval.kind}, {turn:.0f}° in one frame; a body turns by less than {most:.0f}°"
     if interval.kind == Kind.NOISE_BURST:
         joints = [*map(terminal_text, evidence["joints"])]
         return f"  {interval.kind}{f' in {_listed(joints)}' if len(joints) > 1 else ''}"
     if interval.kind == Kind.FROZEN:
-        return (
-            f"  {interval.kind}: {terminal_text(evidence['part'])} stands still to the last digit"
-        )
+        return f"  {interval.kind}: {terminal_text(evidence['part'])} does not move in any digit"
     if interval.kind == Kind.LIMB_FLIP:
         return f"  {interval.kind}, end {'carried' if interval.carried else 'kept'}"
     return f"  {interval.kind}"
@@ -322,14 +323,14 @@ def _explain(interval: Interval) -> None:
     evidence = interval.evidence or {}
     _explain_signals(interval, evidence)
     for doubt in evidence.get("doubts", ()):
-        say(f"    against it: {doubt}")
+        say(f"    speaks against it: {doubt}")
 
 
 def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
     from twistcore.review.soft_onset import soft_onset  # only --explain needs it
 
-    if told := soft_onset(interval):
-        say(f"    {told}, gain {evidence['gain']:.1f}".replace("−", "-"))
+    if onset := soft_onset(interval):
+        say(f"    {onset}, gain {evidence['gain']:.1f}".replace("−", "-"))
         return
     if interval.kind != Kind.COUNTER_TWIST or "transition" in evidence:
         own = {name: value for name, value in evidence.items() if name != "doubts"}
@@ -338,23 +339,23 @@ def _explain_signals(interval: Interval, evidence: Mapping[str, Any]) -> None:
         return
     for edge in evidence.get("edges", ()):
         say(
-            f"    frames {edge['start']}–{edge['stop']}: x {edge['residual_x_deg']:+.2f}° against "
-            f"y {edge['residual_y_deg']:+.2f}°, agreement {edge['agreement']:.2f}, "
+            f"    frames {edge['start']}–{edge['stop']}: Δθp {edge['residual_x_deg']:+.2f}°, "
+            f"Δθc {edge['residual_y_deg']:+.2f}°, agreement {edge['agreement']:.2f}, "
             f"jump {edge['jump_deg']:+.2f}° ± {edge['sigma_deg']:.3f}°"
         )
     if (share := evidence.get("child_follows", 1.0)) < 1.0:
-        say(f"    the child turns back by {share:.0%} of it")
-    say(f"    left over {math.degrees(interval.residual):+.3f}°")
+        say(f"    the child turns back by {share:.0%} of δ")
+    say(f"    remaining offset {math.degrees(interval.residual):+.3f}°")
 
 
 def _explain_peaks(found: Detection) -> None:
-    """What is past τ in no interval, by chain, and why."""
+    """Print the peaks above τ that are in no interval, by chain, with the reasons."""
     from twistcore.analysis.why_not import peaks_without_interval  # only --explain needs it
 
     for chain in found.chains_and_limbs:
         if reasons := peaks_without_interval(found, chain.name):
             count = f"{len(reasons)} peak{'' if len(reasons) == 1 else 's'}"
-            say(f"{chain.name:<20} {count} past τ without an interval")
+            say(f"{chain.name:<20} {count} above τ without an interval")
             for reason in reasons:
                 say(f"    {reason.text}")
 
@@ -372,8 +373,8 @@ def _peaks_to_json(found: Detection) -> list[Document]:
 
 
 def _in_words(evidence: Mapping[str, Any]) -> list[str]:
-    """Evidence as lines: its numbers and texts in one, then one for each thing in its lists."""
-    said, below = [], []
+    """Return evidence as lines: numbers and texts in one, then one line per item of its lists."""
+    parts, below = [], []
     for key, value in evidence.items():
         words = key.removesuffix("_deg").replace("_", " ")
         things = value if isinstance(value, list | tuple) else [value]
@@ -381,8 +382,8 @@ def _in_words(evidence: Mapping[str, Any]) -> list[str]:
             below += [f"{words}: {line}" for thing in things for line in _in_words(thing)]
             continue
         shown = (_shown(thing) + ("°" if key.endswith("_deg") else "") for thing in things)
-        said.append(f"{words} {', '.join(shown) or '–'}")
-    return [", ".join(said), *below] if said else below
+        parts.append(f"{words} {', '.join(shown) or '–'}")
+    return [", ".join(parts), *below] if parts else below
 
 
 def _shown(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""`twistcore export`: what a session has accepted, as a script for the scene the clip came from."""
+"""`twistcore export`: accepted corrections as a script for the scene of the clip."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.review import Decision, read_session
 
 
 def export_command(arguments: argparse.Namespace) -> int:
-    """Write the script."""
+    """Write the script and return the exit code."""
     session = read_session(arguments.session)
     clip = read_clip(arguments.clip, fps=session.fps)
     refuse_overwrite([arguments.output], [arguments.clip, arguments.session])
@@ -45,7 +45,7 @@ def export_command(arguments: argparse.Namespace) -> int:
 
 
 def _tell_place(arguments: argparse.Namespace, place: bool) -> int:
-    """1, with a sentence, where a place was tracked: keys of rotations do not hold it."""
+    """Print a note and return 1 if the position was tracked, which the keys do not contain."""
     if place:
-        note(f"{arguments.output}: the tracked place of the figure is not among the keys")
+        note(f"{arguments.output}: the tracked position of the figure is not keyed, only rotations")
     return int(place)

@@ -1,4 +1,4 @@
-"""`twistcore apply | diff` where they are given folders."""
+"""`twistcore apply | diff` of folders."""
 
 from __future__ import annotations
 
@@ -40,10 +40,12 @@ from twistcore.work.processes import each, reason
 
 
 def apply_folder(arguments: argparse.Namespace) -> int:
-    """Replay every session of a folder on its clip; 1 where one could not be, 2 where none."""
+    """Apply each session of a folder to its clip; return 1 if one failed, 2 if all did."""
     sessions, clips, output = _folders(arguments.session, arguments.clip, arguments.output)
     if same_file(output, clips):
-        raise TwistError(f"{output}: expected another folder than that of the clips")
+        raise TwistError(
+            f"{output}: is the folder of the clips; expected another folder to write into"
+        )
     found = pair_sessions(sessions, clips, output)
     output.mkdir(parents=True, exist_ok=True)
     own = read_written(output)
@@ -59,7 +61,7 @@ def apply_folder(arguments: argparse.Namespace) -> int:
                     note_written(output, pair.name, result.sha256)
             tell(pair.name)
     for path in found.older:
-        note(f"{path}: note: its clip has a later session")
+        note(f"{path}: note: skipped, as its clip has a later session")
     for name in sorted(through):
         _tell_replayed(output / name, through[name])
     problems += [sentence for name in sorted(through) for sentence in through[name].left]
@@ -97,25 +99,29 @@ def _applied_to_json(
 
 
 def diff_folders(arguments: argparse.Namespace) -> int:
-    """Print what differs between two folders of clips; 1 where two could not be compared."""
+    """Print the differences between two folders of clips; return 1 if a pair failed."""
     a, b = _folders(arguments.a, arguments.b)
     found = compare_folders(a, b, workers=_workers(arguments), counter=counter)
     if arguments.json:
         print_json(folder_difference_to_json(found, str(arguments.a), str(arguments.b)))
     else:
         _tell_difference(found, arguments.a, arguments.b)
-    return tell_problems(list(found.failed.values()), 1)  # that nothing else differs is an answer
+    return tell_problems(
+        list(found.failed.values()), 1
+    )  # a comparison without any pair is a result, too
 
 
 def _folders(*paths: Path) -> tuple[Path, ...]:
     for path in paths:
         if is_there(path) and not path.is_dir():
-            raise TwistError(f"{path}: expected a folder, as the other is one")
+            raise TwistError(
+                f"{path}: is not a folder, but the other one is; expected two folders or two files"
+            )
     return paths
 
 
 def _tell_replayed(path: Path, one: Replayed) -> None:
-    kept = "" if one.new else ", was there already"
+    kept = "" if one.new else ", already there"
     remark(f"{path}: {one.applied} of {one.repairable} intervals applied{kept}")
     tell_jumps(path, one.jumps)
     for sentence in one.beside:
@@ -134,7 +140,7 @@ def _tell_difference(found: FolderDifference, a: Path, b: Path) -> None:
             f"{difference.max_position_of_height:.1e} of the height"
         )
     for name in found.same_motion:
-        say(f"{name}: other bytes, the same motion")
+        say(f"{name}: different bytes, same motion")
     say(
         f"{count_of(found.compared, 'clip')} compared: {len(found.identical)} identical, "
         f"{len(found.same_motion)} of the same motion, {len(found.different)} different; "

@@ -1,4 +1,4 @@
-"""Intervals in words: how many, of which kinds, what was taken out, what was left."""
+"""Sentences on intervals: counts by kind, corrected, left, not examined."""
 
 from __future__ import annotations
 
@@ -9,13 +9,14 @@ from pathlib import Path
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.cli.output import note
 from twistcore.detection import Interval, Kind
+from twistcore.detection.kind import plural
 from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.body import Unexamined
 from twistcore.skeleton.notes import NOT_EXAMINED
 
 
 def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
-    """Where a channel had to turn by more than 180° in one frame; many are counted."""
+    """Return sentences on channels that turn by more than 180° in one frame; many are counted."""
     sentences = [f"{output}: note: {jump}" for jump in jumps[:10]]
     if len(jumps) > 10:
         sentences.append(f"{output}: note: {len(jumps) - 10} more such jumps")
@@ -23,31 +24,31 @@ def jump_sentences(output: Path, jumps: Sequence[ChannelJump]) -> list[str]:
 
 
 def tell_jumps(output: Path, jumps: Sequence[ChannelJump]) -> None:
-    """Say so."""
+    """Print notes on channels that turn by more than 180° in one frame."""
     for sentence in jump_sentences(output, jumps):
         note(sentence)
 
 
 def note_sentences(clip: object, analysis: ClipAnalysis | Detection) -> list[str]:
-    """The notes of an analysis, each with the clip's name.
+    """Return the notes of an analysis, each with the clip's name.
 
-    That nothing could be examined is no note of a command but its result: :func:`not_examined`.
+    A clip that could not be examined is a problem, not a note: :func:`not_examined`.
     """
     return [f"{clip}: note: {note}" for note in analysis.notes if note.kind != NOT_EXAMINED]
 
 
 def not_examined(clip: object, found: ClipAnalysis | Detection) -> tuple[str, ...]:
-    """The sentence on a clip in which nothing could be examined; none on any other clip."""
+    """Return a sentence if nothing could be examined in a clip, or else nothing."""
     return (f"{clip}: could not be examined: {why}",) if (why := found.not_examined) else ()
 
 
 def unexamined_to_json(analysis: ClipAnalysis) -> list[dict[str, str]]:
-    """The limbs that no chain examines, as documents list them."""
+    """Return the limbs that were not examined, as JSON documents list them."""
     return [limb.to_json() for limb in analysis.unexamined]
 
 
 def without_limbs(unexamined: Sequence[Unexamined]) -> str:
-    """'; left arm and right arm not examined' where there are such limbs."""
+    """Return '; left arm and right arm not examined', or '' without such limbs."""
     if not unexamined:
         return ""
     *first, last = (one.title for one in unexamined)
@@ -55,17 +56,17 @@ def without_limbs(unexamined: Sequence[Unexamined]) -> str:
 
 
 def by_kind(intervals: Iterable[Interval], among: Iterable[Interval] = ()) -> str:
-    """' (2 counter-twists, 7 limb flips)' where these or others among them are not all twists."""
+    """Return ' (2 counter-twists, 7 limb flips)', or '' if all of them are counter-twists."""
     count = Counter(i.kind for i in intervals)
     if not count or {*count, *(i.kind for i in among)} == {Kind.COUNTER_TWIST}:
         return ""
     return f" ({', '.join(_counted(count[k], k) for k in _in_order(count))})"
 
 
-def told_of(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
-    """'5 of 7 intervals corrected (5 limb flips)', of those in which there is anything to take out.
+def counted_words(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -> str:
+    """Return '5 of 7 intervals corrected (5 limb flips)', counting correctable kinds only.
 
-    applied: those of them of which it was taken out; verb: what was done, 'corrected'.
+    applied: the corrected intervals; verb: 'corrected' or 'applied'.
     """
     every = tuple(every)
     repairable = sum(i.repairable for i in every)
@@ -73,17 +74,17 @@ def told_of(applied: Sequence[Interval], every: Iterable[Interval], verb: str) -
 
 
 def shown_only(intervals: Iterable[Interval], mark: str = "") -> str:
-    """', 6 lone jumps, 1 noise burst' where there are any; mark: a word after each."""
+    """Return ', 6 lone jumps, 1 noise burst', or ''; mark: a word after each kind."""
     count = Counter(i.kind for i in intervals if not i.repairable)
     return "".join(f", {_counted(count[k], k)}{mark}" for k in _in_order(count))
 
 
 def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
-    """From the usual to the rare."""
+    """Return the kinds from the most to the least common."""
     return sorted(kinds, key=lambda kind: (kind.info.place, kind))
 
 
 def _counted(count: int, kind: Kind) -> str:
-    """'2 limb flips', '1 frozen span': frames are not counted, spans of them are."""
+    """Return '2 limb flips' or '1 frozen span'."""
     word = kind.info.counted or kind.value
-    return f"{count} {word}{'' if count == 1 else 's'}"
+    return f"{count} {word if count == 1 else plural(word)}"

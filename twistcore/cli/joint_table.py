@@ -1,4 +1,4 @@
-"""What the joints of a clip were taken for, as `twistcore info --names` lists them."""
+"""The table of `twistcore info --names`: joints, and the bones they were recognised as."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _UNKNOWN = "unknown"
 
 
 def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
-    """Every joint with its side, the bones its name can mean, what it was taken for, and why.
+    """Return each joint with its side, possible bones, recognised bone and the reason.
 
     own: joints that a person named.
     """
@@ -35,7 +35,7 @@ def names_to_json(body: Body, own: Collection[str]) -> list[dict[str, Any]]:
 
 
 def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
-    """A row a joint."""
+    """Print one row for each joint."""
     rows = [(terminal_text(e["joint"]), e["taken_for"], e["by"]) for e in entries]
     if rows:
         width = max(_WIDTH, *(len(joint) for joint, *_ in rows))
@@ -45,7 +45,7 @@ def say_names(entries: Iterable[Mapping[str, Any]]) -> None:
 
 
 def _kind(name: JointName) -> str:
-    """What a joint outside of the limbs found is."""
+    """Return what a joint is that belongs to none of the limbs."""
     if name.other:
         return "head, finger or prop"
     if name.helper:

@@ -1,6 +1,6 @@
-"""What commands say and where, and outputs that replace nothing.
+"""Print results, notes and problems, and check that outputs replace no input.
 
-Loads neither numpy nor scipy. Everything that is printed goes through :func:`terminal_text`.
+Loads neither numpy nor scipy. All printed text goes through :func:`terminal_text`.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ _BOLD, _YELLOW, _RED = "1", "33", "31"
 
 @dataclass(frozen=True)
 class Voice:
-    """How much is said: quiet leaves results and errors, verbose adds steps and their times.
+    """How much is printed: quiet leaves results and errors, verbose adds steps and their times.
 
-    document: a JSON document stands for what would be remarked on standard output.
+    document: a JSON document replaces the remarks on standard output.
     """
 
     quiet: bool = False
@@ -36,12 +36,12 @@ class Voice:
 
 
 _USUAL = Voice()
-_voices = [_USUAL]  # the last counts; not by thread: progress is told from others, too
+_voices = [_USUAL]  # the last one counts; not per thread, as other threads report progress
 
 
 @contextlib.contextmanager
 def speaking(voice: Voice) -> Iterator[None]:
-    """Say so much meanwhile."""
+    """Print so much in this context."""
     _voices.append(voice)
     try:
         yield
@@ -50,12 +50,12 @@ def speaking(voice: Voice) -> Iterator[None]:
 
 
 def is_quiet() -> bool:
-    """Whether only results and errors are wanted."""
+    """True if only results and errors are printed."""
     return _voices[-1].quiet
 
 
 def terminal_text(text: object) -> str:
-    r"""A text as a terminal may have it: what it would obey is escaped, as `\x1b`."""
+    r"""Return a text for a terminal, with control characters escaped, such as `\x1b`."""
     return legible(text)
 
 
@@ -63,42 +63,42 @@ def terminal_text(text: object) -> str:
 
 
 def say(text: str = "", *, head: bool = False) -> None:
-    """A line of the result, on standard output; head: of a table or a section."""
+    """Print a line of the result on standard output; head: the heading of a table or section."""
     _line(text, sys.stdout, _BOLD if head else "")
 
 
 def say_all(text: str) -> None:
-    """A result of several lines."""
+    """Print a result of several lines."""
     for line in text.removesuffix("\n").split("\n"):
         say(line)
 
 
 def remark(text: str) -> None:
-    """What was done, on standard output."""
+    """Print what was done, on standard output."""
     if not (is_quiet() or _voices[-1].document):
         _line(text, sys.stdout)
 
 
 def progress(text: str) -> None:
-    """How far it is, on standard error."""
+    """Print progress on standard error."""
     if not is_quiet():
         _line(text, sys.stderr)
 
 
 def note(text: object) -> None:
-    """What a person should know, on standard error."""
+    """Print a note on standard error."""
     if not is_quiet():
         _line(text, sys.stderr, _YELLOW)
 
 
 def problem(text: object) -> None:
-    """What could not be done, on standard error."""
+    """Print a problem on standard error."""
     _line(text, sys.stderr, _RED)
 
 
 @contextlib.contextmanager
 def step(text: str) -> Iterator[None]:
-    """Say on standard error how long it took, where that is asked for."""
+    """Print the duration of the context on standard error, with --verbose."""
     begin = time.perf_counter()
     yield
     if _voices[-1].verbose:
@@ -107,7 +107,7 @@ def step(text: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """To be called with the name of every clip that is through; silent where that is asked for."""
+    """Yield a function that counts finished clips by name; silent with --quiet."""
     with uncounted(total) if is_quiet() else clip_counter(total, done) as tell:
         yield lambda name: tell(terminal_text(name))
 
@@ -120,7 +120,7 @@ def _line(text: object, stream: IO[str], colour: str = "") -> None:
 
 
 def _colours(stream: IO[str]) -> bool:
-    """Whether it is a terminal that knows colours, and nobody asked for none (no-color.org)."""
+    """True for a terminal with colours that are not switched off (no-color.org)."""
     if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
         return False
     knows = os.name == "posix" or bool(os.environ.get("WT_SESSION") or os.environ.get("TERM"))
@@ -131,35 +131,37 @@ def _colours(stream: IO[str]) -> bool:
 
 
 def print_json(document: dict[str, Any]) -> None:
-    """Write a JSON document to stdout; ValueError where a number is not finite."""
+    """Print a JSON document on standard output; ValueError if a number is not finite."""
     text = json_text(document)
     if (sys.stdout.encoding or "utf-8").lower() != "utf-8":
-        text = json.dumps(json.loads(text), indent=1)  # what it cannot write, escaped
+        text = json.dumps(json.loads(text), indent=1)  # other characters are escaped
     print("\n".join(map(legible_json, text.split("\n"))))
 
 
 def tell_problems(problems: Sequence[str], done: int) -> int:
-    """List what could not be processed beside so many that could; the exit code."""
+    """Print the problems and return the exit code; done: how many clips were processed."""
     for sentence in problems:
         problem(sentence)
     return int(bool(problems)) if done else 2
 
 
 def count_of(number: int, what: str, several: str = "") -> str:
-    """'1 clip', '2 clips'; several: the plural that is no 's' behind it."""
+    """Return '1 clip' or '2 clips'; several: a plural without a final 's'."""
     return f"{number} {what if number == 1 else several or f'{what}s'}"
 
 
 def refuse_overwrite(outputs: Sequence[Path], sources: Iterable[Path]) -> None:
-    """Before anything is written: every output has a folder and replaces no input or output.
+    """Check that each output has a folder and replaces no input and no other output.
 
-    Links are followed. Raises TwistError, and OSError for what cannot be written at all.
+    Links are followed. Raises TwistError, and OSError if an output cannot be written.
     """
     for k, output in enumerate(outputs):
         end = destination(output)
         if any(same_file(output, source) for source in sources):
-            raise TwistError(f"{output}: expected another file than an input of this command")
+            raise TwistError(
+                f"{output}: is an input of this command; expected another file to write"
+            )
         if any(end == destination(other) or same_file(output, other) for other in outputs[:k]):
-            raise TwistError(f"{output}: expected different files for different outputs")
+            raise TwistError(f"{output}: is named for two outputs; expected different files")
         if not is_stream(output) and not end.parent.is_dir():
-            raise TwistError(f"{output}: expected an existing folder to write into")
+            raise TwistError(f"{output}: its folder does not exist; expected an existing folder")

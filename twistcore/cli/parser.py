@@ -1,4 +1,7 @@
-"""The words of the `twistcore` command, which are a contract; numpy is loaded by none of them."""
+"""The parser of the `twistcore` command; it loads no numpy.
+
+Commands, options and exit codes are a contract: other programs rely on them.
+"""
 
 from __future__ import annotations
 
@@ -18,65 +21,74 @@ from twistcore.cli.arguments.argument_types import (
     rate,
     readable,
     seed,
-    share,
     target,
     workers,
 )
-from twistcore.cli.arguments.batch_arguments import BATCH, add_batch
-from twistcore.cli.arguments.command_examples import epilog
+from twistcore.cli.arguments.batch_arguments import add_batch
+from twistcore.cli.arguments.command_help import COMMANDS, PROGRAM, CommandHelp, HelpFormatter
 from twistcore.cli.arguments.common_arguments import (
-    add_chains,
     add_clip,
     add_clips,
-    add_detection,
-    add_detector_file,
+    add_commands,
     add_fps,
     add_json,
-    add_method,
     add_output,
-    add_rig,
     add_voice,
     add_workers,
     deferred,
+)
+from twistcore.cli.arguments.detection_arguments import (
+    add_chains,
+    add_correction,
+    add_detection,
+    add_detector_file,
+    add_method,
+    add_rig,
 )
 from twistcore.cli.arguments.quamo_arguments import add_quamo
 from twistcore.cli.convert_command import add_convert
 from twistcore.files.version import __version__
 
-SHELLS = ("bash", "zsh", "fish", "tcsh")  # that `completion` writes for
-PROGRAMS = ("blender", "maya", "motionbuilder")  # that `export --script` writes for
+SHELLS = ("bash", "zsh", "fish", "tcsh")  # for which `completion` writes
+PROGRAMS = ("blender", "maya", "motionbuilder")  # for which `export --script` writes
 
 
 def make_parser(words: Sequence[str] | None = None) -> argparse.ArgumentParser:
     """Return the parser of all commands.
 
-    words: a command line; a command that is not among them gets no arguments, which saves time.
+    words: a command line; a command that is not in it gets no arguments, which saves time.
     """
-    parser = Parser(
-        prog="twistcore", description="Find and remove axial twist errors in motion capture."
+    parser = Parser(prog="twistcore")
+    _set_texts(parser, PROGRAM)
+    parser.add_argument(
+        "--version",
+        action="version",
+        version=f"twistcore {__version__}",
+        help="show the version and exit",
     )
-    parser.add_argument("--version", action="version", version=f"twistcore {__version__}")
-    subparsers = parser.add_subparsers(
-        prog=parser.prog, required=True, metavar="COMMAND", parser_class=Parser
-    )
-    for name, (about, add_arguments) in _COMMANDS.items():
-        command = subparsers.add_parser(name, help=about)
+    subparsers = add_commands(parser)
+    for name, add_arguments in _COMMANDS.items():
+        command = subparsers.add_parser(name, help=COMMANDS[name].summary)
         if words is not None and name not in words:
             continue
         add_arguments(command)
+        _set_texts(command, COMMANDS[name])
         for full_name, leaf in commands_of(command, name):
-            leaf.formatter_class = argparse.RawDescriptionHelpFormatter
-            examples = epilog(full_name)
-            leaf.epilog = f"{leaf.epilog}\n{examples}" if leaf.epilog else examples
+            _set_texts(leaf, COMMANDS[full_name])
             add_voice(leaf)
             leaf.set_defaults(command=leaf.prog)
     return parser
 
 
+def _set_texts(parser: argparse.ArgumentParser, texts: CommandHelp) -> None:
+    parser.description, parser.epilog = texts.description, texts.epilog
+    parser.formatter_class = HelpFormatter
+
+
 def commands_of(
     parser: argparse.ArgumentParser, words: str = ""
 ) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    """Every command with its own parser: 'detect', 'quamo refine'."""
+    """Yield the name and the parser of each command: 'detect', 'quamo refine'."""
     groups = [a for a in parser._actions if isinstance(a, argparse._SubParsersAction)]
     if not groups:
         yield words, parser
@@ -89,7 +101,11 @@ def _info(info: Parser) -> None:
     add_clips(info)
     add_fps(info)
     add_rig(info)
-    info.add_argument("--names", action="store_true", help="what each joint was taken for")
+    info.add_argument(
+        "--names",
+        action="store_true",
+        help="also list each joint, the bone that it was recognised as, and why",
+    )
     add_json(info)
     info.set_defaults(run=deferred("detect_commands", "info_command"))
 
@@ -97,12 +113,17 @@ def _info(info: Parser) -> None:
 def _detect(detect: Parser) -> None:
     add_clips(detect)
     add_detection(detect)
-    detect.add_argument("--explain", action="store_true", help="say why each interval was found")
+    detect.add_argument(
+        "--explain",
+        action="store_true",
+        help="also print why each interval was found, and why peaks above τ are in no interval",
+    )
     detect.add_argument(
         "--fail-over",
         type=limit,
         metavar="N",
-        help="exit 1 if more than N intervals are found, in all clips together",
+        help="exit with 1 if more than N intervals are found in all clips together; noise bursts "
+        "and frozen frames count only with --kinds (default: no limit)",
     )
     add_json(detect)
     detect.set_defaults(run=deferred("detect_commands", "detect_command"))
@@ -112,73 +133,132 @@ def _signals(signals: Parser) -> None:
     add_clips(signals)
     add_fps(signals)
     signals.add_argument(
-        "--csv", type=target, metavar="FILE", help="of several clips: with a column of their names"
+        "--csv",
+        type=target,
+        metavar="FILE",
+        help="write a table with one row for each chain and frame, and the clip's name if there "
+        "are several; '-' is standard output (default: none; --csv or --json is required)",
     )
-    add_method(signals, None, "also the strength that this detector's τ is compared with")
+    add_method(
+        signals,
+        None,
+        "also write the strength that this detector compares with τ (default: none)",
+    )
     add_chains(signals)
     add_json(signals)
     signals.set_defaults(run=deferred("signals_command", "signals_command"))
 
 
 def _diff(diff: Parser) -> None:
-    diff.add_argument("a", type=readable, metavar="A", help="clip or folder; '-': standard input")
-    diff.add_argument("b", type=readable, metavar="B", help="clip or folder; '-': standard input")
+    for name, which in (("a", "first"), ("b", "second")):
+        diff.add_argument(
+            name,
+            type=readable,
+            metavar=name.upper(),
+            help=f"the {which} clip or folder; '-' reads a BVH from standard input",
+        )
     add_json(diff)
     add_workers(diff)
     diff.set_defaults(run=deferred("correct_commands", "diff_command"))
 
 
 def _refine(refine: Parser) -> None:
-    refine.add_argument("clip", type=readable, metavar="CLIP", help="'-': a BVH on standard input")
+    refine.add_argument(
+        "clip",
+        type=readable,
+        metavar="CLIP",
+        help="the clip to correct; '-' reads a BVH from standard input",
+    )
     add_output(refine)
     add_detection(refine)
+    add_correction(refine)
     refine.add_argument(
-        "--min-confidence",
-        type=share,
-        metavar="X",
-        help="correct what has at least this; default 0.5, 0: whatever is closed",
+        "--report",
+        type=folder,
+        metavar="DIR",
+        help="also write a report into this folder (default: none)",
     )
     refine.add_argument(
-        "--include-open", action="store_true", help="also correct intervals that are open"
+        "--session",
+        type=target,
+        metavar="FILE",
+        help="also write the corrections as a session, such as walk.twist.json, that `apply`, "
+        "`export`, `report` and the window read (default: none)",
     )
-    refine.add_argument("--report", type=folder, metavar="DIR", help="also write a report")
     add_json(refine)
     refine.set_defaults(run=deferred("correct_commands", "refine_command"))
 
 
 def _apply(apply: Parser) -> None:
-    apply.add_argument("session", type=Path, metavar="SESSION|FOLDER")
-    apply.add_argument("clip", type=Path, metavar="CLIP|FOLDER")
-    add_output(apply)
+    apply.add_argument(
+        "session",
+        type=Path,
+        metavar="SESSION|FOLDER",
+        help="the session (NAME.twist.json or NAME.replay.json), or a folder of sessions",
+    )
+    apply.add_argument(
+        "clip",
+        type=Path,
+        metavar="CLIP|FOLDER",
+        help="the clip of the session, or the folder of the clips",
+    )
+    add_output(apply, "clip or folder to write")
     add_workers(apply)
     add_json(apply)
     apply.set_defaults(run=deferred("correct_commands", "apply_command"))
 
 
 def _report(report: Parser) -> None:
-    report.add_argument("what", type=Path, metavar="SESSION|OUTDIR")
     report.add_argument(
-        "-o", "--output", type=folder, required=True, metavar="DIR", help="where the pages go"
+        "what",
+        type=Path,
+        metavar="SESSION|OUTDIR",
+        help="a session, or the folder of results of `twistcore batch`",
     )
     report.add_argument(
-        "--clip", type=Path, metavar="CLIP", help="of the session; default: where it was"
+        "-o", "--output", type=folder, required=True, metavar="DIR", help="folder of the pages"
     )
     report.add_argument(
-        "--workers", type=workers, default=1, metavar="N", help="processes; default 1"
+        "--clip",
+        type=Path,
+        metavar="CLIP",
+        help="the clip of the session (default: the path in the session)",
     )
     report.add_argument(
-        "--pages", type=count, metavar="N", help="of the N worst clips only; default all"
+        "--workers",
+        type=workers,
+        default=1,
+        metavar="N",
+        help="number of processes (default: %(default)s)",
     )
-    report.add_argument("--no-pictures", action="store_true", help="do without pictures of figures")
+    report.add_argument(
+        "--pages",
+        type=count,
+        metavar="N",
+        help="write pages of the N worst clips only (default: of all clips)",
+    )
+    report.add_argument("--no-pictures", action="store_true", help="leave out the 3D pictures")
     report.set_defaults(run=deferred("report_command", "report_command"))
 
 
 def _inject(inject: Parser) -> None:
-    add_clip(inject)
+    add_clip(inject, "the BVH to put errors into")
     add_output(inject)
-    inject.add_argument("--truth", type=target, required=True, metavar="TRUTH.json")
-    inject.add_argument("--seed", type=seed, required=True, metavar="N")
-    inject.add_argument("--protocol", default="P0", metavar="NAME", help="joined by '+'")
+    inject.add_argument(
+        "--truth",
+        type=target,
+        required=True,
+        metavar="TRUTH.json",
+        help="file to write the errors into, for `twistcore evaluate`",
+    )
+    inject.add_argument(
+        "--seed",
+        type=seed,
+        required=True,
+        metavar="N",
+        help="seed of the random numbers; the same seed gives the same errors",
+    )
+    inject.add_argument("--protocol", default="P0", metavar="NAME", help=_PROTOCOL)
     inject.late = _with_protocols
     add_json(inject)
     inject.set_defaults(run=deferred("study_commands", "inject_command"))
@@ -186,9 +266,9 @@ def _inject(inject: Parser) -> None:
 
 def _evaluate(evaluate: Parser) -> None:
     for name, help_text in (
-        ("--truth", "what was injected"),
-        ("--clean", "the clip before injection"),
-        ("--refined", "the clip after refinement"),
+        ("--truth", "errors that were injected, as `twistcore inject --truth` wrote them"),
+        ("--clean", "clips before the injection"),
+        ("--refined", "clips after the refinement"),
     ):
         evaluate.add_argument(
             name, type=Path, required=True, nargs="+", metavar="FILE", help=help_text
@@ -198,107 +278,217 @@ def _evaluate(evaluate: Parser) -> None:
 
 
 def _tune(tune: Parser) -> None:
-    tune.add_argument("source", type=Path, metavar="FOLDER|CLIP")
-    tune.add_argument("-o", "--output", type=target, required=True, metavar="PROFILE.toml")
+    tune.add_argument(
+        "source",
+        type=Path,
+        metavar="FOLDER|CLIP",
+        help="a folder of clips, or a clip; with --verdicts a folder of clips and their sessions",
+    )
+    tune.add_argument(
+        "-o",
+        "--output",
+        type=target,
+        required=True,
+        metavar="PROFILE.toml",
+        help="profile to write; '-' is standard output",
+    )
     add_method(tune)
     add_rig(tune)
-    tune.add_argument("--seeds", type=limit, metavar="N", help="default 3; not with --verdicts")
     tune.add_argument(
-        "--verdicts", action="store_true", help="from the sessions beside a folder's clips"
+        "--seeds",
+        type=limit,
+        metavar="N",
+        help="how often errors are drawn for each clip; not with --verdicts (default: 3)",
+    )
+    tune.add_argument(
+        "--verdicts",
+        action="store_true",
+        help="learn from the decisions in the sessions next to the clips, not from injected errors",
     )
     tune.add_argument(
         "--sessions",
         action="store_true",
-        help="chains, verdicts and frames left out of the sessions beside the clips",
+        help="take chains, decisions and frames to leave out from the sessions next to the clips",
     )
-    tune.add_argument("--both", action="store_true", help="print all detectors side by side")
-    tune.add_argument("--performer", metavar="NAME", help="with --verdicts: only this one's clips")
+    tune.add_argument(
+        "--both", action="store_true", help="print the results of all detectors, for comparison"
+    )
+    tune.add_argument(
+        "--performer",
+        metavar="NAME",
+        help="use only clips of this performer, with --verdicts (default: everyone)",
+    )
     tune.add_argument(
         "--alarm-price",
         type=not_negative,
         metavar="SHARE",
-        help="of the errors that one false alarm a clip may cost; default 0.05",
+        help="share of the errors that may be missed to avoid one false alarm per clip "
+        "(default: 0.05)",
     )
     tune.add_argument(
-        "--smallest", type=degrees, metavar="DEGREES", help="of errors looked for; default 2"
+        "--smallest",
+        type=degrees,
+        metavar="DEGREES",
+        help="size of the smallest errors to look for (default: 2)",
     )
-    tune.add_argument("--workers", type=workers, default=os.cpu_count() or 1, metavar="N")
+    tune.add_argument(
+        "--workers",
+        type=workers,
+        default=os.cpu_count() or 1,
+        metavar="N",
+        help="number of processes (default: one for each core)",
+    )
     add_json(tune)
     tune.set_defaults(run=deferred("tune_command", "tune_command"))
 
 
 def _benchmark(benchmark: Parser) -> None:
-    benchmark.add_argument("folder", type=Path, metavar="FOLDER")
+    benchmark.add_argument("folder", type=Path, metavar="FOLDER", help="folder of clean clips")
     benchmark.add_argument(
-        "--protocol", action="extend", nargs="+", metavar="NAME", help="as of inject; default P0"
+        "--protocol",
+        action="extend",
+        nargs="+",
+        metavar="NAME",
+        help="protocols by which errors are drawn, which `twistcore inject --help` lists "
+        "(default: P0)",
     )
     benchmark.add_argument(
-        "--methods", action="extend", nargs="+", metavar="NAME", help="default all"
+        "--methods",
+        action="extend",
+        nargs="+",
+        metavar="NAME",
+        help="methods to compare, or 'detectors', 'baselines' or 'all' (default: all)",
     )
     add_detector_file(benchmark)
-    benchmark.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
-    benchmark.add_argument("--seed", type=seed, default=1, metavar="N", help="the first seed")
-    benchmark.add_argument("--workers", type=workers, metavar="N", help="default all cores")
-    benchmark.add_argument("--resume", action="store_true", help="continue an unfinished run")
-    benchmark.add_argument("--json", type=target, metavar="FILE")
-    benchmark.add_argument("--csv", type=target, metavar="FILE")
+    benchmark.add_argument(
+        "--seeds",
+        type=count,
+        default=3,
+        metavar="N",
+        help="how often errors are drawn for each clip and protocol (default: %(default)s)",
+    )
+    benchmark.add_argument(
+        "--seed", type=seed, default=1, metavar="N", help="the first seed (default: %(default)s)"
+    )
+    benchmark.add_argument(
+        "--workers",
+        type=workers,
+        metavar="N",
+        help="number of processes (default: one for each core)",
+    )
+    benchmark.add_argument("--resume", action="store_true", help="continue an interrupted run")
+    benchmark.add_argument(
+        "--json",
+        type=target,
+        metavar="FILE",
+        help="also write the results into a JSON file (default: none)",
+    )
+    benchmark.add_argument(
+        "--csv",
+        type=target,
+        metavar="FILE",
+        help="also write the results into a CSV table (default: none)",
+    )
     benchmark.set_defaults(run=deferred("benchmark_command", "benchmark_command"))
 
 
 def _with_protocols(inject: argparse.ArgumentParser) -> None:
-    """Put what every protocol is into the help."""
+    """Add the list of protocols to the help."""
     from twistcore.synthesis import PROTOCOLS  # numpy
 
     texts = "; ".join(f"{name}: {p.text}" for name, p in PROTOCOLS.items()).replace("%", "%%")
     action = next(a for a in inject._actions if a.dest == "protocol")
-    action.help = f"{texts}; joined by '+'"
+    action.help = f"{_PROTOCOL}: {texts}"
 
 
 def _export(parser: Parser) -> None:
-    parser.add_argument("session", type=Path, metavar="SESSION")
-    parser.add_argument("clip", type=Path, metavar="CLIP")
+    parser.add_argument(
+        "session",
+        type=Path,
+        metavar="SESSION",
+        help="the session, NAME.twist.json or NAME.replay.json",
+    )
+    add_clip(parser, "the clip of the session")
     parser.add_argument(
         "--script",
         choices=PROGRAMS,
         required=True,
-        help="a script that keys the accepted intervals on the scene's joints (docs/pipelines.md)",
-    )
-    parser.add_argument("-o", "--output", type=target, required=True, metavar="FILE.py")
-    parser.add_argument(
-        "--namespace", metavar="NAME", help="of the scene's joints; '': take off the clip's own"
-    )
-    parser.add_argument("--take", metavar="NAME", help="in which to key; in Blender the action")
-    parser.add_argument("--fps", type=rate, help="the scene's rate; default the clip's")
-    parser.add_argument(
-        "--start", type=number, help="the scene's frame of frame 0; default 0, in Blender 1"
+        help="program that the script is for",
     )
     parser.add_argument(
-        "--dry-run", action="store_true", help="let the script only tell what it would key"
+        "-o",
+        "--output",
+        type=target,
+        required=True,
+        metavar="FILE.py",
+        help="script to write; '-' is standard output",
+    )
+    parser.add_argument(
+        "--namespace",
+        metavar="NAME",
+        help="namespace of the joints in the scene; '' removes the clip's (default: as in the "
+        "clip)",
+    )
+    parser.add_argument(
+        "--take",
+        metavar="NAME",
+        help="take to key, in Blender the name of the action (default: the current one)",
+    )
+    parser.add_argument(
+        "--fps",
+        type=rate,
+        metavar="HZ",
+        help="frame rate of the scene (default: the clip's)",
+    )
+    parser.add_argument(
+        "--start",
+        type=number,
+        metavar="N",
+        help="frame of the scene that is frame 0 of the clip (default: 0, in Blender 1)",
+    )
+    parser.add_argument(
+        "--dry-run", action="store_true", help="write a script that only lists what it would key"
     )
     parser.set_defaults(run=deferred("export_command", "export_command"))
 
 
 def _completion(parser: Parser) -> None:
-    parser.add_argument("shell", choices=SHELLS)
+    parser.add_argument("shell", choices=SHELLS, help="the shell")
     parser.set_defaults(run=deferred("completion", "completion_command"))
 
 
-# In the order in which --help lists them: what each is for, and its arguments.
-_COMMANDS: Mapping[str, tuple[str, Callable[[Parser], None]]] = {
-    "info": ("what is in clips", _info),
-    "detect": ("find the intervals of errors", _detect),
-    "signals": ("θp, θc, their increments and m(t) as CSV", _signals),
-    "diff": ("what differs between two clips or folders", _diff),
-    "refine": ("write a corrected clip", _refine),
-    "apply": ("write what sessions have accepted", _apply),
-    "report": ("pages of a review, or of a batch folder", _report),
-    "inject": ("put known twist errors into a clip", _inject),
-    "evaluate": ("measure a refinement against the truth", _evaluate),
-    "tune": ("τ per joint, from injected errors or verdicts", _tune),
-    "benchmark": ("compare methods on errors put into clips", _benchmark),
-    BATCH: ("many clips into a folder of results", add_batch),
-    "quamo": ("tracking of jittery motion, after review", add_quamo),
-    "export": ("keys for the scene that a clip came from", _export),
-    "convert": ("FBX or glTF as BVH, by a Blender of your own (docs/pipelines.md)", add_convert),
-    "completion": ("print what a shell completes words by", _completion),
+def _help(parser: Parser) -> None:
+    parser.add_argument(
+        "words", nargs="*", metavar="COMMAND", help="command to explain (default: the program)"
+    )
+    parser.set_defaults(run=_help_command)
+
+
+def _help_command(arguments: argparse.Namespace) -> int:
+    words = [*arguments.words, "--help"]
+    make_parser(words).parse_args(words)  # prints the help and ends the program
+    return 0
+
+
+_PROTOCOL = "protocol by which errors are drawn, or several joined by '+' (default: %(default)s)"
+
+# In the order in which --help lists them.
+_COMMANDS: Mapping[str, Callable[[Parser], None]] = {
+    "info": _info,
+    "detect": _detect,
+    "signals": _signals,
+    "diff": _diff,
+    "refine": _refine,
+    "apply": _apply,
+    "report": _report,
+    "inject": _inject,
+    "evaluate": _evaluate,
+    "tune": _tune,
+    "benchmark": _benchmark,
+    "batch": add_batch,
+    "quamo": add_quamo,
+    "export": _export,
+    "convert": add_convert,
+    "completion": _completion,
+    "help": _help,
 }

@@ -1,4 +1,4 @@
-"""`twistcore quamo refine`: a clip tracked or smoothed."""
+"""`twistcore quamo refine`: track or smooth a clip."""
 
 from __future__ import annotations
 
@@ -41,15 +41,15 @@ from twistcore.quamo.weights import weights_file
 from twistcore.skeleton.chain import find_chains
 from twistcore.skeleton.motion import Motion
 
-_NAMED = 6  # joints, of those left as they are
+_NAMED = 6  # joints that are listed by name
 _SPLINE_WAY = (
-    "a spline needs the whole clip: every frame depends on later ones; no lag; what is faster than "
+    "a spline needs the whole clip: every frame depends on later ones; no lag; motion faster than "
     "the cut-off is flattened"
 )
 
 
 def quamo_refine_command(arguments: argparse.Namespace) -> int:
-    """Track or smooth a clip and write it; warn where twist errors stand in it."""
+    """Track or smooth a clip, write it, and warn of twist errors in it."""
     clip = _read(arguments)
     read = (arguments.clip, arguments.weights, arguments.template)
     refuse_overwrite([arguments.output], [path for path in read if path])
@@ -86,7 +86,7 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     remark(
         f"{arguments.output}: {len(joints)} joint{'' if len(joints) == 1 else 's'}"
         f"{f' and the place of {name}' if place else ''} "
-        f"{_told(arguments, gains, cutoff)}"
+        f"{_how(arguments, gains, cutoff)}"
     )
     turning, moving = untracked_names(motion, joints, placed if place else None)
     for names, what in ((() if arguments.joints else turning, ""), (moving, "the place of ")):
@@ -96,16 +96,16 @@ def quamo_refine_command(arguments: argparse.Namespace) -> int:
     way = _way(arguments.causal, gains, motion.frame_time, place=place)
     remark(f"  {_SPLINE_WAY if spline else way}")
     if first:
-        remark(f"  frames before {first} are no capture and were left as they are")
+        remark(f"  frames before {first} are not captured motion and were left as they are")
     if not arguments.causal and (cut := _cut_words(motion, first)):
-        remark(f"  {cut}: nothing was smoothed across")
+        remark(f"  {cut}: not smoothed across")
     given, made = (m.sliced(first, m.frames) for m in (motion, made))
     if measured := quality_before_and_after(given, made, unit):
         before, after = measured
         remark(
             f"  jitter {before.jitter:.2f} → {after.jitter:.2f} mm/frame³ at 25 Hz, foot slide "
             f"{before.foot_slide:.1f} → {after.foot_slide:.1f} %, deviation from the input "
-            f"{after.deviation:.1f} mm (no error: there is no truth to compare with)"
+            f"{after.deviation:.1f} mm (not an error: there is no ground truth)"
         )
     return 0
 
@@ -125,38 +125,38 @@ def _read(arguments: argparse.Namespace) -> Clip:
         return clip
     for name in ("template", "up", "person"):
         if getattr(arguments, name) is not None:
-            raise TwistError(f"--{name} is of a file of poses: expected none with a BVH")
+            raise TwistError(f"--{name} is of a file of poses; leave it out for a BVH")
     return read_bvh(arguments.clip, fps=arguments.fps)
 
 
 def _refuse_of_other_method(arguments: argparse.Namespace) -> None:
-    """Refuse what only the method that was not asked for knows."""
+    """Raise TwistError for options of the other method."""
     if arguments.method != "spline":
         if arguments.cutoff is not None:
-            raise TwistError("--cutoff is of the spline: expected --method spline with it")
+            raise TwistError("--cutoff is of the spline; expected --method spline with it")
         if arguments.weights is not None and arguments.gains != "learned":
-            raise TwistError("--weights is of learned gains: expected --gains learned with it")
+            raise TwistError("--weights is of learned gains; expected --gains learned with it")
         return
     given = {"gains": arguments.gains == "learned", "causal": arguments.causal}
     given |= {k: getattr(arguments, k) is not None for k in ("weights", "kp", "kd", "ka")}
     for name in (name for name, is_given in given.items() if is_given):
-        raise TwistError(f"--{name} is of the tracker: expected none with --method spline")
+        raise TwistError(f"--{name} is of the tracker; leave it out with --method spline")
 
 
 def _hand_gains(arguments: argparse.Namespace, dt: float) -> Gains | None:
-    """Gains of hands as the command line has them; None for learned ones."""
+    """Return the hand gains of the command line, or None for learned gains."""
     given = {k: v for k in ("kp", "kd", "ka") if (v := getattr(arguments, k)) is not None}
     if arguments.gains == "learned":
         if given:
             raise TwistError(
-                f"--{next(iter(given))} is a gain of hands: expected none with --gains learned"
+                f"--{next(iter(given))} is a hand gain; leave it out with --gains learned"
             )
         return None
     return replace(Gains.by_hand(dt, causal=arguments.causal), **given)
 
 
 def _wants_place(arguments: argparse.Namespace, joints: NDArray[np.int64], placed: int) -> bool:
-    """As asked for; else with all joints, or where the joint that has the place is named."""
+    """True to track the position: as asked, or with all joints, or with the root among them."""
     if arguments.root_position is not None:
         return bool(arguments.root_position)
     return not arguments.joints or placed in joints
@@ -168,13 +168,13 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _cut_words(motion: Motion, first: int) -> str:
-    """'cut at frame 120', 'cuts at frames 120, 300–305' of a clip, '' for none."""
+    """Return 'cut at frame 120' or 'cuts at frames 120, 300–305' without 305, or '' for none."""
     cut = np.zeros(motion.frames, dtype=np.bool_)
     cut[cuts_behind(motion, first)] = True
     return f"cut{'' if cut.sum() == 1 else 's'} at {frames_listed(cut)}" if cut.any() else ""
 
 
-def _told(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> str:
+def _how(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> str:
     if arguments.method == "spline":
         return f"smoothed by a spline, cut-off {cutoff:.2g} Hz"
     how = f"tracked {'causally' if arguments.causal else 'both ways'} with "
@@ -184,9 +184,9 @@ def _told(arguments: argparse.Namespace, gains: Gains | None, cutoff: float) -> 
 
 
 def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
-    """What the direction of tracking asks for, and what it does not do."""
+    """Return what a direction of tracking needs and how it lags."""
     if not causal:
-        return "both ways needs the whole clip: every frame depends on later ones; no lag"
+        return "tracking both ways needs the whole clip: every frame depends on later ones; no lag"
     if gains is None:
         return "causal: a frame waits 40 ms for the next sample of 25 Hz, and lags a little more"
     words = "causal: no frame depends on a later one"
@@ -199,7 +199,7 @@ def _way(causal: bool, gains: Gains | None, dt: float, *, place: bool) -> str:
 def _warn_of_lost(
     arguments: argparse.Namespace, found: TrackedMotion, names: Sequence[str]
 ) -> None:
-    """Say where the tracker did not follow: joints set onto the input, passes far apart."""
+    """Print where the tracker did not follow the input."""
     said = [*snap_sentences(found.snapped, names, causal=arguments.causal)]
     if apart := apart_sentence(found.apart, names):
         said.append(apart)
@@ -208,7 +208,7 @@ def _warn_of_lost(
 
 
 def _warn_of_twist(clip: Clip, joints: Sequence[int]) -> None:
-    """Say how many twist errors the raw clip shows in these joints: tracking would hide them."""
+    """Print how many twist errors the clip has in the tracked joints: tracking hides them."""
     chains = [c for c in find_chains(clip.motion) if {c.parent, c.child} & set(joints)]
     if not chains:
         return

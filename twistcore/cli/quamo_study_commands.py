@@ -1,4 +1,4 @@
-"""`twistcore quamo noise | evaluate | ablation | train`: what the study needs, and no user."""
+"""`twistcore quamo noise | evaluate | ablation | train`: commands for the study of QuaMo."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from twistcore.synthesis import generator
 
 
 def quamo_noise_command(arguments: argparse.Namespace) -> int:
-    """Write a clip with synthetic noise and say how large it came out."""
+    """Write a clip with synthetic noise and print how large the noise is."""
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output], [arguments.clip])
     motion = clip.motion
@@ -44,7 +44,7 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
         topology = find_topology(motion.skeleton)
         unit = metres_per_unit(motion.skeleton, arguments.unit)
         if motion.positioned != (int(topology.joints[0]),):
-            raise TwistError("expected positions of the root alone")
+            raise TwistError("expected positions of the root only")
     except TwistError as error:
         raise TwistError(f"{arguments.clip}: {error}") from None
     first = leading_frames(motion)
@@ -84,14 +84,14 @@ def quamo_noise_command(arguments: argparse.Namespace) -> int:
 
 
 def quamo_evaluate_command(arguments: argparse.Namespace) -> int:
-    """Print the tables of held-out subjects."""
+    """Print the tables of held-out subjects and return the exit code."""
     from twistcore.study.quamo.report import evaluation_report
 
     return _report(arguments, evaluation_report, ("full",))
 
 
 def quamo_ablation_command(arguments: argparse.Namespace) -> int:
-    """Print steps of the method, representations and integration."""
+    """Print the tables of steps, representations and integrators; return the exit code."""
     from twistcore.study.quamo.report import ablation_report
 
     return _report(arguments, ablation_report, tuple(VARIANTS))
@@ -110,9 +110,9 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
     networks = {v: _held_out_networks(weights, v, sequences) for v in variants}
     if not any(networks.values()):
         note(
-            f"{weights}: no network of a held-out subject, so no row of learned gains; expected "
-            f"--weights FOLDER with {weights_name('full', HELD_OUT[0])} and the like, which are "
-            "in assets/quamo of the source and in no installed program"
+            f"{weights}: has no network of a held-out subject, so no row of learned gains; "
+            f"expected --weights FOLDER with files such as {weights_name('full', HELD_OUT[0])}, "
+            "which are in assets/quamo of the source only"
         )
     seeds = range(arguments.seed, arguments.seed + arguments.seeds)
     report = make(sequences, networks, seeds, progress)
@@ -126,14 +126,14 @@ def _report(arguments: argparse.Namespace, make: Any, variants: Sequence[str]) -
 def _held_out_networks(
     folder: Path, variant: str, sequences: Sequence[Sequence24]
 ) -> Mapping[str, Network]:
-    """A network by subject, trained without it, of those that are in the folder."""
+    """Return the networks in a folder by the subject that each was trained without."""
     subjects = sorted({s.subject for s in sequences})
     paths = {s: folder / weights_name(variant, s) for s in subjects}
     return {s: read_network(p) for s, p in paths.items() if p.exists()}
 
 
 def quamo_train_command(arguments: argparse.Namespace) -> int:
-    """Train one network for each held-out subject and write weights; continues what was begun."""
+    """Train one network for each held-out subject and write weights; continues earlier runs."""
     from twistcore.study.quamo import training
     from twistcore.study.quamo.torch_model import import_torch
 
@@ -160,7 +160,7 @@ def quamo_train_command(arguments: argparse.Namespace) -> int:
     for subject in subjects:
         path = arguments.output / weights_name(arguments.variant, subject, arguments.seed)
         if path.exists():
-            note(f"{path}: is there already")
+            note(f"{path}: already exists; skipped")
             continue
         used = [s for s in sequences if s.subject != subject]
         begin = time.perf_counter()

@@ -1,4 +1,4 @@
-"""`twistcore report`: the pages of a review, or of a batch folder."""
+"""`twistcore report`: pages of a session or of a batch folder."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from twistcore.review import read_session
 
 
 def report_command(arguments: argparse.Namespace) -> int:
-    """Write the pages of what is named; 1 if some clip could not be read again."""
+    """Write the pages; return 1 if a clip could not be read again."""
     if is_there(arguments.output) and not arguments.output.is_dir():
         raise TwistError(f"{arguments.output}: expected a folder for the report")
     if arguments.what.is_dir():
         if arguments.clip:
-            raise TwistError("--clip: expected a session, whose clip it is, and no folder")
+            raise TwistError(f"--clip: is for a session, but {arguments.what} is a folder")
         return _of_folder(arguments)
     return _of_session(arguments)
 

@@ -1,4 +1,4 @@
-"""`twistcore signals`: the curves that errors are found in, as CSV or JSON."""
+"""`twistcore signals`: the curves in which errors are found, as CSV or JSON."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from twistcore.cli.output import note, print_json, refuse_overwrite, step, tell_
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically
 from twistcore.files.encoding import csv_lines, encoded
+from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals
 
@@ -45,9 +46,9 @@ class _Signals(NamedTuple):
 
 
 def signals_command(arguments: argparse.Namespace) -> int:
-    """Signals of clips: one line a chain and frame, degrees; of several, with the clip's name."""
+    """Write the signals of clips, one row for each chain and frame; return the exit code."""
     if not (arguments.csv or arguments.json):
-        raise TwistError("signals: expected --csv FILE or --json")
+        raise TwistError("signals: has nothing to write; add --csv FILE or --json")
     if arguments.csv:
         rig = [path for path in (arguments.rig, arguments.joint_names) if path]
         refuse_overwrite([arguments.csv], [*arguments.clips, *rig])
@@ -71,8 +72,11 @@ def _signals(arguments: argparse.Namespace, path: Path) -> _Signals:
     clip = open_clip(path, fps=arguments.fps)
     tell_clip(clip_name(path), clip)
     analysis = analysed(arguments, clip)
-    if named := [limb for limb in analysis.limbs if limb.name in (arguments.chain or ())]:
-        raise TwistError(f"{clip_name(path)}: expected a chain, found the limb {named[0].name}")
+    for name in arguments.chain or ():
+        if isinstance(analysis.chain(name), Limb):
+            raise TwistError(
+                f"{clip_name(path)}: --chain {name} is a limb, and only chains have signals"
+            )
     return _Signals(clip_name(path), analysis, _columns(analysis, arguments.method))
 
 
@@ -126,5 +130,5 @@ def _to_json(
 
 
 def _rounded(values: list[float]) -> list[float | None]:
-    """Null where an angle is not defined."""
+    """Return rounded values, None for angles that are not defined."""
     return [round(v, _DECIMALS) if math.isfinite(v) else None for v in values]

@@ -1,6 +1,6 @@
-"""`twistcore inject | evaluate`: known errors put into clips, and what a refinement left of them.
+"""`twistcore inject | evaluate`: put known errors into clips, and measure a refinement.
 
-`benchmark`, which does both over a folder, has benchmark_command.py: its libraries load slowly.
+`benchmark` does both for a folder, in a module of its own, as its libraries load slowly.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ from twistcore.synthesis import (
 
 
 def inject_command(arguments: argparse.Namespace) -> int:
-    """Put errors into a clip and write their truth."""
+    """Put errors into a clip and write the truth; return the exit code."""
     protocol = parse_protocol(arguments.protocol)
     clip = read_bvh(arguments.clip)
     refuse_overwrite([arguments.output, arguments.truth], [arguments.clip])
@@ -51,8 +51,8 @@ def inject_command(arguments: argparse.Namespace) -> int:
     among = find_limbs(clip.motion, every) if protocol.limb else every
     free = [c for c in among if not uncorrectable_joints(clip.motion, c)]
     if not free:
-        what = "limb that a flip" if protocol.limb else "chain that a twist error"
-        raise TwistError(f"{arguments.clip}: no {what} could be put into")
+        what = "a limb for a flip" if protocol.limb else "a chain for a twist error"
+        raise TwistError(f"{arguments.clip}: expected {what}, found none that can be changed")
     if protocol.rich:
         chains = [c for c in every if not uncorrectable_joints(clip.motion, c)]
         rich = enrich(clip.motion, chains)
@@ -89,13 +89,13 @@ def inject_command(arguments: argparse.Namespace) -> int:
             }
         )
     if not errors and not protocol.clean:
-        problem(f"{arguments.clip}: too short for an error to be put in")
+        problem(f"{arguments.clip}: is too short for an error")
         return 1
     return 0
 
 
 def evaluate_command(arguments: argparse.Namespace) -> int:
-    """Print the table of one or more refined clips."""
+    """Print the measures of refined clips and return the exit code."""
     counts = {len(arguments.truth), len(arguments.clean), len(arguments.refined)}
     if len(counts) != 1:
         raise TwistError("--truth, --clean and --refined: expected the same number of files")

@@ -1,4 +1,4 @@
-"""`twistcore tune`: τ per joint, from injected errors or from what people have decided."""
+"""`twistcore tune`: τ for each joint, from injected errors or from people's decisions."""
 
 from __future__ import annotations
 
@@ -41,17 +41,17 @@ ByChain = Mapping[str, TauCurve]  # by the chain's name
 
 
 def tune_command(arguments: argparse.Namespace) -> int:
-    """Write a profile of τ per joint from a clip or all clips of a folder."""
+    """Write a profile of τ for each joint from a clip or a folder; return the exit code."""
     return _by_verdicts(arguments) if arguments.verdicts else _by_injection(arguments)
 
 
 def _by_injection(arguments: argparse.Namespace) -> int:
     source: Path = arguments.source
     if arguments.performer is not None:
-        raise TwistError("--performer: expected --verdicts, too; an injected error is nobody's")
+        raise TwistError("--performer: needs --verdicts, too; injected errors have no performer")
     paths = without_exports(clips_in(source)) if source.is_dir() else [source]
     if not paths:
-        raise TwistError(f"{source}: expected a clip or a folder with some")
+        raise TwistError(f"{source}: expected a clip or a folder with clips")
     sessions = FolderSessions({}, ())
     if arguments.sessions:
         _refuse_rig(arguments)
@@ -70,13 +70,13 @@ def _by_injection(arguments: argparse.Namespace) -> int:
         _curves, methods=methods, seeds=seeds, rig=rig, sessions=sessions.of, words=words
     )
     found: dict[Path, Mapping[str, ByChain]] = {}
-    mute = {one.clip for one in sessions.damaged} - sessions.of.keys()  # nothing is guessed for it
+    mute = {one.clip for one in sessions.damaged} - sessions.of.keys()  # its chains are not known
     paths = [path for path in paths if path not in mute]
     for path, result in each(work, paths, arguments.workers):
         if isinstance(result, Exception):
             problems.append(reason(path, result))
         elif not result[arguments.method]:
-            problems.append(f"{path}: no chain that τ could be tuned on")
+            problems.append(f"{path}: has no chain for which τ can be tuned")
         else:
             found[path] = result
             with_session = ", with its session" * (path in sessions.of)
@@ -84,7 +84,7 @@ def _by_injection(arguments: argparse.Namespace) -> int:
     code = tell_problems(problems, len(found))
     if not found:
         return code
-    # By name: whichever process was first, the same profile.
+    # By name: the same profile, regardless of which process was first.
     together = {m: _together(found[path][m] for path in sorted(found)) for m in methods}
     curves, wanted = together[arguments.method], _wanted(arguments)
     profile = {name: tuned(c, c.suggested(*wanted)) for name, c in curves.items()}
@@ -111,7 +111,7 @@ def _tuned_to_json(
     wanted: tuple[float, float],
     given: Mapping[str, Any],
 ) -> dict[str, Any]:
-    """τ and its costs by chain, of every detector that was asked for."""
+    """Return τ and its costs by chain for each detector."""
     price, smallest = wanted
     chains = []
     for method in sorted(together):
@@ -142,7 +142,7 @@ def _tuned_to_json(
 
 
 def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
-    """The sessions of these clips, and the damaged ones that may be; TwistError without any."""
+    """Return the sessions of clips and the damaged ones; TwistError if there are none."""
     folder = source if source.is_dir() else source.parent
     there = sessions_in(folder)
     own = FolderSessions(
@@ -150,7 +150,7 @@ def _beside(source: Path, paths: Sequence[Path]) -> FolderSessions:
         tuple(one for one in there.damaged if one.clip in (*paths, folder)),
     )
     if is_there(source) and not own.files:
-        raise TwistError(f"{source}: expected clips with sessions beside them, found none")
+        raise TwistError(f"{source}: expected clips with sessions next to them, found none")
     return own
 
 
@@ -162,12 +162,12 @@ def _curves(
     sessions: Mapping[Path, Path],
     words: Mapping[str, Any] | None,
 ) -> dict[str, ByChain]:
-    """The curves of a clip by every detector, all of the same errors."""
+    """Return the curves of a clip by each detector, all with the same errors."""
     return {m: clip_curves(path, m, seeds, rig, sessions.get(path), words) for m in methods}
 
 
 def _together(clips: Iterable[ByChain]) -> ByChain:
-    """The curves of all clips, those of a chain added."""
+    """Return the sum of the curves of all clips, by chain."""
     out: dict[str, TauCurve] = {}
     for clip in clips:
         for name, curve in clip.items():
@@ -176,12 +176,12 @@ def _together(clips: Iterable[ByChain]) -> ByChain:
 
 
 def _minutes(curves: ByChain) -> float:
-    """How much of one clip was looked at, in whichever of its chains."""
+    """Return how many minutes of a clip were examined, in the chain with the most."""
     return max(curve.minutes for curve in curves.values())
 
 
 def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
-    """A line a chain; in brackets the band of its FSR."""
+    """Yield one line for each chain, with the band of its FSR in brackets."""
     width = max([20, *(len(terminal_text(name)) for name in curves)])
     yield _Line(
         f"{'chain':<{width}} {'τ':>9} {'noise':>9} {'FSR':>20} {'false alarms/min':>17}", True
@@ -198,9 +198,9 @@ def _of_one(curves: ByChain, wanted: tuple[float, float]) -> Iterator[_Line]:
 def _of_both(
     together: Mapping[str, ByChain], minutes: float, wanted: tuple[float, float]
 ) -> Iterator[_Line]:
-    """Two lines a chain, at the suggested and the automatic τ, and at the end two of all chains.
+    """Yield two lines for each chain and for all, at the suggested and the automatic τ.
 
-    minutes: of all clips, whose chains may be others in each.
+    minutes: of all clips, as their chains may differ.
     """
     methods = sorted(together)
     names = list(dict.fromkeys(name for curves in together.values() for name in curves))
@@ -226,13 +226,15 @@ def _of_both(
 
 def _refuse_rig(arguments: argparse.Namespace) -> None:
     if arguments.rig:
-        raise TwistError("--rig: expected no chains beside those of the sessions")
+        raise TwistError("--rig: cannot be combined with sessions, which have chains of their own")
     if arguments.joint_names:
-        raise TwistError("--joint-names: expected no names beside those of the sessions")
+        raise TwistError(
+            "--joint-names: cannot be combined with sessions, which have names of their own"
+        )
 
 
 def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
-    """The price of an alarm, and the size of the smallest errors looked for, radians."""
+    """Return the price of an alarm, and the size of the smallest errors in radians."""
     price, smallest = arguments.alarm_price, arguments.smallest
     return (
         ALARM_PRICE if price is None else price,
@@ -241,31 +243,35 @@ def _wanted(arguments: argparse.Namespace) -> tuple[float, float]:
 
 
 def _by_verdicts(arguments: argparse.Namespace) -> int:
-    """τ from the sessions beside a folder's clips; the chains are each session's own."""
+    """Write τ from the sessions next to the clips of a folder, with each session's chains."""
     folder: Path = arguments.source
     if not folder.is_dir():
         raise TwistError(f"{folder}: expected a folder of clips with their sessions")
     _refuse_rig(arguments)
     for option in ("both", "sessions"):
         if getattr(arguments, option):
-            raise TwistError(f"--{option}: expected no --verdicts; nothing is drawn there")
+            raise TwistError(
+                f"--{option}: cannot be combined with --verdicts, which injects no errors"
+            )
     if arguments.seeds is not None:
-        raise TwistError("--seeds: expected none with --verdicts; nothing is drawn there")
+        raise TwistError("--seeds: cannot be combined with --verdicts, which injects no errors")
     there = sessions_in(folder)
     pairs, problems = dict(there.of), [one.why for one in there.damaged]
     if not there.files:
-        raise TwistError(f"{folder}: expected clips with sessions beside them, found none")
+        raise TwistError(f"{folder}: expected clips with sessions next to them, found none")
     refuse_overwrite([arguments.output], [*pairs, *there.files])
     clips: list[JudgedClip] = []
     for clip, result in each(partial(_judged, pairs), sorted(pairs), arguments.workers):
         if isinstance(result, Exception):
             problems.append(reason(clip, result))
         elif result.method != arguments.method:
-            problems.append(f"{clip}: judged on what the {result.method} detector lists")
+            problems.append(
+                f"{clip}: was judged with the detector {result.method}; choose it with --method"
+            )
         elif arguments.performer in (None, result.performer):
             clips.append(result)
     if not clips and not problems:
-        raise TwistError(f"{folder}: no session is of performer {arguments.performer!r}")
+        raise TwistError(f"{folder}: no session has the performer {arguments.performer!r}")
     code = tell_problems(problems, len(clips))
     if not clips:
         return code
@@ -279,13 +285,13 @@ def _judged(pairs: dict[Path, Path], clip: Path) -> JudgedClip:
 def _tell(
     arguments: argparse.Namespace, clips: Sequence[JudgedClip], problems: Sequence[str]
 ) -> int:
-    """Write and print the profile; TwistError where too little is decided for one."""
+    """Write and print the profile; TwistError if there are too few decisions."""
     found = common_tau(clips, *_wanted(arguments), seed=0)
     errors, natural = count_verdicts(clips)
     if found.common is None:
         raise TwistError(
-            f"{arguments.source}: expected {ENOUGH_ERRORS} accepted intervals or more to learn τ "
-            f"from, found {errors} accepted and {natural} rejected"
+            f"{arguments.source}: expected at least {ENOUGH_ERRORS} accepted intervals to learn "
+            f"τ from, found {errors} accepted and {natural} rejected"
         )
     learnt = learned_profile(clips, found)
     learnt.write(arguments.output, arguments.source.name)

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 
+from twistcore.detection.all_joints.body_steps import body_steps
+from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.frozen_frames import frozen_spans, limb_of
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.lone_jumps import chain_of_joint
-from twistcore.detection.noise_bursts import NoiseBurst
+from twistcore.detection.noise_bursts import NoiseBurst, noise_bursts
 from twistcore.detection.runs import overlapping
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
@@ -20,20 +22,15 @@ from twistcore.skeleton.motion import Motion
 _APART = 0.1  # seconds between two bursts of a chain that are still one
 
 
-def fault_intervals(
-    motion: Motion,
-    chains: Sequence[Chain],
-    bursts: Iterable[NoiseBurst],
-    chosen: Sequence[Chain] | None = None,
-) -> dict[str, tuple[Interval, ...]]:
-    """Bursts, then frozen frames, by chain name.
+def find_bursts(search: KindSearch) -> Found:
+    """Return bursts of noise by chain name."""
+    bursts = noise_bursts(search.motion)
+    return burst_intervals(search.motion, search.chains, bursts, search.chosen)
 
-    chosen: those of the chains that are listed, all if not given. What concerns one of them is
-    listed there, if not by the chain that comes first, then by the first of these.
-    """
-    noisy = burst_intervals(motion, chains, bursts, chosen)
-    frozen = frozen_intervals(motion, chains, chosen)
-    return {name: (*noisy[name], *frozen[name]) for name in noisy}
+
+def find_frozen(search: KindSearch) -> Found:
+    """Return frozen frames by chain name: a limb's belong to the first of its chosen chains."""
+    return frozen_intervals(search.motion, search.chains, search.chosen)
 
 
 def burst_intervals(
@@ -44,9 +41,10 @@ def burst_intervals(
 ) -> dict[str, tuple[Interval, ...]]:
     """Bursts of the joints of chains by chain name, by start; chosen: the chains to list.
 
-    Bursts of a chain that overlap, or nearly so, are one interval. `residual` is σ of the noise
-    about each axis in the noisiest joint, which gives its name; there is no offset, for nothing is
-    taken out. Bursts of joints of no such chain are left out.
+    What concerns a chosen chain is listed there, if not by the chain that comes first, then by the
+    first of these. Bursts of a chain that overlap, or nearly so, are one interval. `residual` is σ
+    of the noise about each axis in the noisiest joint, which gives its name; there is no offset,
+    for nothing is taken out. Bursts of joints of no such chain are left out.
     """
     chosen, apart = chains if chosen is None else chosen, 1 + int(_APART * motion.fps)
     own: dict[str, list[NoiseBurst]] = {chain.name: [] for chain in chosen}
@@ -88,6 +86,12 @@ def frozen_intervals(
         told = {"joint": joint, "part": limb, "seconds": (stop - start) / motion.fps}
         found[chain.name].append(_fault(Kind.FROZEN, chain.name, start, stop, told))
     return {name: tuple(own) for name, own in found.items()}
+
+
+def at_body_step(motion: Motion, interval: Interval) -> bool:
+    """True if an interval begins or ends where many joints step at once."""
+    edges = {interval.start, interval.stop}
+    return any(not edges.isdisjoint(range(b.start, b.stop)) for b in body_steps(motion))
 
 
 def _burst(chain: str, span: Sequence[NoiseBurst], names: Sequence[str]) -> Interval:

@@ -125,11 +125,12 @@ def border_notes(motion: Motion) -> tuple[str, ...]:
     notes = []
     if first > 1:
         notes.append(
-            f"Frames 0–{first - 1} are a first pose and a blend out of it: no capture, left out."
+            f"Frames 0–{first - 1} are a first pose and a blend out of it. They were not "
+            "captured, so they are left out."
         )
     if last:
         notes.append(
-            f"Frames {motion.frames - last}–{motion.frames - 1} are a blend into a rest pose: "
-            "no capture, left out."
+            f"Frames {motion.frames - last}–{motion.frames - 1} are a blend into a rest pose. "
+            "They were not captured, so they are left out."
         )
     return tuple(notes)

@@ -58,5 +58,7 @@ def frozen_sentence(spans: int) -> str:
     if not spans:
         return ""
     if spans == 1:
-        return "A limb stands still to the last digit once (kind 'frozen frames')."
-    return f"Limbs stand still to the last digit {spans} times (kind 'frozen frames')."
+        return (
+            "A limb does not move at all, to the last digit, in one place (kind 'frozen frames')."
+        )
+    return f"Limbs do not move at all, to the last digit, in {spans} places (kind 'frozen frames')."

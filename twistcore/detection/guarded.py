@@ -95,7 +95,7 @@ class GuardedAnalysis:
                 shape = f"{self._frames} numbers as the strength"
                 raise self._wrong(chain, shape, str(strength.shape))
             if not (np.isfinite(strength) & (strength >= 0.0)).all():
-                raise self._wrong(chain, "a strength of numbers from 0 in every frame", "others")
+                raise self._wrong(chain, "a strength of 0 or more in every frame", "others")
             self._strengths[chain] = strength
         return self._strengths[chain]
 

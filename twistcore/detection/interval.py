@@ -43,7 +43,7 @@ class Interval:
     kind : Kind
         What is wrong.
     carried : bool
-        Of a limb flip: True if E turned along with P.
+        Of a limb flip: True if E turned along with P; of a carried roll: always, C rolled along.
     joint : str
         The joint that jumps alone, is the noisiest, or begins a frozen limb.
     followed : float

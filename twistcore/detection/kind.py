@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, ClassVar
 
 from twistcore.work.frozen import dataclass
 
+KIND_GROUP = "twistcore.kinds"  # the entry points of packages that bring a kind
 _FOLDER = "twistcore.detection.kinds"
 
 
@@ -37,11 +40,20 @@ class KindInfo:
         The field of `detect --json` that tells how large it is.
     weight : float or None
         How much of it shows in the severity; None: as much as its segment.
+    find : str
+        What finds a kind that is only shown, 'package.module:function': it takes a
+        :class:`twistcore.detection.finding.KindSearch` and returns intervals by chain name. It is
+        loaded when the kind is first looked for; "" for a kind that the detectors find.
+    corrected : bool
+        True if it is looked for in what is left once all automatic corrections are out.
+    colour : str
+        The colour of the theme that its word has in the list of intervals; "" for that of text.
     counted : str
         What is counted, one of them; the name if not given.
-    here, named, legend, tip : str
-        Words about one: where the playhead is in it, as a neighbour, in the 3D view and in the
-        list. In them {frames}, {span}, {size}, {joint} and {angle} are replaced.
+    here, named, legend, tip, why : str
+        Words about one: where the playhead is in it, as a neighbour, in the 3D view, in the list,
+        and what is wrong, as a sentence. In them {frames}, {span}, {size}, {joint} and {angle} are
+        replaced; in `why` {joint} and {size}.
     """
 
     name: str
@@ -54,11 +66,22 @@ class KindInfo:
     sign: str = "+"
     size: str = "delta_deg"
     weight: float | None = None
+    find: str = ""
+    corrected: bool = False
+    colour: str = ""
     counted: str = ""
     here: str = ""
     named: str = ""
     legend: str = ""
     tip: str = ""
+    why: str = ""
+
+
+def plural(word: str) -> str:
+    """Return the plural of a kind's name: 'limb flips', 'stretches'; 'frozen frames' is one."""
+    if word.endswith("frames"):
+        return word
+    return word + ("es" if word.endswith(("ch", "s", "x")) else "s")
 
 
 class _Kinds(type):
@@ -91,16 +114,22 @@ class Kind(str, metaclass=_Kinds):
     >>> import twistcore as tc
     >>> tc.Kind("Counter_Twist")
     <Kind.COUNTER_TWIST: 'counter-twist'>
-    >>> [kind.value for kind in tc.Kind if not kind.repairable]
-    ['lone jump', 'noise burst', 'frozen frames']
-    >>> tc.Kind("carried roll").known
+    >>> [kind.value for kind in tc.Kind if kind.repairable]
+    ['counter-twist', 'carried roll', 'limb flip', 'helper roll']
+    >>> tc.Kind("melted wax").known
     False
     """
 
     COUNTER_TWIST: ClassVar[Kind]
+    CARRIED_ROLL: ClassVar[Kind]
     LIMB_FLIP: ClassVar[Kind]
     HELPER_ROLL: ClassVar[Kind]
     LONE_JUMP: ClassVar[Kind]
+    STRETCH: ClassVar[Kind]
+    SPIKE: ClassVar[Kind]
+    JOINT_JUMP: ClassVar[Kind]
+    PLACE_JUMP: ClassVar[Kind]
+    BODY_STEP: ClassVar[Kind]
     NOISE_BURST: ClassVar[Kind]
     FROZEN: ClassVar[Kind]
 
@@ -159,8 +188,55 @@ def _known() -> Mapping[str, Kind]:
         module.name.upper(): import_module(f"{_FOLDER}.{module.name}").KIND
         for module in iter_modules(folder.__path__)
     }
+    infos |= _of_packages({_word(info.name) for info in infos.values()})
     by_place = sorted(infos.items(), key=lambda item: item[1].place)
     return {name: _made(name, info) for name, info in by_place}
+
+
+def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
+    """Return what packages announce, by the entry point's name in capitals.
+
+    A kind that cannot be loaded, or whose word is taken, is left out with a warning.
+    """
+    if not _announced():
+        return {}
+    import warnings
+    from importlib.metadata import entry_points  # slow to load
+
+    found: dict[str, KindInfo] = {}
+    for point in sorted(entry_points(group=KIND_GROUP), key=lambda p: p.name):
+        where = f"the kind {point.name!r} of {point.value} is left out"
+        try:
+            info = point.load()
+        except Exception as error:  # of foreign code
+            warnings.warn(f"{where}: {type(error).__name__}: {error}", stacklevel=2)
+            continue
+        name = point.name.upper().replace("-", "_")
+        if not isinstance(info, KindInfo):
+            warnings.warn(f"{where}: expected a KindInfo, found {info!r:.80}", stacklevel=2)
+        elif _word(info.name) in taken or name in found:
+            warnings.warn(f"{where}: there is already a kind {info.name!r}", stacklevel=2)
+        else:
+            found[name] = info
+            taken.add(_word(info.name))
+    return found
+
+
+def _announced() -> bool:
+    """True if any package on the path announces a kind; a tenth of the time of asking for them."""
+    for folder in dict.fromkeys(sys.path):
+        try:
+            inside = [e.path for e in os.scandir(folder or ".") if e.name.endswith("-info")]
+        except OSError:
+            continue
+        for place in inside:
+            try:
+                with open(os.path.join(place, "entry_points.txt"), "rb") as file:  # noqa: PTH118, PTH123
+                    if f"[{KIND_GROUP}]".encode() in file.read():
+                        return True
+            except OSError:
+                continue
+    return False
 
 
 @cache

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twistcore.detection.cuts import find_cuts
+from twistcore.detection.finding import Found, KindSearch
 from twistcore.detection.interval import Interval, Kind
 from twistcore.detection.runs import runs
 from twistcore.skeleton.chain import Chain
@@ -33,6 +34,16 @@ _OWN_SHARE = 0.5  # of the limit: with less of its own a joint only goes along w
 def limit(fps: float) -> float:
     """What no joint turns about its own axis from one frame to the next, radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
+
+
+def find(search: KindSearch) -> Found:
+    """Return lone jumps by chain name: what is left of them once automatic corrections are out."""
+    as_captured = search.captured if search.corrected() is None else None
+    return (as_captured or search).once(_in_all_chains)
+
+
+def _in_all_chains(search: KindSearch) -> Found:
+    return lone_jumps(search.motion, search.chains, search.corrected())
 
 
 def lone_jumps(

@@ -44,6 +44,7 @@ class NoiseBurst:
     degrees: float
 
 
+@once_a_motion
 def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
     """The bursts of all joints, by start."""
     found = []
@@ -126,10 +127,10 @@ def burst_sentences(
     if len(spans) > _MOST:
         said.append(f"{len(spans) - _MOST} more bursts of noise are outside the chains.")
     if count:
-        one = "A burst of noise was found (kind 'noise burst'): Quality → Track smooths it."
+        one = "A burst of noise was found (kind 'noise burst'). Smooth it in Quality → Track."
         many = (
-            f"{count} bursts of noise were found (kind 'noise burst'): Quality → Track smooths "
-            "them."
+            f"{count} bursts of noise were found (kind 'noise burst'). Smooth them in Quality "
+            "→ Track."
         )
         said.insert(0, one if count == 1 else many)
     return tuple(said)
@@ -141,8 +142,8 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
     start, stop = min(b.start for b in span), max(b.stop for b in span)
     most = max(b.degrees for b in span)
     return (
-        f"Noise of about {most:.0f}° in frames {start}–{stop - 1} ({listed}), outside the chains. "
-        "Quality → Track smooths noise."
+        f"There is noise of about {most:.0f}° in frames {start}–{stop} ({listed}), "
+        "outside the chains. Smooth it in Quality → Track."
     )
 
 

@@ -223,7 +223,9 @@ def _of_package(point: EntryPoint) -> Detector:
         found = point.load()
     made = _checked(found, where)
     if made.info.name != point.name:
-        raise TwistError(f"{where} calls itself {made.info.name!r}: expected the same name twice")
+        raise TwistError(
+            f"{where} has the name {made.info.name!r} in its info: expected the same name"
+        )
     return GuardedDetector(made)
 
 
@@ -265,9 +267,11 @@ def _checked(found: Any, where: str) -> Detector:
             found = found()
     info = getattr(found, "info", None)
     if not isinstance(info, DetectorInfo):
-        raise TwistError(f"{where} is no detector: expected `info`, a DetectorInfo")
+        raise TwistError(f"{where} is not a detector: expected `info`, a DetectorInfo")
     if not callable(getattr(found, "analyse", None)):
-        raise TwistError(f"{where} is no detector: expected a method analyse(motion, chains, tell)")
+        raise TwistError(
+            f"{where} is not a detector: expected a method analyse(motion, chains, tell)"
+        )
     if not _NAME.fullmatch(info.name):
         raise TwistError(
             f"{where}: expected a name of small letters, digits, '-' and '_', found {info.name!r}"

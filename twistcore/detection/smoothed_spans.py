@@ -96,7 +96,7 @@ def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> t
 
 def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
     joints = list(dict.fromkeys(names[s.joint] for s in group))
-    start, stop = min(s.start for s in group), max(s.stop for s in group) - 1
+    start, stop = min(s.start for s in group), max(s.stop for s in group)
     if len(joints) == 1:
         return (
             f"{joints[0]} is smoother in frames {start}–{stop} than anywhere else in the clip: "

@@ -64,9 +64,9 @@ def uncorrected_sentences(
         for name, distance in children_off_axis(clip.motion, chain).items():
             share = 2.0 * distance / clip.motion.skeleton.height
             if share > 1e-6:
-                moved.append(
-                    f"{clip.path}: {name} is off the axis of {chain.name} and moves with it "
-                    f"by up to {share:.1e} of the height"
+                beside.append(
+                    f"{clip.path}: {name} is not on the axis of {chain.name} and moves with "
+                    f"it by up to {share:.1e} of the height"
                 )
     return left, tuple(moved)
 
@@ -92,8 +92,8 @@ def chains_left(
             some = uncorrectable_joints(motion, chain, carried=True) != joints
             where = " where its end was kept" if some else ""
             left.append(
-                f"{chain.name} was not corrected{where}: {', '.join(joints)} "
-                "without three rotation channels"
+                f"{chain.name} was not corrected{where}, because three rotation channels are "
+                f"missing at: {', '.join(joints)}"
             )
     return tuple(left)
 
@@ -141,9 +141,7 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
                 f"{clip.path}: has no {what} {shown_value(interval.chain)}, which the session names"
             )
         if interval.stop > clip.motion.frames:
-            raise ClipMismatchError(
-                f"{clip.path}: an interval of the session ends after the clip's last frame"
-            )
+            raise ClipMismatchError(f"{clip.path}: an interval ends after the clip's last frame")
     if session.state.tracking is not None:
         try:
             check_tracking(clip.motion, session.state.tracking)

@@ -60,7 +60,9 @@ def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
     changed = (motion.rotations != corrected.rotations).any(axis=2)
     joints = np.flatnonzero(changed.any(axis=0)).tolist()
     if not joints:
-        raise TwistError("nothing is corrected: accept an interval that can be corrected first")
+        raise TwistError(
+            "expected at least one accepted interval that can be corrected, found none"
+        )
     before, positions = forward_kinematics(motion)
     after = forward_kinematics(corrected)[0]
     same = geodesic_angle(before, after) < _SAME

@@ -134,9 +134,7 @@ def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
         i = judged.interval
         by = f" by {judged.reviewer}" if judged.reviewer else ""
         size = f"{np.degrees(i.size):+.1f} degrees"
-        lines.append(
-            f"{i.chain} {i.kind}, frames {i.start} to {i.stop - 1}, {size}, {judged.verdict}{by}"
-        )
+        lines.append(f"{i.chain} {i.kind}, frames {i.start}-{i.stop}, {size}, {judged.verdict}{by}")
     if unseen:
         lines.append(
             f"{', '.join(unseen)}: corrected in every frame, so the script cannot detect whether "

@@ -48,7 +48,7 @@ def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
     except ValueError:
-        raise TwistError(f"{path!r}: expected a path without NUL characters") from None
+        raise TwistError(f"{path!r}: expected a path without a NUL character") from None
     if len(data) > most:
         raise TwistError(f"{path}: expected a file of at most {most // 10**6} MB")
     return data
@@ -63,7 +63,7 @@ def parsed_toml(data: bytes) -> dict[str, Any]:
     try:
         text = data.decode("utf-8").replace("\r\n", "\n")
         if any(line.count(".") > _MOST_DOTS for line in _QUOTED.sub("", text).split("\n")):
-            raise FormatError("expected TOML with short keys")
+            raise FormatError("expected TOML with fewer dots in its keys")
         return tomllib.loads(text)
     except RecursionError:
         raise FormatError("expected TOML with fewer nested levels") from None
@@ -90,7 +90,7 @@ def _whole(digits: str) -> int:
 def _finite(digits: str) -> float:
     if math.isfinite(found := float(digits)):
         return found
-    raise ValueError(f"the number {digits[:20]} is too large")
+    raise ValueError(f"a number that is too large ({digits[:20]})")
 
 
 def _no_number(word: str) -> float:

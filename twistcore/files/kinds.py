@@ -26,13 +26,14 @@ BVH = FileKind("a BVH file", "give it a name that ends in .bvh")
 NPZ = FileKind("an .npz", "give it a name that ends in .npz")
 AMC = FileKind("an AMC file", "give it a name that ends in .amc")
 SESSION = FileKind(
-    "a session", "`twistcore apply SESSION CLIP -o OUT` replays it, twist-inspector opens it"
+    "a session",
+    ("replay it with `twistcore apply SESSION CLIP -o OUT`, or open it in twist-inspector"),
 )
 JSON = FileKind("a JSON document")
 PICKLE = FileKind(
-    "a pickle of Python",
-    "rename a pickle of AIST++ to end in .pkl; save the arrays of any other as .npz with "
-    "numpy.savez, since this program never runs a pickle",
+    "a Python pickle",
+    "an AIST++ pickle needs a name that ends in .pkl; save the arrays of any other pickle as "
+    ".npz with numpy.savez, because pickles are never run here",
 )
 
 _ASF = FileKind("an ASF skeleton without motion", "open its .amc")
@@ -46,7 +47,7 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
     (b"PK\x05\x06", FileKind("an empty ZIP archive")),
     (
         b"\x93NUMPY",
-        FileKind("a single numpy array (.npy)", "save its arrays by name with numpy.savez"),
+        FileKind("a single NumPy array (.npy)", "save its arrays by name with numpy.savez"),
     ),
     (b"\x1f\x8b", FileKind("a gzip archive", _UNPACK)),
     (b"\xfd7zXZ\x00", FileKind("an xz archive", _UNPACK)),

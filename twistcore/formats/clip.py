@@ -289,8 +289,8 @@ def write_clip(
     check_ending(clip, path)
     if not replace_source and not is_stream(path) and same_file(path, clip.path):
         raise TwistError(
-            f"{path}: the clip's own source would be overwritten; choose another file, or pass "
-            "replace_source=True"
+            f"{path}: expected a file other than the clip's own source (set "
+            "replace_source=True to replace it)"
         )
     patch = rewritten(clip, motion)
     if not is_stream(path):

@@ -43,7 +43,7 @@ def response_words(name: str, late: float, over: float) -> str:
     At a few frames a second it runs ahead of what moves steadily, where κP is 0 it does not follow.
     """
     if not np.isfinite(late):
-        return f"{name} does not follow, κP is 0"
+        return f"{name} does not follow, because κP is 0"
     ms = round(1000.0 * abs(late))
     way = f"lags {ms} ms" if late > 0.0 or ms == 0 else f"runs {ms} ms ahead"
     return f"{name} {way} and overshoots a step by {100.0 * over:.0f} %"

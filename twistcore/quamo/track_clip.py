@@ -60,7 +60,7 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
             known = legible(", ".join(skeleton.names), most=600)
             raise TwistError(f"no joint {shown_value(name)}; expected some of {known}")
         if not able[skeleton.index(name)]:
-            raise TwistError(f"joint {name!r} has no three rotation channels to write to")
+            raise TwistError(f"joint {name!r} does not have three rotation channels to write to")
     return np.array(sorted({skeleton.index(name) for name in names}), dtype=np.int64)
 
 
@@ -71,7 +71,7 @@ def joints_of_24(
     known = find_topology(skeleton).joints
     if strict and (other := np.setdiff1d(joints, known)).size:
         name = skeleton.names[int(other[0])]
-        raise TwistError(f"joint {name!r} is not among the 24 that learned gains know")
+        raise TwistError(f"joint {name!r} is not one of the 24 joints that the learned gains cover")
     return np.intersect1d(joints, known)
 
 
@@ -96,12 +96,15 @@ def placed_joint(motion: Motion) -> int | None:
 def check_place(motion: Motion, *, learned: bool = False) -> None:
     """TwistError in one sentence where the place of the figure cannot be tracked."""
     if (placed := placed_joint(motion)) is None:
-        raise TwistError("expected position channels, of the root as a rule, to track the place")
+        raise TwistError(
+            "expected position channels (usually of the root) to track the figure's position"
+        )
     if learned and placed != (root := int(find_topology(motion.skeleton).joints[0])):
         names = motion.skeleton.names
         raise TwistError(
-            f"learned gains know the place of {names[root]!r} alone, and the figure's is that of "
-            f"{names[placed]!r}: expected gains of hands, or tracking without the place"
+            f"the learned gains cover only the position of {names[root]!r}, but this figure "
+            f"has the position at {names[placed]!r}: set the gains by hand, or track without "
+            "the position"
         )
 
 

@@ -226,8 +226,11 @@ def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
 
 
 def frames_listed(there: NDArray[np.bool_]) -> str:
-    """'frame 7', 'frames 7, 12–15', with … for more than ten runs; there: (frames,), some True."""
-    at = [f"{a}" if b == a + 1 else f"{a}–{b - 1}" for a, b in runs(there)]
+    """Return 'frame 7' or 'frames 7, 12–15' without 15, with … for more than ten runs.
+
+    there: shape (frames,), some True.
+    """
+    at = [f"{a}" if b == a + 1 else f"{a}–{b}" for a, b in runs(there)]
     some = ", ".join(at[:_NAMED]) + (" …" if len(at) > _NAMED else "")
     return f"frame{'' if there.sum() == 1 else 's'} {some}"
 

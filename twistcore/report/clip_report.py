@@ -59,18 +59,19 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
     for path in others:
         if path.is_dir() or (is_file(path) and file_mark(path) not in marks.get(path.name, ())):
             raise TwistError(
-                f"{path}: the report cannot be written, because this version did not write the "
-                "file there or it was changed since; move it, or leave out the report"
+                f"{path}: expected a free place for the report, but a file is there that this "
+                "version did not write or that was changed since; move it, or do without the "
+                "report"
             )
     if is_file(listing) and not marks:
         raise TwistError(
-            f"{listing}: the report cannot be written, because there is another file; move it, or "
-            "leave out the report"
+            f"{listing}: expected a free place for the report, but another file is there; "
+            "move it, or do without the report"
         )
     if clip is not None and (of := _other_clip(listing, clip)):
         raise TwistError(
-            f"{listing}: the report of {clip.name} cannot be written, because there is a report of "
-            f"{of}; choose another folder"
+            f"{listing}: expected a free place for the report of {clip.name}, but the report "
+            f"of {of} is there; choose another folder"
         )
 
 

@@ -137,12 +137,12 @@ class Edit(Command):
         """Return the state after the command."""
         old = state.find(self.id)
         if self.interval.start < 0 or self.interval.stop <= self.interval.start:
-            raise ValueError("an interval needs at least one frame")
+            raise ValueError("an interval must have at least one frame")
         if self.interval.chain != old.interval.chain:
             raise ValueError("an edit cannot move an interval to another chain")
         if not old.interval.repairable:
             raise ValueError(
-                "an interval of this kind cannot be corrected; add a new interval with Insert"
+                "finds of this kind are not corrected; press Insert to make an interval"
             )
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 

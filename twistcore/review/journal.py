@@ -271,7 +271,7 @@ def _check(
     intervals = tuple(intervals)
     named = {*chains, *(interval.chain for interval in intervals)}
     if state is not None and not named <= state.tau.keys():
-        raise FormatError("a chain that the review does not have")
+        raise FormatError("a chain that is not in the review")
     if frames is not None and any(interval.stop > frames for interval in intervals):
         raise FormatError("an interval after the last frame")
 
@@ -286,7 +286,7 @@ def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> 
         raise FormatError(str(error)) from None
     chains = {c.name for c in every if not isinstance(c, Limb)}
     if not chains <= tau.keys() <= {c.name for c in every}:
-        raise FormatError("τ is given for other chains than the rig's")
+        raise FormatError("τ of chains that are not in the rig")
 
 
 def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:

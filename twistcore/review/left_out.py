@@ -26,7 +26,7 @@ class LeaveOut(Command):
     def apply(self, state: ReviewState) -> ReviewState:
         """Return the state after the command."""
         if any(not 0 <= start < stop for start, stop in self.spans):
-            raise ValueError("a span needs at least one frame")
+            raise ValueError("a span must have at least one frame")
         return replace(state, left_out=joined_spans(self.spans))
 
 

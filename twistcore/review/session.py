@@ -241,7 +241,7 @@ def session_from_document(document: Any) -> Session:
     )
     next_id, ids = whole(document["next_id"], "next_id"), [j.id for j in intervals]
     if len(set(ids)) != len(ids) or any(k >= next_id for k in ids):
-        raise FormatError("expected intervals with different ids below next_id")
+        raise FormatError("expected intervals with different ids, all below next_id")
     state = ReviewState(
         method=text(document["method"], "method"),
         tau=MappingProxyType(tau),
@@ -310,7 +310,7 @@ def tracking_from_json(entry: Any) -> Tracking:
     causal = flag(entry.get("causal", True), "causal")  # the first files have neither of these
     place = flag(entry.get("place", False), "place")
     if not (joints or place):
-        raise FormatError("expected joints to track, found an empty list")
+        raise FormatError("expected at least one joint to track, found an empty list")
     learned = one_of(entry["gains"], "gains", ("hand", "learned")) == "learned"
     kp, kd, ka = (number(entry[key], key) for key in ("kp", "kd", "ka"))
     weights = text(entry["weights"], "weights")

@@ -242,23 +242,29 @@ def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False)
     return tuple(motion.skeleton.names[j] for j in joints if not rotatable[j])
 
 
-def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain:
-    """Return the chain or limb of a name: its own, or its label as `twistcore info` lists it.
+_NAME, _LABELS = ("name",), ("label", "list_label")
 
-    Case and spaces matter only where two differ in nothing else. TwistError for a name that is
-    unknown, with the names that are near, or that may be two of them; where: what has the chains.
+
+def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain:
+    """Return the chain or limb with a name or label, as `twistcore info` lists them.
+
+    Case and spaces matter only if chains differ in nothing else. where: the clip, for messages.
+    Raises TwistError with similar names if none has the name, or with all that may be meant.
     """
-    for chain in chains:
-        if chain.name == name:
-            return chain
     chains = tuple(chains)
-    for key in (str, _without_spaces, _folded):
-        alike = [c for c in chains if key(name) in {key(c.name), key(c.label), key(c.list_label)}]
+    for key, attributes in (
+        (str, _NAME),
+        (str, _LABELS),
+        (str.casefold, _NAME),  # before labels: 'leftleg' is LeftLeg, not the limb 'Left leg'
+        (_without_spaces, (*_NAME, *_LABELS)),
+        (_folded, (*_NAME, *_LABELS)),
+    ):
+        alike = [c for c in chains if key(name) in {key(getattr(c, a)) for a in attributes}]
         if len({c.parent for c in alike}) == 1:
             return alike[0]  # a chain comes before the limb that it begins
         if alike:
             listed = " or ".join(c.name for c in alike)
-            raise TwistError(f"{where}: chain {name!r} may be {listed}; expected one of them")
+            raise TwistError(f"{where}: chain {name!r} can mean {listed}; expected one of these")
     # A chain that a limb begins with may have the limb's label, and goes before it.
     known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
     from difflib import get_close_matches  # slow to load, and seldom needed
@@ -298,7 +304,7 @@ def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | N
     offset = bone_offset(motion, joint)
     if joint in motion.positioned and offset.ndim == 1:
         warnings.append(
-            f"{skeleton.names[joint]}: the position channels are next to zero; its OFFSET is used."
+            f"{skeleton.names[joint]}: the position channels are close to zero; its OFFSET is used."
         )
         return normalise(offset)
     lengths, smallest = np.linalg.norm(offset, axis=-1), shortest(skeleton)

@@ -255,19 +255,19 @@ def notation_notes(motion: Motion) -> tuple[Note, ...]:
     held = without_held(motion)
     if held is not None:
         said.append(
-            f"Frames are repeated: {held.motion.fps:.4g} frames a second are written as "
+            f"Frames are repeated: {held.motion.fps:.4g} frames per second are written as "
             f"{motion.fps:.4g}, and errors are looked for at the lower rate."
         )
     elif keys := linear_keys(motion):
         rate = motion.fps / keys.spacing
         said.append(
-            f"Every {keys.spacing} frames there is a key, and the joints turn evenly in between: "
-            f"errors from {math.degrees(BETWEEN_KEYS) / rate:.2g}° are looked for at the keys, "
-            f"{rate:.3g} a second, and where something jumps."
+            f"There is a key every {keys.spacing} frames, and the joints turn evenly in "
+            f"between. Errors of {math.degrees(BETWEEN_KEYS) / rate:.2g}° or more are looked "
+            f"for at the keys ({rate:.3g} per second) and at jumps."
         )
         if rate < FEWEST_A_SECOND:
             said.append(
-                "So few keys do not tell an error from motion: what they show is listed, and not "
-                "corrected automatically."
+                "There are too few keys to tell errors from motion, so finds are listed but "
+                "not corrected automatically."
             )
     return tuple(Note(KIND, text) for text in said)

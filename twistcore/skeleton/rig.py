@@ -36,7 +36,7 @@ from twistcore.skeleton.rotation import normalise
 from twistcore.work.frozen import dataclass
 
 _ZERO = 1e-6  # of the skeleton's height
-_EXPECTED = "expected [[chain]] tables with two or three joints, and remove with names of chains"
+_EXPECTED = "expected [[chain]] tables with two or three joints, and 'remove' with names of chains"
 
 
 @dataclass(frozen=True)
@@ -79,15 +79,15 @@ class OwnChain:
         if not self.limb and skeleton.parents[child] != parent:
             between = skeleton.names[joint_path(skeleton, parent, child)[0]]
             raise TwistError(
-                f"{self.joints[1]} is no child of {self.joints[0]}, but {between} is: that turns "
-                "back where an error twists its parent"
+                f"{self.joints[1]} is not a child of {self.joints[0]}, but {between} is, and "
+                "it turns back where an error twists its parent"
             )
         chain = make_chain(motion, parent, child, below)
         if chain is not None and below >= 0 and skeleton.parents[below] != child:
             chain = _over_joints_between(motion, chain, below)
         if chain is None or chain.grandchild != below:
             at = 0 if chain is None else 1
-            raise TwistError(f"{self.joints[at + 1]} lies in the place of {self.joints[at]}")
+            raise TwistError(f"{self.joints[at + 1]} is at the same position as {self.joints[at]}")
         if self.limb and min(bones(motion, chain)) <= _ZERO * skeleton.height:
             raise TwistError(f"a bone of {self.name} has no length")
         [person] = {p.name for p in find_people(skeleton) if parent in p.joints} or {""}
@@ -152,7 +152,7 @@ class Rig:
             made = own.made(motion)
             if any(chain.name == made.name for chain in chains):
                 raise TwistError(
-                    f"there is a chain {shown_value(made.name)} already: remove that first"
+                    f"there is already a chain {shown_value(made.name)}: remove it first"
                 )
             chains.append(made)
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
@@ -290,7 +290,7 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
         if here == above:
             return
     names = skeleton.names
-    raise TwistError(f"{names[joint]} does not hang below {names[above]}")
+    raise TwistError(f"{names[joint]} is not below {names[above]} in the skeleton")
 
 
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:

@@ -26,7 +26,7 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
     """
     check_motion(dirty)
     if not isinstance(clip, BvhClip):
-        raise TwistError(f"{clip.path}: expected a BVH to make an exercise of")
+        raise TwistError(f"{clip.path}: expected a BVH file for the exercise")
     values = parse_bvh(rewritten(clip, dirty).data).values.copy()
     turns = [column for layout in clip.channels for column in layout.rotation]
     decimals = np.full(values.shape[1], _POSITIONS)

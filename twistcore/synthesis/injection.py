@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from twistcore.analysis.correction import remove_twist
 from twistcore.detection import Kind
+from twistcore.detection.carried_rolls import bent_frames
 from twistcore.errors import TwistError
 from twistcore.files.encoding import encoded
 from twistcore.skeleton.chain import Chain, chain_named
@@ -44,9 +45,9 @@ class InjectedError:
     leak : ndarray, shape (stop − start,), optional
         By how much the compensation of the child, or of a limb's end, misses, radians.
     kind : Kind
-        A counter-twist or a limb flip.
+        A counter-twist, a limb flip or a carried roll.
     carried : bool
-        Of a flip: True if the limb's end turns along.
+        Of a flip: True if the limb's end turns along. True of a carried roll: C rolls along.
 
     Examples
     --------
@@ -69,7 +70,8 @@ class InjectedError:
     def changed_joints(self, chain: Chain, skeleton: Skeleton) -> tuple[int, ...]:
         """Joints of its chain or limb with another rotation of their own: not an end carried."""
         joints = chain.changed_joints(skeleton)
-        return joints[:1] if self.carried and self.leak is None else joints
+        end_stays = self.kind == Kind.LIMB_FLIP and self.carried and self.leak is None
+        return joints[:1] if end_stays else joints
 
 
 def generator(seed: int, clip: str, *more: int) -> np.random.Generator:
@@ -136,7 +138,7 @@ def draw_errors(
         elif shared:
             places = iter(shared)
         else:
-            places = _places(motion, first, rng, protocol)
+            places = _places(motion, chain, first, rng, protocol)
         # Where they stand and what they are is drawn in turn: a seed means what it always meant.
         for start, stop in places:
             if protocol.together > 1 and chain is chains[0]:
@@ -147,11 +149,13 @@ def draw_errors(
 
 
 def _places(
-    motion: Motion, first: int, rng: np.random.Generator, protocol: Protocol
+    motion: Motion, chain: Chain, first: int, rng: np.random.Generator, protocol: Protocol
 ) -> Iterator[Place]:
     """Frames of the intervals of a chain, or of the level that is then low-passed."""
     margin = filter_reach(protocol, motion.fps)
     taken = np.zeros(motion.frames, dtype=bool)
+    if protocol.carried:  # a straight limb rolls as a whole, and nothing shows it
+        taken |= ~bent_frames(motion, chain)
     for k in range(2 if protocol.persists else int(rng.integers(2, 6))):
         place = _place(taken, first, rng, protocol, motion.fps, k)
         if place is not None:
@@ -215,6 +219,8 @@ def _drawn(
     if protocol.compensated < 1.0:
         leak = (1.0 - protocol.compensated) * offset + (0.0 if leak is None else leak)
     kind = Kind.LIMB_FLIP if protocol.limb else Kind.COUNTER_TWIST
+    if protocol.carried:
+        kind, carried = Kind.CARRIED_ROLL, True
     return InjectedError(chain.name, start, stop, offset, leak, kind, carried)
 
 
@@ -236,7 +242,8 @@ def inject(
     """Put known errors into a motion, to measure how well they are found [Choi26 §4.1.3].
 
     q_P ← q_P ⊗ R_a(δ), and R_a(−δ + leak) ⊗ q_X on every child X of P; in a limb flip a is the
-    limb's line and X its end, unless that is carried. Call it as ``inject(clip, errors)`` or as
+    limb's line and X its end, unless that is carried; in a carried roll C turns by R_b(δ) about its
+    own bone as well. Call it as ``inject(clip, errors)`` or as
     ``inject(clip, chains, errors)``.
 
     Parameters
@@ -287,9 +294,11 @@ def inject(
     for error in errors:
         at = slice(error.start, error.stop)
         offsets.setdefault(error.chain, np.zeros(motion.frames))[at] -= error.offset
-        if isinstance(by_name.get(error.chain), Limb):
+        is_limb = isinstance(by_name.get(error.chain), Limb)
+        if is_limb or error.carried:
             carried = along.setdefault(error.chain, np.zeros(motion.frames))
             carried[at] -= error.offset if error.carried else 0.0
+        if is_limb:
             carried[at] -= 0.0 if error.leak is None else error.leak
         elif error.leak is not None:
             leaking.append((error, error.leak))

@@ -41,7 +41,8 @@ class Protocol:
     half a cosine instead of a ramp; both: errors in two chains that share a joint; together: errors
     in so many chains in the same frames; border: the first two intervals touch the clip's ends;
     persists: those are the only ones; clean: nothing is injected; limb: P turns about its limb's
-    line instead of its bone, the limb's end kept or carried at even odds; fill: P's twist over a
+    line instead of its bone, the limb's end kept or carried at even odds; carried: C rolls along
+    with P, while the limb is bent; fill: P's twist over a
     gap is 'held' or 'interpolated', and δ what it then lacks; straight: δ stands in every spell in
     which the limb is straight, and sets in and ends over so many seconds.
     """
@@ -60,6 +61,7 @@ class Protocol:
     drift: tuple[float, float] | None = None
     clean: bool = False
     limb: bool = False
+    carried: bool = False
     low_pass: float = 0.0
     stairs: int = 1
     flicker: bool = False
@@ -118,6 +120,7 @@ PROTOCOLS = {
         Protocol("FL", "flickers, every other frame", length=(9, 20), flicker=True),
         Protocol("NB", "bursts of 5° noise", length=(10, 40), delta=(0.0, 0.0), jitter=5.0),
         Protocol("M5", "errors in five chains in the same frames", together=5),
+        Protocol("CR", "carried rolls of 1-20 frames, ±5…±180°", carried=True),
         Protocol("GH", "gaps over which the twist is held", length=(10, 40), fill="held"),
         Protocol("GI", "gaps filled by interpolated twist", length=(10, 40), fill="interpolated"),
         Protocol(
@@ -157,6 +160,8 @@ def parse_protocol(name: str) -> Protocol:
         texts.append(PROTOCOLS[part].text)
     if knobs.get("limb") and (knobs.keys() & {"together", "fill", "straight"}):
         raise TwistError(f"protocol {name!r}: expected no limb flips beside errors of bones")
+    if knobs.get("carried") and (knobs.keys() & {"limb", "fill", "straight", "leak"}):
+        raise TwistError(f"protocol {name!r}: CR goes with protocols of a chain's level alone")
     if knobs.get("limb") and knobs.get("both"):
         raise TwistError(f"protocol {name!r}: expected no H8, for no two limbs share a joint")
     return Protocol(**{**knobs, "name": name, "text": " + ".join(texts)})

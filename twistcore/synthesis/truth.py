@@ -37,7 +37,7 @@ from twistcore.synthesis.protocol import parse_protocol
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.truth/1"
-_KINDS = Kind.COUNTER_TWIST.value, Kind.LIMB_FLIP.value
+_KINDS = Kind.COUNTER_TWIST.value, Kind.LIMB_FLIP.value, Kind.CARRIED_ROLL.value
 _LONGEST_NAME = 200  # letters, of several protocols joined
 _MOST_ERRORS = 20_000  # each is compared with each of a review's
 SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left [Choi26 §4.2.1]
@@ -65,7 +65,7 @@ def _error_to_json(error: InjectedError) -> dict[str, Any]:
     }
     if error.leak is not None:
         entry["leak_deg"] = [round(float(d), 9) for d in np.degrees(error.leak)]
-    if error.kind == Kind.LIMB_FLIP:
+    if error.kind != Kind.COUNTER_TWIST:
         entry["kind"] = error.kind.value
     if error.carried:
         entry["carried"] = True
@@ -120,8 +120,10 @@ def _error(entry: Any, frames: int) -> InjectedError:
     start, stop = frames_of(entry, frames)
     kind = Kind(one_of(entry.get("kind", Kind.COUNTER_TWIST), "kind", _KINDS))
     carried = flag(entry.get("carried", False), "carried")
-    if carried and kind != Kind.LIMB_FLIP:
-        raise unexpected("a limb flip", "an error whose end was carried", kind.value)
+    if carried and kind == Kind.COUNTER_TWIST:
+        raise unexpected("a limb flip or a carried roll", "an error with 'carried'", kind.value)
+    if kind == Kind.CARRIED_ROLL and not carried:
+        raise unexpected('"carried": true', "a carried roll", "none")
     leak = None
     if "leak_deg" in entry:
         leak = _angles(entry["leak_deg"], "leak_deg", stop - start)

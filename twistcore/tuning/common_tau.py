@@ -57,20 +57,22 @@ class CommonTau:
         known = [c for c in self.chains if c.own is not None]
         few = len(self.chains) - len(known)
         rest = (
-            "Of 1 chain too little is decided to tell."
+            "1 chain has too few verdicts for its own τ."
             if few == 1
-            else f"Of {few} chains too little is decided to tell."
+            else f"{few} chains have too few verdicts for their own τ."
         )
         if not known:
-            yield f"One τ of {tau:.2f}° for all chains: no chain has verdicts enough of its own."
+            yield (
+                f"Use one τ of {tau:.2f}° for all chains: no chain has enough verdicts of its own."
+            )
         elif not own:
             said = (
-                f"One τ of {tau:.2f}° will do for all chains: with its own none would do better on "
-                "verdicts that did not choose it."
+                f"One τ of {tau:.2f}° is enough for all chains: on verdicts not used to "
+                "choose it, no chain does better with its own."
             )
             yield f"{said} {rest}" if few else said
         else:
-            said = f"One τ of {tau:.2f}° will do for all chains but {len(own)}."
+            said = f"One τ of {tau:.2f}° is enough for all chains except {len(own)}."
             yield f"{said} {rest}" if few else said
         for c in own:
             yield self._why(c, label(c.chain))
@@ -84,17 +86,20 @@ class CommonTau:
         if less > 0:
             natural = int(curve.natural.sum())
             tells.append(
-                f"lists {less} of 1 interval rejected fewer"
+                f"lists {less} fewer of 1 rejected interval"
                 if natural == 1
-                else f"lists {less} of {natural} intervals rejected fewer"
+                else f"lists {less} fewer of {natural} rejected intervals"
             )
         if more > 0:
             tells.append(f"finds {more} more of {int(curve.errors.sum())} errors")
         if less < 0:
-            tells.append(f"lists {-less} rejected more")
+            tells.append(f"lists {-less} more of the rejected intervals")
         if more < 0:
             tells.append(f"misses {-more} more of {int(curve.errors.sum())} errors")
-        return f"{name} needs {math.degrees(chain.own.tau):.2f}°: it {', '.join(tells)}."
+        return (
+            f"{name} needs its own τ of {math.degrees(chain.own.tau):.2f}°, because it "
+            f"{', '.join(tells)}."
+        )
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:

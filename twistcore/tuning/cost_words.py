@@ -25,20 +25,20 @@ def count_words(cost: Cost) -> str:
 def band_words(cost: Cost) -> str:
     """What the band means."""
     if math.isnan(cost.low):
-        return "No error could be put in."
+        return "No error could be injected."
     low, high = 100.0 * cost.low, 100.0 * cost.high
     return (
-        f"FSR between {low:.0f} and {high:.0f} %, by the errors that were drawn "
-        "(95 % confidence): more draws, a narrower band"
+        f"The FSR is between {low:.0f} and {high:.0f} % (95 % confidence, from the drawn "
+        "errors). More draws narrow this range."
     )
 
 
 def alarm_words(cost: Cost) -> str:
     """What a count in one clip says of others."""
     if not cost.minutes:
-        return "No frame was looked at."
+        return "No frame was examined."
     low, high = cost.rate_band
     return (
-        f"{cost.alarms:.3g} in {60.0 * cost.minutes:.1f} s: in clips like this one between "
-        f"{low:.3g} and {high:.3g} a minute (95 % confidence)"
+        f"{cost.alarms:.3g} in {60.0 * cost.minutes:.1f} s. Clips like this one have between "
+        f"{low:.3g} and {high:.3g} per minute (95 % confidence)."
     )

@@ -51,11 +51,14 @@ class LearnedProfile:
     def told_of_confidence(self) -> str:
         """A sentence on the learned confidence."""
         if self.before is None or self.after is None:
-            return f"Confidence stays the detector's: {ENOUGH} verdicts on it or more are needed."
+            return (
+                f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
+                "are needed to learn one."
+            )
         after, before = 100 * self.after.error, 100 * self.before.error
         return (
-            f"Learned confidence: off by {after:.1f} points on {self.held_out} held out, "
-            f"the detector's own by {before:.1f}."
+            f"The learned confidence is off by {after:.1f} points on {self.held_out} held-out "
+            f"verdicts; the detector's own is off by {before:.1f} points."
         )
 
 
@@ -78,7 +81,7 @@ def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedPro
     methods, rigs, performers = ({getattr(c, k) for c in clips} for k in _WHOSE)
     profile = Profile(tau, _only(methods), _only(rigs), _only(performers), confidence)
     apart = {c.chain for c in found.chains if c.apart}
-    apart_by = "clips" if len(np.unique(seen(clips).clip)) > 1 else "verdicts of its one clip"
+    apart_by = "clips" if len(np.unique(seen(clips).clip)) > 1 else "verdicts of the only clip"
     return LearnedProfile(profile, reasons, apart, before, after, apart_by)
 
 

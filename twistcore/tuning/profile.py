@@ -159,7 +159,9 @@ def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
     """What every table that has a key has there."""
     values = [table[key] for table in tables if key in table]
     if others := sum(value != values[0] for value in values):
-        raise FormatError(f"expected one {key} in all tables, found {others} others")
+        raise FormatError(
+            f"expected the same {key} in all tables, found {others} tables that differ"
+        )
     return values[0] if values else default
 
 

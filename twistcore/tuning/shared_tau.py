@@ -41,18 +41,18 @@ class SharedTau:
         )
         if few:
             lose = (
-                "1 loses less than a point by it"
+                "1 chain loses less than a point with it"
                 if few == 1
-                else f"{few} lose less than a point by it"
+                else f"{few} chains lose less than a point with it"
             )
             said = f"{said}, {lose}" if self.apart else f"{said} and {lose}"
         if not self.apart:
-            return f"{said}: one τ does for all."
+            return f"{said}: one τ is enough for all chains."
         own = (
             f"{labels.get(name, name)} {np.degrees(tau):.2f}° ({why})"
             for name, (tau, why) in self.apart.items()
         )
-        return f"{said}. τ of their own: {'; '.join(own)}."
+        return f"{said}. These chains need their own τ: {'; '.join(own)}."
 
 
 def shared_tau(
@@ -82,7 +82,7 @@ def shared_tau(
 def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float) -> str:
     """Why a chain needs its own τ instead of the others'; '' where it does not."""
     if tau < curve.floor:
-        return f"more noise: none below {np.degrees(curve.floor):.2f}°"
+        return f"its noise allows no τ below {np.degrees(curve.floor):.2f}°"
     loss = curve.loss(price, smallest)
     there, here = np.interp(np.log([tau, own]), np.log(curve.tau), loss)
     if there - here < SLIGHT:
@@ -92,6 +92,9 @@ def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float)
     if price * (alarms - own_alarms) > own_fsr - fsr:
         at = f"{np.degrees(tau):.2f}°"
         if round(alarms) == 1:
-            return f"1 false alarm at {at}, {own_alarms:.0f} there"
-        return f"{alarms:.0f} false alarms at {at}, {own_alarms:.0f} there"
-    return f"repairs {100 * own_fsr:.0f} %, {100 * fsr:.0f} % at {np.degrees(tau):.2f}°"
+            return f"1 false alarm at {at}, but {own_alarms:.0f} at this τ"
+        return f"{alarms:.0f} false alarms at {at}, but {own_alarms:.0f} at this τ"
+    return (
+        f"this τ repairs {100 * own_fsr:.0f} % of the errors, but only {100 * fsr:.0f} % are "
+        f"repaired at {np.degrees(tau):.2f}°"
+    )

@@ -263,7 +263,7 @@ def judged_in(
 def of_this_version(clip: Clip, session: Session) -> None:
     """Raise TwistError unless a session is of the clip as it is."""
     if session.sha256 != clip.sha256:
-        raise TwistError(f"{clip.name}: its session is of another version of it")
+        raise TwistError(f"{clip.name}: its session belongs to another version of the clip")
 
 
 def of_what_is_there(clip: Clip, session: Session) -> None:

@@ -71,7 +71,7 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """As :func:`offsets_by_chain`, of the limb flips in which the limb's end turned along."""
+    """As :func:`offsets_by_chain`, of intervals in which the limb's end, or C, turned along."""
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
 
@@ -209,12 +209,13 @@ def remove_twist(
     """Take offsets out of chains, and out of limbs; frames with offset 0 keep their bits.
 
     offsets: radians, (frames,), by name; carried: the part of a limb's in which its end turned
-    along. Of a chain, q'_P = q_P ⊗ R_a(−offset) and, for every child X of P,
-    q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X: all global rotations below P stay, and all joint positions but those
-    of children beside the axis (:func:`children_off_axis`). Of a limb, q'_P = R_u(−offset) ⊗ q_P
-    about its line u in the frame of P's parent; E keeps its place, and its global rotation but for
-    what it was carried; C keeps its own rotation and moves. Corrections commute: no twist moves a
-    limb's line in the room.
+    along, and of a chain's in which C rolled along. Of a chain, q'_P = q_P ⊗ R_a(−offset) and, for
+    every child X of P, q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X: all global rotations below P stay, and all joint
+    positions but those of children beside the axis (:func:`children_off_axis`). Where C rolled
+    along, q'_C ⊗ R_b(−carried) turns it back about its own bone: G's joint stays, and what hangs on
+    C turns back with it. Of a limb, q'_P = R_u(−offset) ⊗ q_P about its line u in the frame of P's
+    parent; E keeps its place, and its global rotation but for what it was carried; C keeps its own
+    rotation and moves. Corrections commute: no twist moves a limb's line in the room.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -241,7 +242,16 @@ def remove_twist(
         ahead = quaternion_from_axis_angle(axis, offset[at])
         for child in motion.skeleton.children[chain.parent]:
             rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
+        if along is not None and along.any():
+            _roll_back(rotations, chain, np.flatnonzero(along), along)
     return motion.with_rotations(rotations)
+
+
+def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Array) -> None:
+    """Turn C back about its own bone by what it rolled along with P: G's joint stays."""
+    arm = chain.arm if chain.arm.ndim == 1 else chain.arm[at]
+    back = quaternion_from_axis_angle(arm, -rolled[at])
+    rotations[at, chain.child] = normalise(multiply(rotations[at, chain.child], back))
 
 
 def _turn_helper(

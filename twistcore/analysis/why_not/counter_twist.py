@@ -60,7 +60,7 @@ def no_counter_twist(
         low = int(np.flatnonzero(analysis.cut[:t])[-1])
         later = np.flatnonzero(analysis.cut[t:])
         high = t + int(later[0]) if len(later) else len(analysis.cut)
-        because = f"{place.span(low, high)} between cuts are too few to tell error from motion"
+        because = f"{place.span(low, high)} between cuts are not enough to tell errors from motion"
         return place.reason(Why.SHORT, because, start=low, stop=high)
     if place.strength < place.tau:
         return soft_below(place, own) or _below(place, analysis, edges_in(t, t + 1), chains)
@@ -84,7 +84,9 @@ def _motion(place: AskedFrame, interval: Interval) -> Reason:
     told = interval.evidence or {}
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
-    because = f"all the evidence takes {signed_degrees(interval.shown)} in {frames} for motion"
+    because = (
+        f"all evidence together shows that {signed_degrees(interval.shown)} in {frames} is motion"
+    )
     return place.reason(
         Why.MOTION,
         f"{because}: {why}" if why else because,
@@ -103,10 +105,10 @@ def _cut(place: AskedFrame, cut: Mask) -> str:
     while high < len(cut) and cut[high]:
         high += 1
     if high - low > 1:
-        return f"{place.span(low, high)} are a cut, or a blend with a rest pose: no motion"
+        return f"{place.span(low, high)} are a cut or a blend with a rest pose, not motion"
     if t == 0:
-        return "it is the first frame: no motion leads into it"
-    return "the whole body jumps there, as at a cut: no motion leads into it"
+        return "it is the first frame, so no motion leads into it"
+    return "the whole body jumps there, as at a cut, so no motion leads into it"
 
 
 # --- below τ --------------------------------------------------------------------------------------
@@ -127,7 +129,7 @@ def _below(
     numbers = _degrees(x=x, y=y, residual_x=rx, residual_y=ry, sigma_x=sigma_x, sigma_y=sigma_y)
     of, error = _whose_image(own, t, place.tau), _error_beside(place, analysis, near, chains)
     if of and error:
-        because = f"{place.joints[of - 1]} turns as the image of {error}, which does not count"
+        because = f"{place.joints[of - 1]} only seems to turn, because of {error}"
         return place.reason(Why.IMAGE, because, **numbers)
     beyond = _turns(place, rx, ry)
     most, least = max(abs(rx), abs(ry)), min(abs(rx), abs(ry))
@@ -212,10 +214,10 @@ def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
     if not len(at):
-        return place.reason(Why.MOTION, "it is no edge")
+        return place.reason(Why.MOTION, "it is not an edge")
     k = int(at[np.argmax(np.abs(e.jump[at]))])
     span = place.span(int(e.start[k]), int(e.stop[k]))
-    because = f"over {span} as a whole only {signed_degrees(float(e.jump[k]))} are left"
+    because = f"over {span} as a whole, only {signed_degrees(float(e.jump[k]))} remains"
     return place.reason(Why.MOTION, because, jump_deg=math.degrees(e.jump[k]))
 
 
@@ -243,7 +245,7 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
         alike = f"{alike} over {span}" if span else alike
         because = f"{alike} ({turns}; {signed_degrees(open_by)} left)"
         return place.reason(Why.UNEQUAL, because, open_deg=math.degrees(open_by), **numbers)
-    taken = "it is taken for motion"
+    taken = "it is treated as motion"
     taken = f"{taken} over {span}" if span else taken
     because = (
         f"{taken} ({turns}): {abs(edge.jump) / edge.sigma:.1f} σ of {size(edge.sigma, 2)}, "
@@ -269,31 +271,33 @@ def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErro
             given = (i for i in soft.given_up() if i.start < span[1] and span[0] <= i.stop)
             return soft.instead_of(next(given, None), numbers, f"{partner},")
         named = " and ".join(place.named(i) for i in rivals)
-        because = f"{partner}, gives way to what explains more, {named}"
+        because = f"{partner}, belongs to a better explanation: {named}"
         return place.reason(Why.OTHER, because, partner=int(e.peak[best]), **numbers)
     alone = (
-        f"alone it is too unsure (evidence {edge.gain:.0f} of {OPEN_GAIN:.0f})"
+        f"on its own it is too uncertain (evidence {edge.gain:.0f} of {OPEN_GAIN:.0f})"
         if edge.gain < OPEN_GAIN
-        else "alone another reading of these frames goes before it"
+        else "on its own it explains these frames less well than another find"
     )
     back = wrap(e.jump + edge.jump)
     apart = (e.stop <= edge.start) | (e.start >= edge.stop)
     asked = np.flatnonzero((np.abs(e.jump) >= place.tau) & apart & (np.abs(back) < abs(edge.jump)))
     if not len(asked):
-        because = f"no other jump past τ takes it back ({turns}); {alone}"
+        because = f"no other jump above τ reverses it ({turns}); {alone}"
         return place.reason(Why.NO_PARTNER, because, **numbers)
     k = int(asked[np.lexsort((np.abs(e.peak[asked] - place.frame), np.abs(back[asked])))[0]])
     rest, away = float(back[k]), abs(int(e.peak[k]) - place.frame)
     partner = f"{signed_degrees(float(e.jump[k]))} at {_peak(place, e, k)}"
     if abs(rest) > ONE_JOINT * abs(edge.jump):
         left = signed_degrees(rest)
-        because = f"no jump takes it back ({turns}): the nearest, {partner}, leaves {left}"
+        because = (
+            f"no other jump reverses it ({turns}): the closest, {partner}, leaves a "
+            f"difference of {left}"
+        )
     else:
         because = (
-            f"the jump that would take it back ({turns}), {partner}, leaves "
-            f"{signed_degrees(rest)} and is {away} frames away: "
-            f"evidence {edge.gain:.0f} and {float(e.gain[k]):.0f} are too "
-            f"little for an interval"
+            f"the jump that would reverse it ({turns}), {partner}, leaves a difference of "
+            f"{signed_degrees(rest)} and is {away} frames away: evidence of {edge.gain:.0f}"
+            f" and {float(e.gain[k]):.0f} is too weak for an interval"
         )
     numbers |= {"partner": int(e.peak[k]), "open_deg": math.degrees(rest)}
     return place.reason(Why.NO_PARTNER, f"{because}; {alone}", **numbers)

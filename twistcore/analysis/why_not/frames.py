@@ -43,7 +43,9 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
         return _in_interval(place, own)
     for interval in clip.detector(found.method, REPAIRED).intervals(name, tau):
         if _covers(interval, frame):
-            text = f"{place.named(interval)}, found here, is left out, or elsewhere in the review"
+            text = (
+                f"{place.named(interval)} was found here, but the review has it left out or moved"
+            )
             return place.reason(Why.MOVED, text)
     near = partial(_edges_near, found, chain, strength)
     if isinstance(chain, Limb):
@@ -63,9 +65,14 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
     p, c = float(signals.dtheta_p[place.frame]), float(signals.dtheta_c[place.frame])
     parent, child = place.joints
     numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
-    turns = f"{parent} twists {signed_degrees(p)}, the azimuth of {child} {signed_degrees(c)}"
+    turns = (
+        f"{parent} twists by {signed_degrees(p)}, and the azimuth of {child} changes by "
+        f"{signed_degrees(c)}"
+    )
     if place.strength >= place.tau:  # a review with other intervals than the detector's
-        return place.reason(Why.NO_PARTNER, f"no interval of it is left: {turns}", **numbers)
+        return place.reason(
+            Why.NO_PARTNER, (f"the review has no interval here any more: {turns}"), **numbers
+        )
     if p * c < 0.0:
         return place.reason(Why.BELOW, turns, **numbers)
     alike = "not against each other"
@@ -78,8 +85,8 @@ def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
     if place.strength < place.tau:
         return place.reason(Why.BELOW, f"{helper} does not jump about its bone")
     if own == 0.0:
-        return place.reason(Why.IMAGE, f"{driver}, or the joint that both hang on, turns there too")
-    return place.reason(Why.NO_PARTNER, f"no later jump of {helper} turns it back")
+        return place.reason(Why.IMAGE, f"{driver}, or the joint above both, turns there too")
+    return place.reason(Why.NO_PARTNER, f"no later jump of {helper} reverses it")
 
 
 def _in_notation(
@@ -150,11 +157,11 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
         told = {"frames": frames, "size": size, "joint": interval.joint}
         what = interval.kind.info.here.format(**told)
         side = f"{here} is above τ" if past else f"{here} is below τ"
-        text = f"{called} lies in an interval: {what}. {side}."
+        text = f"{called} is in an interval: {what}. {side}."
     else:
         side = f"{here}, above τ" if past else f"{here}, below τ"
         named = place.named(interval)
-        text = f"{side}, is beside {named}." if lone else f"{side}, is at an edge of {named}."
+        text = f"{side}, is next to {named}." if lone else f"{side}, is at an edge of {named}."
     return Reason(place.chain.name, place.frame, Why.INTERVAL, strength, tau, text, reason.numbers)
 
 

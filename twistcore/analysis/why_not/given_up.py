@@ -43,15 +43,15 @@ class SoftErrors:
         low, high = (given.start, given.stop) if given else (place.frame, place.frame)
         would_be = f"{what} would be an edge of {place.named(given) if given else 'an interval'}"
         if not found:
-            because = f"{would_be}, which gives way to what sets in softly"
+            because = f"{would_be}, but a soft error explains more"
             return place.reason(Why.OTHER, because, **numbers)
         _, interval, chain = min(
             ((max(i.start - high, low - i.stop, 0), i, c) for i, c in found), key=lambda s: s[0]
         )
         if chain.name == place.chain.name:
-            because = f"{would_be}, which explains less than {place.named(interval)}"
+            because = f"{would_be}, but that explains less than {place.named(interval)}"
             return place.reason(Why.OTHER, because, **numbers)
-        because = f"{would_be}, which gives way to {place.error(interval, chain)}"
+        because = f"{would_be}, but {place.error(interval, chain)} explains more"
         return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
 
     def _standing(self) -> Iterator[tuple[Interval, Chain]]:
@@ -70,6 +70,8 @@ def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
     for s in own.standing:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)
-            because = f"that is all of the error of {span} ({signed_degrees(s.interval.shown)})"
+            because = (
+                f"this is the full size of the error in {span} ({signed_degrees(s.interval.shown)})"
+            )
             return place.reason(Why.BELOW, because, start=s.interval.start, stop=s.interval.stop)
     return None

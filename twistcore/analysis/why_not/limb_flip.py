@@ -25,9 +25,12 @@ def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reas
     }
     if t == 0 or not flips.capture[t]:
         because = (
-            "it is the first frame: no motion leads into it"
+            "it is the first frame, so no motion leads into it"
             if t == 0
-            else "many limbs jump there, or a pose is cut or blended to: no motion leads into it"
+            else (
+                "many limbs jump there, or there is a cut or a blend to another pose, so no "
+                "motion leads into it"
+            )
         )
         return place.reason(Why.CUT, because, **numbers)
     jumps = flips.jumps(place.tau)
@@ -53,13 +56,13 @@ def _below(
         whole = max(soft, key=lambda j: abs(j.turn))
         because = (
             f"over {place.span(whole.start, whole.stop)} the limb turns "
-            f"{signed_degrees(whole.turn)} about its line, "
-            f"but no sharp jump nearby takes that back at less than it costs"
+            f"{signed_degrees(whole.turn)} about its line, but no sharp jump nearby reverses "
+            "this convincingly"
         )
         return place.reason(Why.BELOW, because, soft_deg=math.degrees(whole.turn), **numbers)
     because = (
-        f"the limb turns {signed_degrees(float(flips.departures[place.frame]))} about its line "
-        f"beyond what it does around (σ {size(_scale(flips, place.frame))})"
+        f"the limb turns {signed_degrees(float(flips.departures[place.frame]))} more about "
+        f"its line than in nearby frames (σ {size(_scale(flips, place.frame))})"
     )
     return place.reason(Why.BELOW, because, **numbers)
 
@@ -81,14 +84,14 @@ def _left(
         "spares": left.spared,
     }
     if left.price < left.spared:
-        because = f"the flip in {span} that it could be an edge of gives way to one that saves more"
+        because = f"it could be an edge of a flip in {span}, but another flip explains more"
         return place.reason(Why.OTHER, because, **numbers)
-    moves = f"the limb departs by {size(jump.scale)} around"
+    moves = f"the limb departs by {size(jump.scale)} nearby"
     if jump.step > 0.03:
         moves = f"{moves} and its end moves {100.0 * jump.step:.0f} % of its length"
     because = (
-        f"it is taken for motion: {moves}, and the flip in {span} that it could be an edge of "
-        f"costs {left.price:.1f}, its jumps left as they are {left.spared:.1f}"
+        f"it is treated as motion: {moves}, and the flip in {span} of which it could be an "
+        f"edge costs {left.price:.1f}, but no flip costs {left.spared:.1f}"
     )
     return place.reason(Why.MOTION, because, **numbers)
 
@@ -108,13 +111,13 @@ def _no_partner(
         if j is not jump and max(j.start - jump.stop, jump.start - j.stop) <= reach
     ]
     if not others:
-        because = f"no other jump within {LONGEST:.0f} s takes it back"
+        because = f"no other jump within {LONGEST:.0f} s reverses it"
         return place.reason(Why.NO_PARTNER, because, **numbers)
     open_by, best = min(others, key=lambda o: o[0])
     because = (
-        f"no jump takes it back: the nearest in size, {signed_degrees(best.turn)} at "
-        f"{place.called(best.start)}, leaves {size(open_by)}"
+        f"no other jump reverses it: the closest in size, {signed_degrees(best.turn)} at "
+        f"{place.called(best.start)}, leaves a difference of {size(open_by)}"
     )
     if open_by < NEVER_CLOSED:
-        because = f"{because}, and no flip may lie between the two"
+        because = f"{because}, and no flip can lie between the two"
     return place.reason(Why.NO_PARTNER, because, open_deg=math.degrees(open_by), **numbers)

@@ -1,53 +1,90 @@
-"""What the command line takes where a word stands for a value: checked, refused in one line."""
+"""Values of arguments: each is checked, and a wrong one is refused in one line."""
 
 from __future__ import annotations
 
 import argparse
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 from twistcore.cli.output import terminal_text
 from twistcore.detection.kind import Kind
 from twistcore.files.atomic import STANDARD_OUTPUT
 from twistcore.formats.suffixes import CLIP_SUFFIXES, not_written
 
-KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # of errors, as --kinds has them
+KINDS = tuple(kind.replace(" ", "-") for kind in Kind)  # of errors, as --kinds spells them
 STANDARD_INPUT = Path("/dev/stdin")  # by this name also on systems that have no such file
 
-_LEAST_MIB = 256  # with less numpy cannot be loaded, or a short clip not be analysed
-_MOST = 1_000_000  # of what is counted: beyond, a slip of the finger
+_LEAST_MIB = 256  # with less, numpy cannot be loaded or a short clip cannot be analysed
+_MOST = 1_000_000  # of counted things: a larger number is a typing error
 _MOST_WORKERS = 1024
-_LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames a second: those that a file may have
+_LEAST_RATE, _MOST_RATE = 1.0, 10_000.0  # frames a second that a file may have
 
 
 class Parser(argparse.ArgumentParser):
-    """One line where the words are wrong, without the usage.
+    """Parser whose errors are one line that ends with where help is, without the usage.
 
-    late: completes the help by what loads slowly, when help is asked for.
+    late: completes the help with texts that load slowly, when help is printed.
     """
 
     late: Callable[[argparse.ArgumentParser], None] | None = None
 
     def error(self, message: str) -> NoReturn:
         """End the program with the message."""
-        self.exit(2, f"{terminal_text(f'{self.prog}: {message}')}\n")
+        end = "" if message.endswith((".", "?")) else "."
+        self.exit(2, f"{terminal_text(f'{self.prog}: {message}{end} {self._where_help_is()}')}\n")
 
     def format_help(self) -> str:
-        """The help, completed."""
+        """Return the help, completed."""
         if self.late is not None:
             self.late(self)
         return super().format_help()
 
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Parse the arguments; an error names an unknown option and those with a similar name."""
+        found, unknown = super().parse_known_args(args, namespace)
+        if unknown:
+            self.error(self._unknown(unknown))
+        return found, unknown
+
+    def _unknown(self, words: Sequence[str]) -> str:
+        option = next((word.partition("=")[0] for word in words if word.startswith("-")), "")
+        if not option:
+            return f"expected no more arguments, found {words[0]!r}"
+        if self._subparsers is not None:
+            return f"expected a command before its options, found {option}"
+        known = [word for word in self._option_string_actions if word.startswith("--")]
+        return f"unknown option {option}{_similar(option, known)}"
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is None or value in action.choices:
+            return
+        known = [str(choice) for choice in action.choices]
+        text = _similar(str(value), known) or f"; expected {', '.join(known)}"
+        if isinstance(action, argparse._SubParsersAction):
+            raise argparse.ArgumentError(None, f"unknown command {value!r}{text}")
+        raise argparse.ArgumentError(action, f"unknown value {value!r}{text}")
+
+    def _where_help_is(self) -> str:
+        return f"See `{self.prog} --help`."
+
+
+def _similar(word: str, known: Sequence[str]) -> str:
+    """Return '; did you mean detect?' if names similar to a word are known, or else ''."""
+    from difflib import get_close_matches  # slow to load, and seldom needed
+
+    near = get_close_matches(word.lower(), known, cutoff=0.65)
+    return f"; did you mean {' or '.join(near)}?" if near else ""
+
 
 def target(text: str) -> Path:
-    """A file to write, '-' for standard output; a file of that name is './-'."""
+    """Return a file to write, '-' is standard output; a file of that name is './-'."""
     return STANDARD_OUTPUT if text == "-" else Path(text)
 
 
 def clip_target(text: str) -> Path:
-    """The same for a clip, or a folder of clips; not a file of a format that is not written."""
+    """Return a clip or a folder of clips to write, of a format that is written."""
     path = target(text)
     refused = not_written(path, " or ".join(CLIP_SUFFIXES))
     if refused and not path.is_dir():
@@ -56,25 +93,25 @@ def clip_target(text: str) -> Path:
 
 
 def readable(text: str) -> Path:
-    """A clip to read, '-' for standard input; a file of that name is './-'."""
+    """Return a clip to read, '-' is standard input; a file of that name is './-'."""
     return STANDARD_INPUT if text == "-" else Path(text)
 
 
 def folder(text: str) -> Path:
-    """A folder to write into."""
+    """Return a folder to write into."""
     if text == "-":
         raise argparse.ArgumentTypeError("expected a folder; one called '-' is './-'")
     return Path(text)
 
 
 def tau(text: str) -> float | None:
-    """'auto' as None, or degrees above 0 and up to 180 as radians."""
+    """Return None for 'auto', or degrees above 0 and up to 180 in radians."""
     found = tau_degrees(text)
     return None if found is None else math.radians(found)
 
 
 def tau_degrees(text: str) -> float | None:
-    """'auto' as None, or degrees above 0 and up to 180."""
+    """Return None for 'auto', or degrees above 0 and up to 180."""
     if text == "auto":
         return None
     value = _number_in(text)
@@ -86,7 +123,7 @@ def tau_degrees(text: str) -> float | None:
 
 
 def degrees(text: str) -> float:
-    """Degrees above 0 and up to 180."""
+    """Return degrees above 0 and up to 180."""
     value = _number_in(text)
     if not 0.0 < value <= 180.0:
         raise argparse.ArgumentTypeError(f"expected degrees above 0 and up to 180, found {text!r}")
@@ -94,7 +131,7 @@ def degrees(text: str) -> float:
 
 
 def kinds(text: str) -> frozenset[Kind]:
-    """Kinds of errors, comma separated, with '-' or ' ' inside, or 'all'."""
+    """Return kinds of errors from a list with commas, with '-' or ' ' in a name, or 'all'."""
     from twistcore.analysis.clip_analysis import ALL_KINDS  # numpy, which not every command needs
 
     known = {kind.value.replace(" ", "-"): frozenset({kind}) for kind in Kind} | {"all": ALL_KINDS}
@@ -108,7 +145,7 @@ def kinds(text: str) -> frozenset[Kind]:
 
 
 def seed(text: str) -> int:
-    """A whole number from 0."""
+    """Return a whole number from 0."""
     if not (text.isdecimal() and len(text) <= 18):
         raise argparse.ArgumentTypeError(
             f"expected a whole number from 0 of at most 18 digits, found {text[:40]!r}"
@@ -117,7 +154,7 @@ def seed(text: str) -> int:
 
 
 def positive(text: str) -> float:
-    """A finite number above 0."""
+    """Return a finite number above 0."""
     value = _number_in(text)
     if not (math.isfinite(value) and value > 0.0):
         raise argparse.ArgumentTypeError(f"expected a number above 0, found {text!r}")
@@ -125,7 +162,7 @@ def positive(text: str) -> float:
 
 
 def rate(text: str) -> float:
-    """Frames a second that can be meant."""
+    """Return a plausible number of frames a second."""
     value = _number_in(text)
     if not _LEAST_RATE <= value <= _MOST_RATE:
         raise argparse.ArgumentTypeError(
@@ -135,7 +172,7 @@ def rate(text: str) -> float:
 
 
 def share(text: str) -> float:
-    """A number from 0 to 1."""
+    """Return a number from 0 to 1."""
     value = _number_in(text)
     if not 0.0 <= value <= 1.0:
         raise argparse.ArgumentTypeError(f"expected a number from 0 to 1, found {text!r}")
@@ -143,21 +180,21 @@ def share(text: str) -> float:
 
 
 def mebibytes(text: str) -> float:
-    """So many that Python and its libraries have room."""
+    """Return an amount of memory that Python and its libraries fit into."""
     if (value := positive(text)) < _LEAST_MIB:
         raise argparse.ArgumentTypeError(f"expected at least {_LEAST_MIB} MiB, found {text!r}")
     return value
 
 
 def number(text: str) -> float:
-    """Any finite number."""
+    """Return any finite number."""
     if not math.isfinite(value := _number_in(text)):
         raise argparse.ArgumentTypeError(f"expected a number, found {text!r}")
     return value
 
 
 def not_negative(text: str) -> float:
-    """0, or a finite number above 0."""
+    """Return 0 or a finite number above 0."""
     value = _number_in(text)
     if not (math.isfinite(value) and value >= 0.0):
         raise argparse.ArgumentTypeError(f"expected a number from 0, found {text!r}")
@@ -165,17 +202,17 @@ def not_negative(text: str) -> float:
 
 
 def count(text: str) -> int:
-    """A whole number above 0."""
+    """Return a whole number above 0."""
     return _whole(text, 1, _MOST)
 
 
 def limit(text: str) -> int:
-    """A whole number from 0: how many are let through."""
+    """Return a whole number from 0: the most that is allowed."""
     return _whole(text, 0, _MOST)
 
 
 def workers(text: str) -> int:
-    """A number of processes."""
+    """Return a number of processes."""
     return _whole(text, 1, _MOST_WORKERS)
 
 
@@ -188,7 +225,7 @@ def _whole(text: str, least: int, most: int) -> int:
 
 
 def _number_in(text: str) -> float:
-    """What a text says as a number, nan where it says none."""
+    """Return the number in a text, nan if there is none."""
     try:
         return float(text)
     except ValueError:

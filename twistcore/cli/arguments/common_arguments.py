@@ -1,4 +1,7 @@
-"""Words that several commands have, and what carries a command out, loaded when it is called."""
+"""Arguments that several commands share, and the functions that carry commands out.
+
+The functions are loaded when a command runs: numpy and scipy load slowly.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +12,16 @@ from importlib import import_module
 from pathlib import Path
 
 from twistcore.cli.arguments.argument_types import (
-    KINDS,
+    Parser,
     clip_target,
-    kinds,
     rate,
     readable,
-    tau,
     workers,
 )
-from twistcore.detection.registry import DEFAULT_METHOD, DETECTORS
 
 
 def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
-    """A function of a module of this folder's parent, which loads numpy and scipy when called."""
+    """Return a function of a module of twistcore.cli that loads the module when called."""
 
     def run(arguments: argparse.Namespace) -> int:
         carry_out = getattr(import_module(f"twistcore.cli.{module}"), name)
@@ -33,135 +33,81 @@ def deferred(module: str, name: str) -> Callable[[argparse.Namespace], int]:
     return run
 
 
-def add_clip(parser: argparse.ArgumentParser) -> None:
-    """One clip that something else is made of."""
-    parser.add_argument("clip", type=Path, metavar="CLIP")
+def add_commands(parser: argparse.ArgumentParser) -> argparse._SubParsersAction[Parser]:
+    """Let a parser have commands; without one it prints its help."""
+
+    def print_help(_: argparse.Namespace) -> int:
+        parser.print_help()
+        return 0
+
+    parser.set_defaults(run=print_help, command=parser.prog, quiet=False, verbose=False)
+    return parser.add_subparsers(prog=parser.prog, metavar="COMMAND", parser_class=Parser)
+
+
+def add_clip(parser: argparse.ArgumentParser, what: str = "the clip to read") -> None:
+    """Add one clip, from which something is made."""
+    parser.add_argument("clip", type=Path, metavar="CLIP", help=what)
 
 
 def add_clips(parser: argparse.ArgumentParser) -> None:
-    """Clips that are only read."""
+    """Add clips that are only read."""
     parser.add_argument(
         "clips",
         type=readable,
         nargs="+",
         metavar="CLIP",
-        help="one or more; '-': a BVH on standard input",
+        help="one or more clips; '-' reads a BVH from standard input",
     )
 
 
-def add_fps(parser: argparse.ArgumentParser) -> None:
-    """The rate."""
-    parser.add_argument("--fps", type=rate, metavar="HZ", help="instead of the file's rate")
+def add_fps(parser: argparse._ActionsContainer) -> None:
+    """Add the frame rate."""
+    parser.add_argument(
+        "--fps",
+        type=rate,
+        metavar="HZ",
+        help="frame rate to use instead of the file's (default: the file's)",
+    )
 
 
-def add_output(parser: argparse.ArgumentParser) -> None:
-    """The clip to write."""
+def add_output(parser: argparse.ArgumentParser, what: str = "clip to write") -> None:
+    """Add the clip to write."""
     parser.add_argument(
         "-o",
         "--output",
         type=clip_target,
         required=True,
         metavar="OUT",
-        help="'-': standard output",
+        help=f"{what}; '-' is standard output",
     )
 
 
 def add_workers(parser: argparse.ArgumentParser) -> None:
-    """Processes over folders."""
+    """Add the number of processes that work through folders."""
     parser.add_argument(
         "--workers",
         type=workers,
         metavar="N",
-        help="processes, where it is folders; default all cores",
+        help="number of processes that work through folders (default: one for each core)",
     )
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:
-    """A document in place of text."""
-    parser.add_argument("--json", action="store_true", help="print one JSON document")
-
-
-def add_chains(parser: argparse.ArgumentParser) -> None:
-    """Which chains."""
-    add_rig(parser)
+    """Add the option for a document instead of text."""
     parser.add_argument(
-        "--chain",
-        action="append",
-        metavar="NAME",
-        help="only this chain, with the limb that it begins, or this limb (again for more)",
+        "--json",
+        action="store_true",
+        help="print one JSON document instead of text (docs/formats.md)",
     )
-    add_people(parser)
-
-
-def add_people(parser: argparse.ArgumentParser) -> None:
-    """Which people, of a clip of several."""
-    parser.add_argument(
-        "--person",
-        action="append",
-        metavar="NAME",
-        help="only this person's chains, of several in a clip (again for more)",
-    )
-
-
-def add_rig(parser: argparse.ArgumentParser) -> None:
-    """Chains otherwise than found."""
-    parser.add_argument(
-        "--rig", type=Path, metavar="FILE", help="chains added and removed, TOML (docs/formats.md)"
-    )
-    parser.add_argument(
-        "--joint-names",
-        type=Path,
-        metavar="FILE",
-        help="words for joints besides the program's, TOML (docs/joint-names.md)",
-    )
-
-
-def add_method(
-    parser: argparse._ActionsContainer, default: str | None = DEFAULT_METHOD, help: str = ""
-) -> None:
-    """Which detector: one by its name, or of a file."""
-    group = parser.add_mutually_exclusive_group()
-    # Set afterwards: the names of packages' detectors are sought where help lists them.
-    method = group.add_argument("--method", default=default, help=help or None)
-    method.choices = DETECTORS
-    add_detector_file(group)
-
-
-def add_detector_file(parser: argparse._ActionsContainer) -> None:
-    """A detector that is in no package."""
-    parser.add_argument(
-        "--detector",
-        metavar="FILE.py:CLASS",
-        help="a detector of your own (docs/detectors.md)",
-    )
-
-
-def add_detection(parser: argparse.ArgumentParser) -> None:
-    """What `detect` looks for, and how."""
-    add_method(parser)
-    parser.add_argument(
-        "--tau", type=tau, default=None, metavar="auto|DEG", help="of all chains; limbs keep auto"
-    )
-    parser.add_argument(
-        "--profile",
-        type=Path,
-        metavar="FILE",
-        help="τ per joint or limb, TOML; --tau is for joints it does not name",
-    )
-    parser.add_argument(
-        "--kinds",
-        type=kinds,
-        metavar="LIST",
-        help=f"of errors to look for: {', '.join(KINDS)}; default all",
-    )
-    add_fps(parser)
-    add_chains(parser)
 
 
 def add_voice(parser: argparse.ArgumentParser) -> None:
-    """How much is said."""
+    """Add how much is printed."""
     voice = parser.add_mutually_exclusive_group()
-    voice.add_argument("-q", "--quiet", action="store_true", help="only results and errors")
+    voice.add_argument("-q", "--quiet", action="store_true", help="print only results and errors")
     voice.add_argument(
-        "-v", "--verbose", action="store_true", help="also each step and its time, on stderr"
+        "-v",
+        "--verbose",
+        action="store_true",
+        help="also print each step and its time, on standard error",
     )

@@ -1,12 +1,13 @@
-"""The words of `twistcore quamo`."""
+"""Arguments of `twistcore quamo`."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 
 from twistcore.cli.arguments.argument_types import (
-    Parser,
     count,
     folder,
     not_negative,
@@ -14,8 +15,10 @@ from twistcore.cli.arguments.argument_types import (
     positive,
     seed,
 )
+from twistcore.cli.arguments.command_help import COMMANDS
 from twistcore.cli.arguments.common_arguments import (
     add_clip,
+    add_commands,
     add_fps,
     add_json,
     add_output,
@@ -24,84 +27,198 @@ from twistcore.cli.arguments.common_arguments import (
 
 
 def add_quamo(parser: argparse.ArgumentParser) -> None:
-    """Put them into a parser."""
-    subparsers = parser.add_subparsers(
-        prog=parser.prog, required=True, metavar="COMMAND", parser_class=Parser
-    )
-    _refine(subparsers.add_parser("refine", help="track or smooth a clip and write it"))
-    _noise(subparsers.add_parser("noise", help="put synthetic noise into a clip"))
-    for name, what in (
-        ("evaluate", "learned and hand gains beside baselines on held-out subjects"),
-        ("ablation", "steps of the method, representations, integration"),
-    ):
-        study = subparsers.add_parser(name, help=what)
-        study.add_argument("folder", type=Path, metavar="FOLDER")
-        study.add_argument("--weights", type=Path, metavar="DIR", help="default: as shipped")
-        study.add_argument("--seeds", type=count, default=3, metavar="N", help="how many")
-        study.add_argument("--seed", type=seed, default=0, metavar="N", help="the first seed")
-        add_json(study)
-        study.set_defaults(run=deferred("quamo_study_commands", f"quamo_{name}_command"))
-    _train(subparsers.add_parser("train", help="train the networks (PyTorch)"))
+    """Add the commands to a parser."""
+    subparsers = add_commands(parser)
+    for name, add_arguments in _COMMANDS.items():
+        add_arguments(subparsers.add_parser(name, help=COMMANDS[f"quamo {name}"].summary))
 
 
 def _refine(refine: argparse.ArgumentParser) -> None:
-    add_clip(refine)
+    add_clip(refine, "the BVH or file of poses to read")
     add_output(refine)
     refine.add_argument(
         "--method",
         choices=("quamo", "spline"),
         default="quamo",
-        help="the tracker, or a smoothing spline: smoother, and sees the whole clip",
+        help="the tracker, or a smoothing spline, which is smoother and needs the whole clip "
+        "(default: %(default)s)",
     )
     refine.add_argument(
-        "--cutoff", type=positive, metavar="HZ", help="of the spline: what keeps half; usual 4 to 6"
-    )
-    refine.add_argument("--gains", choices=("hand", "learned"), default="hand")
-    refine.add_argument("--weights", type=Path, metavar="FILE", help="instead of the shipped ones")
-    refine.add_argument(
-        "--joints", nargs="+", metavar="NAME", help="only these; default all that can be written"
+        "--cutoff",
+        type=positive,
+        metavar="HZ",
+        help="frequency of which the spline keeps half (default: by the frame rate, 4 to 6)",
     )
     refine.add_argument(
-        "--causal", action="store_true", help="frame by frame; default both ways, without lag"
+        "--gains",
+        choices=("hand", "learned"),
+        default="hand",
+        help="gains of the tracker: set by hand, or learned by the networks (default: %(default)s)",
+    )
+    refine.add_argument(
+        "--weights",
+        type=Path,
+        metavar="FILE",
+        help="networks for learned gains (default: the shipped ones)",
+    )
+    refine.add_argument(
+        "--joints",
+        nargs="+",
+        metavar="NAME",
+        help="joints to track (default: all that can be written)",
+    )
+    refine.add_argument(
+        "--causal",
+        action="store_true",
+        help="track frame by frame, without later frames; the default is both ways, without lag",
     )
     refine.add_argument(
         "--root-position",
         action=argparse.BooleanOptionalAction,
-        help="whether to track the root's place; default yes, or if --joints names the root",
+        help="track the position of the root, too, or not (default: yes, with --joints only if "
+        "they include the root)",
     )
     for name, what in (("--kp", "κP, 1/s²"), ("--kd", "κD, 1/s"), ("--ka", "κA at 25 Hz, rad/s²")):
-        refine.add_argument(name, type=number, metavar="X", help=f"hand gain {what}")
+        refine.add_argument(
+            name,
+            type=number,
+            metavar="X",
+            help=f"hand gain {what} (default: by the frame rate and direction)",
+        )
     add_fps(refine)
-    refine.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
-    refine.add_argument("--template", type=Path, metavar="BVH", help="lengths for a file of poses")
     refine.add_argument(
-        "--up", choices=("y", "z", "-y"), help="of a file of poses (--up=-y); default: as it stands"
+        "--unit",
+        type=positive,
+        metavar="METRES",
+        help="length of one unit of the clip (default: CMU's, if the skeleton is like CMU's)",
     )
-    refine.add_argument("--person", metavar="ID", help="whom to take from a file of poses")
+    refine.add_argument(
+        "--template",
+        type=Path,
+        metavar="BVH",
+        help="clip with the bone lengths for a file of poses (default: those of the file)",
+    )
+    refine.add_argument(
+        "--up",
+        choices=("y", "z", "-y"),
+        help="upward axis of a file of poses, such as --up=-y (default: as in the file)",
+    )
+    refine.add_argument(
+        "--person",
+        metavar="ID",
+        help="person to take from a file of poses (default: the only one)",
+    )
     refine.set_defaults(run=deferred("quamo_commands", "quamo_refine_command"))
 
 
 def _noise(noise: argparse.ArgumentParser) -> None:
     add_clip(noise)
     add_output(noise)
-    noise.add_argument("--level", choices=("A", "B"), default="A")
-    noise.add_argument("--systematic", action="store_true", help="half of the bias stands still")
-    noise.add_argument("--bursts", type=not_negative, default=0.0, metavar="X", help="a minute")
-    noise.add_argument("--seed", type=seed, default=0, metavar="N")
-    noise.add_argument("--unit", type=positive, metavar="METRES", help="of one unit of the clip")
+    noise.add_argument(
+        "--level",
+        choices=("A", "B"),
+        default="A",
+        help="level of the noise; A is stronger than B (default: %(default)s)",
+    )
+    noise.add_argument(
+        "--systematic", action="store_true", help="keep half of the bias constant over the clip"
+    )
+    noise.add_argument(
+        "--bursts",
+        type=not_negative,
+        default=0.0,
+        metavar="X",
+        help="bursts of noise in a minute (default: %(default)g)",
+    )
+    noise.add_argument(
+        "--seed",
+        type=seed,
+        default=0,
+        metavar="N",
+        help="seed of the random numbers (default: %(default)s)",
+    )
+    noise.add_argument(
+        "--unit",
+        type=positive,
+        metavar="METRES",
+        help="length of one unit of the clip (default: CMU's, if the skeleton is like CMU's)",
+    )
     add_json(noise)
     noise.set_defaults(run=deferred("quamo_study_commands", "quamo_noise_command"))
 
 
-def _train(train: argparse.ArgumentParser) -> None:
-    train.add_argument("folder", type=Path, metavar="FOLDER")
-    train.add_argument("-o", "--output", type=folder, required=True, metavar="DIR")
-    train.add_argument(
-        "--hold-out", nargs="+", metavar="SUBJECT", help="one network each; 'none' for all clips"
+def _study(study: argparse.ArgumentParser, *, name: str) -> None:
+    study.add_argument(
+        "folder", type=Path, metavar="FOLDER", help="folder of CMU clips, named like 05_02.bvh"
     )
-    train.add_argument("--variant", choices=("pd", "bias", "s3", "full"), default="full")
-    train.add_argument("--epochs", type=count, metavar="N")
-    train.add_argument("--width", type=count, metavar="N", help="units of a hidden layer")
-    train.add_argument("--seed", type=seed, default=0, metavar="N")
-    train.add_argument("--compile", action="store_true", help="fuse the step; needs a C++ compiler")
+    study.add_argument(
+        "--weights",
+        type=Path,
+        metavar="DIR",
+        help="folder of networks without the held-out subjects (default: the shipped folder)",
+    )
+    study.add_argument(
+        "--seeds",
+        type=count,
+        default=3,
+        metavar="N",
+        help="how many draws of noise to average (default: %(default)s)",
+    )
+    study.add_argument(
+        "--seed", type=seed, default=0, metavar="N", help="the first seed (default: %(default)s)"
+    )
+    add_json(study)
+    study.set_defaults(run=deferred("quamo_study_commands", f"quamo_{name}_command"))
+
+
+def _train(train: argparse.ArgumentParser) -> None:
+    train.add_argument(
+        "folder", type=Path, metavar="FOLDER", help="folder of CMU clips, named like 05_02.bvh"
+    )
+    train.add_argument(
+        "-o",
+        "--output",
+        type=folder,
+        required=True,
+        metavar="DIR",
+        help="folder for the weights and checkpoints",
+    )
+    train.add_argument(
+        "--hold-out",
+        nargs="+",
+        metavar="SUBJECT",
+        help="train one network without each of these subjects; 'none' trains on all clips "
+        "(default: all held-out subjects and none)",
+    )
+    train.add_argument(
+        "--variant",
+        choices=("pd", "bias", "s3", "full"),
+        default="full",
+        help="variant of the method (default: %(default)s)",
+    )
+    train.add_argument(
+        "--epochs", type=count, metavar="N", help="passes over the clips (default: 60)"
+    )
+    train.add_argument(
+        "--width", type=count, metavar="N", help="units of a hidden layer (default: 128)"
+    )
+    train.add_argument(
+        "--seed",
+        type=seed,
+        default=0,
+        metavar="N",
+        help="seed of the random numbers (default: %(default)s)",
+    )
+    train.add_argument(
+        "--compile", action="store_true", help="compile the step; needs a C++ compiler"
+    )
     train.set_defaults(run=deferred("quamo_study_commands", "quamo_train_command"))
+
+
+_COMMANDS: Mapping[str, Callable[[argparse.ArgumentParser], None]] = {
+    "refine": _refine,
+    "noise": _noise,
+    "evaluate": partial(_study, name="evaluate"),
+    "ablation": partial(_study, name="ablation"),
+    "train": _train,
+}

@@ -152,28 +152,31 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
 def _in_words(term: str, t: Terms, joint: str) -> str:
     """A term that speaks against a repair as people read it; '' for one that says nothing new."""
     if term == "noise":
-        return f"a burst of noise of {t.noise:.0f}° is there"
+        return f"there is a burst of noise of {t.noise:.0f}°"
     if term == "off_its_hinge":
         return f"the {joint} would leave its hinge by {t.off_after - t.off_before:.0f}°"
     if term == "off_its_side":
-        return f"the {joint} would bend to a side {t.off_after:.0f}° from where it bends elsewhere"
+        return (
+            f"the {joint} would bend {t.off_after:.0f}° away from where it bends in the rest "
+            "of the clip"
+        )
     if term == "azimuth_rougher":
-        return f"the side to which the {joint} bends would jump where it runs evenly now"
+        return f"the direction in which the {joint} bends would jump where it is smooth now"
     if term == "azimuth_stays":
-        return f"the side to which the {joint} bends does not jump with the twist"
+        return f"the direction in which the {joint} bends does not jump with the twist"
     if term == "no_azimuth":
         if joint == _UNNAMED:
-            return "no joint below shows to which side the limb bends"
-        return f"no joint below the {joint} shows to which side it bends"
+            return "no joint below shows which way the limb bends"
+        return f"no joint below the {joint} shows which way it bends"
     if term == "both_turn_more":
         return f"both bones together turn {t.together:.0f} times as far there: the limb moves fast"
     if term == "long":
-        return f"it lasts {t.seconds:.1f} s, and hardly any error does"
+        return f"it lasts {t.seconds:.1f} s, longer than almost any error"
     if term == "unanswered":
         return "one of the two bones does not turn with it where it begins and ends"
     if term == "small":
         return (
-            f"it turns by {t.step:.1f}° only, and neither a silent joint nor the azimuth shows it"
+            f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth shows it"
         )
     if term == "often":
         return f"such turns occur {t.rate or 0.0:.1f} times a second in this {joint}"

@@ -17,7 +17,13 @@ from twistcore.detection.noise_bursts import turns_of
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
-from twistcore.skeleton.rotation import Array, multiply, rotate
+from twistcore.skeleton.rotation import (
+    Array,
+    conjugate,
+    multiply,
+    quaternion_from_axis_angle,
+    rotate,
+)
 from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
@@ -84,14 +90,20 @@ class Witnesses:
     def _sides(self) -> tuple[Array, Array]:
         """The bend and the azimuth of C's bone, from its parts along P's bone and across it."""
         axis = np.broadcast_to(self.axis, (self.frames, 3))
-        beside = np.cross(axis[0], np.eye(3)[int(np.argmin(np.abs(axis[0])))])
-        first = beside - (axis @ beside)[:, None] * axis
+        first = self.azimuth_zero - (axis @ self.azimuth_zero)[:, None] * axis
         first /= np.linalg.norm(first, axis=1, keepdims=True)
         bone = rotate(self.q_child, np.broadcast_to(self.arm, (self.frames, 3)))
         parts = (axis, first, np.cross(axis, first))
         along, one, other = np.stack([(bone * d).sum(-1) for d in parts], -1).T
         bend = np.degrees(np.arctan2(np.hypot(one, other), along))
         return bend, np.degrees(np.arctan2(other, one))
+
+    @property
+    def azimuth_zero(self) -> Array:
+        """The direction across P's bone, in the first frame, whose azimuth is 0, (3,)."""
+        axis = np.atleast_2d(self.axis)[0]
+        across: Array = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
+        return across / np.linalg.norm(across)
 
     @property
     def bend(self) -> Array:
@@ -107,6 +119,23 @@ class Witnesses:
     def azimuth_turns(self) -> Array:
         """Changes of the azimuth from the frame before, (frames,)."""
         return np.concatenate([[0.0], wrapped(np.diff(self.azimuth))])
+
+    @property
+    def unrolled(self) -> Array:
+        """Rotations that turn P's axis to where C's bone is, without any roll, (frames, 4)."""
+        axis = np.atleast_2d(self.axis)[0]
+        bend = quaternion_from_axis_angle(np.cross(axis, self.azimuth_zero), np.radians(self.bend))
+        azimuth = quaternion_from_axis_angle(self.axis, np.radians(self.azimuth))
+        return multiply(azimuth, bend)
+
+    @cached_property
+    def roll_turns(self) -> Array:
+        """Turns of C about its own bone from the frame before, (frames,); of a constant axis.
+
+        y is the azimuth's turn and, by the cosine of the bend, that of the roll.
+        """
+        rolled = multiply(conjugate(self.unrolled), self.q_child)
+        return np.degrees(twist_increments(self.q_parent, rolled, self.axis)[1])
 
     @cached_property
     def sine(self) -> Array:
@@ -128,8 +157,8 @@ class Witnesses:
     def beyond_pace(self, name: str, width: int) -> Array:
         """By how much a signal turns in [t, t + width) beyond the pace beside it, (frames,); NaN.
 
-        name: x, y or azimuth_turns; the pace is that of two frames on either side, NaN where these
-        are not there.
+        name: x, y, azimuth_turns or roll_turns; the pace is that of two frames on either side, NaN
+        where these are not there.
         """
         if (name, width) not in self._series:
             turns: Array = getattr(self, name)

@@ -8,10 +8,12 @@ KIND = KindInfo(
     short="frozen",
     place=60,
     of_capture=True,
+    weight=0.0,
     sign="",
     counted="frozen span",
     here="frozen frames {frames} of {joint}",
     named="the frozen span of {joint} in {span}",
     legend="does not move",
-    tip="the limb does not move at all; nothing is taken out",
+    tip="the limb does not move at all; this is not corrected",
+    find="twistcore.detection.capture_faults:find_frozen",
 )

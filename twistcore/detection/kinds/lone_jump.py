@@ -11,5 +11,7 @@ KIND = KindInfo(
     here="lone jump {frames} of {joint} ({size})",
     named="the lone jump of {joint} in {span} ({size})",
     legend="jumps by {angle}",
-    tip="{joint} jumps about its own axis; nothing is taken out",
+    tip="{joint} jumps about its own axis; this is not corrected",
+    find="twistcore.detection.lone_jumps:find",
+    corrected=True,
 )

@@ -8,10 +8,12 @@ KIND = KindInfo(
     short="noise",
     place=50,
     of_capture=True,
+    weight=0.0,
     sign="±",
     size="sigma_deg",
     here="noise burst {frames} of {joint}",
     named="the noise burst of {joint} in {span}",
     legend="noise of {size}",
-    tip="{joint}: noise of {size}; nothing is taken out",
+    tip="{joint} has noise of {size}; this is not corrected",
+    find="twistcore.detection.capture_faults:find_bursts",
 )

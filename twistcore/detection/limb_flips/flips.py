@@ -101,7 +101,7 @@ class LimbFlips:
         """What forbids an automatic correction, in words: noise, or C's path without the flip."""
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
-            found.append("a burst of noise is there")
+            found.append("there is a burst of noise")
         now, then = child_path(self.swivel, run.start, run.offset)
         if then[0] >= now[0]:
             found.append(f"the path of the {self.limb.middle_word} would get longer")

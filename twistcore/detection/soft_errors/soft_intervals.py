@@ -286,11 +286,11 @@ def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, 
         chains.setdefault(tuple(spans), []).append(name)
     said = []
     for spans, names in chains.items():
-        frames = ", ".join(f"{low}–{high - 1}" for low, high in spans[:NAMED])
+        frames = ", ".join(f"{low}–{high}" for low, high in spans[:NAMED])
         frames += " …" if len(spans) > NAMED else ""
         said.append(
-            f"Errors that set in softly were not sought in frames {frames} ({', '.join(names)}): "
-            "the motion is so restless there that the search was ended."
+            f"Soft errors were not looked for in frames {frames} ({', '.join(names)}), "
+            "because the motion is too restless there."
         )
     return tuple(said)
 

@@ -256,7 +256,9 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
         raise read.fail("expected 'name' with one word in this bone", (named or [end])[0])
     name = named[1]
     if name.text in read.bones:
-        raise read.fail(f"expected a new bone name, but {quoted(name.text)} is used twice", name)
+        raise read.fail(
+            (f"expected a different name, because {quoted(name.text)} is already used"), name
+        )
     bone = read.bones[name.text] = _Bone(name)
     for key in ("direction", "length"):
         if key not in by_key:
@@ -286,7 +288,9 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
                 raise read.fail(f"expected a bone of :bonedata, found {quoted(word.text)}", word)
         for word in line[1:]:
             if word.text in read.parents or word.text == ROOT:
-                raise read.fail(f"expected one parent of {quoted(word.text)}, found another", word)
+                raise read.fail(
+                    (f"expected one parent of {quoted(word.text)}, found a second one"), word
+                )
             read.parents[word.text] = line[0].text
 
 
@@ -301,8 +305,9 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
         waiting += reversed(children.get(name, []))
     there = set(names)
     if left := [name for name in read.bones if name not in there]:
-        expected = f"expected {quoted(left[0])} to be connected to the root in :hierarchy"
-        raise read.fail(expected, hierarchy)
+        raise read.fail(
+            (f"expected {quoted(left[0])} to be connected to the root in :hierarchy"), hierarchy
+        )
     bones = [read.bones[name] for name in names]
     at = {name: joint for joint, name in enumerate(names)}
     above = [at[read.parents[name]] if name != ROOT else -1 for name in names]

@@ -24,8 +24,8 @@ from twistcore.work.progress import Tell, nobody
 _ASSUMED_FPS = 120.0
 _REPORTED = 64  # frames between reports of progress
 _ASSUMED = (
-    "An AMC has no frame rate: 120 frames a second are assumed, as in most CMU captures; some "
-    "have 60 (set the rate with the commands' --fps)."
+    "An AMC has no frame rate: 120 frames per second are assumed, as in most CMU trials; "
+    "some have 60 (set it with the commands' --fps)."
 )
 _SOLID = re.compile(rb"[^\x00-\x20]+")  # the tokens of token_spans
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))
@@ -90,7 +90,9 @@ def parse_amc(
         raise AmcError(str(path), expected)
     radians = rows.radians if rows.radians is not None else asf.radians
     if radians is None:
-        rows.warnings.append(ClipWarning("The unit of angles is not given; degrees are assumed."))
+        rows.warnings.append(
+            ClipWarning("The file does not give the unit of angles; degrees are assumed.")
+        )
     if radians:
         turns = [column for layout in asf.channels for column in layout.rotation]
         values[:, turns] = np.degrees(values[:, turns])
@@ -165,10 +167,10 @@ class _Rows:
                 self._read_keyword(own[:cut], line)
             token += len(own)
         if self._number is None:
-            raise self.fail("expected the number of a first frame, found none", max(line, 1))
-        self._store_last(words, places)
+            raise self.fail("expected the number of the first frame, found none", max(line, 1))
+        self._finish(words, places)
         if not places:
-            raise self.fail("expected a whole frame, found none", max(line, 1))
+            raise self.fail("expected at least one complete frame, found none", max(line, 1))
         frames = len(places) // len(self._bones)
         counts = np.array([count for _, count in self._bones.values()])
         firsts = np.array(places, dtype=np.int64).reshape(frames, -1)
@@ -182,9 +184,12 @@ class _Rows:
             missing = [name for name, (k, _) in self._bones.items() if not self._frame[k]]
             if missing:
                 bone = quoted(missing[0].decode("utf-8", "replace"))
-                raise self.fail(f"expected {bone} in frame {self._number} before this", line)
-            self._store(words, places)
-            text = f"Frame {number_} follows frame {self._number}; frames are read in file order."
+                raise self.fail(f"expected {bone} earlier in frame {self._number}", line)
+            self._put(words, places)
+            text = (
+                f"Frame {number_} comes after frame {self._number}; the frames are read in "
+                "the order of the file."
+            )
             if number_ != self._number + 1 and self._in_order:
                 self._in_order = False
                 self.warnings.append(ClipWarning(text, line))
@@ -240,7 +245,7 @@ class _Rows:
                 _, rate = next(words, (0, b""))
                 fps = decimal_value(rate)
                 if not 1.0 / LONGEST <= fps <= 1.0 / SHORTEST:
-                    raise self.fail("expected frames a second, such as 120", line, place + 1)
+                    raise self.fail("expected frames per second, such as 120", line, place + 1)
                 self.fps = fps
             elif key != b":FULLY-SPECIFIED":
                 text = f"{quoted(word.decode('utf-8', 'replace'))} is not known and is ignored."

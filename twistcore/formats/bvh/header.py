@@ -124,7 +124,7 @@ def parse_header(
         elif key == "END":
             words.rest_of_line()
             if not stack or stack[-1] is None:
-                raise words.fail("expected a joint around an End Site")
+                raise words.fail("expected End Site inside a joint")
             stack.append(None)
             _expect_brace(words, "End Site")
         elif key == "OFFSET":
@@ -165,7 +165,7 @@ def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipW
     if closed is None or joints[closed].placed:
         return
     joint = joints[closed]
-    text = f"{quoted(joint.name)} has no OFFSET; it is read as one at its parent's place (0 0 0)."
+    text = f"{quoted(joint.name)} has no OFFSET; it is placed at its parent (0 0 0)."
     warnings.append(ClipWarning(text, joint.line))
 
 
@@ -186,7 +186,7 @@ def _read_channels(
         warnings.append(ClipWarning(text, words.line()))
     count = words.number("CHANNELS")
     if count != int(count) or not 0 <= count <= _MOST_CHANNELS:
-        raise words.fail(f"expected a count of channels from 0 to {_MOST_CHANNELS}")
+        raise words.fail(f"expected a number of channels from 0 to {_MOST_CHANNELS}")
     for _ in range(int(count)):
         word = words.next()
         kind = (word or "").lower()
@@ -239,7 +239,7 @@ def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
         out.append(shown_name)
     repeated = [name for name, count in seen.items() if count > 1]
     if repeated:
-        count = "1 name occurs" if len(repeated) == 1 else f"{len(repeated)} names occur"
-        text = f"{count} more than once, such as {quoted(repeated[0])}; "
+        count = "1 name is used" if len(repeated) == 1 else f"{len(repeated)} names are used"
+        text = f"{count} more than once, for example {quoted(repeated[0])}; "
         warnings.append(ClipWarning(text + "the later ones are shown with a number."))
     return tuple(out)

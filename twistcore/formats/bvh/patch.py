@@ -38,9 +38,7 @@ def turned_numbers(
     for joint in np.flatnonzero(changed.any(axis=0)).tolist():
         layout, name = channels[joint], names[joint]
         if not layout.rotatable:
-            raise ValueError(
-                f"joint {name!r} cannot be rewritten: it does not have three rotation channels"
-            )
+            raise ValueError(f"joint {name!r} does not have three rotation channels to write to")
         rotation = list(layout.rotation)
         source = np.radians(values[:, rotation])
         wrapped = np.arctan2(np.sin(source), np.cos(source))

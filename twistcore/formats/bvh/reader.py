@@ -72,7 +72,7 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     path = Path(path)
     if (suffix := clip_suffix(path)) not in ("", ".bvh"):
         raise BvhError(
-            str(path), f"expected a BVH file, found {suffix}; read_clip reads all formats"
+            str(path), (f"expected a BVH file, the only format that works here, found {suffix}")
         )
     try:
         data = read_file(path)
@@ -108,7 +108,8 @@ def parse_bvh(
     if wide is not None:
         warnings.append(
             ClipWarning(
-                f"The text is {wide.name} and stays so when written; many programs read only UTF-8."
+                f"The text is {wide.name} and will be written in the same encoding; many "
+                "programs read only UTF-8."
             )
         )
     of_header: list[ClipWarning] = []
@@ -208,9 +209,12 @@ def _declared_frames(name: str, data: bytes, frames: re.Match[bytes]) -> int:
 def _other_count(declared: int, rows: int) -> str:
     """Return the message for a header whose frame count differs from the number of rows."""
     if rows > declared:
-        return f"The header declares {declared} frames, {rows} whole rows were read."
+        return f"The header declares {declared} frames, but {rows} complete rows were read."
     missing = declared - rows
-    return f"The header declares {declared} frames, {rows} whole rows were read: {missing} missing."
+    return (
+        f"The header declares {declared} frames, but {rows} complete rows were read: {missing}"
+        " are missing."
+    )
 
 
 def _frame_time(
@@ -228,13 +232,15 @@ def _frame_time(
     seconds = float(written) if _SECONDS.fullmatch(written) else math.nan
     if SHORTEST <= seconds <= LONGEST:
         return seconds
-    text = f"Frame Time {quoted(word)} is not usable; {_ASSUMED_FPS:g} frames a second are assumed."
+    text = (
+        f"Frame Time {quoted(word)} is not usable; {_ASSUMED_FPS:g} frames per second are assumed."
+    )
     if LONGEST < seconds <= 1.0 / SHORTEST:
         rate = _meant_rate(seconds)
         text = (
-            f"Frame Time {quoted(word)} is {seconds:g} seconds a frame, and 1/{rate:.5g} = "
-            f"{1.0 / rate:.3g} was probably meant: the commands' --fps {rate:.5g} reads it so. "
-            f"Without it {_ASSUMED_FPS:g} frames a second are assumed."
+            f"Frame Time {quoted(word)} is {seconds:g} seconds per frame, but 1/{rate:.5g} = "
+            f"{1.0 / rate:.3g} was probably meant. For this, use --fps {rate:.5g} of the "
+            f"commands; without it, {_ASSUMED_FPS:g} frames per second are assumed."
         )
     warnings.append(ClipWarning(text, line))
     return 1.0 / _ASSUMED_FPS
@@ -271,7 +277,7 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
     counts = [(line, count) for line, count in counts if count]
     if not counts:
         line = first + 1
-        raise BvhError(name, f"expected {columns} numbers a frame, found no row", line=line)
+        raise BvhError(name, f"expected {columns} numbers per frame, found no row", line=line)
     line, count, expected = _wrong_line(counts, columns)
     raise BvhError(name, f"expected {expected} numbers in this row, found {count}", line=line)
 

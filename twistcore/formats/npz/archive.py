@@ -92,7 +92,7 @@ class Archive:
             raise self._damaged(name) from None
 
     def _damaged(self, name: str) -> NpzError:
-        return NpzError(f"{self.path}: expected a whole array {quoted(name)}")
+        return NpzError(f"{self.path}: expected a complete array {quoted(name)}")
 
     def _member(self, name: str) -> tuple[bytes, NDArray[Any], bool]:
         """Return a member's header, its values, and whether they are in column order."""
@@ -106,8 +106,8 @@ class Archive:
             raise self._damaged(name) from None
         if dtype.hasobject:
             raise NpzError(
-                f"{self.path}: expected numbers in {quoted(name)}, found objects, which are not "
-                "unpacked because that would run code"
+                f"{self.path}: expected numbers in {quoted(name)}, found objects, which "
+                "cannot be unpacked without running code"
             )
         if _NUMBER * values.size > room(len(self.data)):
             raise _too_much(self.path, _NUMBER * values.size, len(self.data))

@@ -106,7 +106,7 @@ class _Inline(Unreadable):
 def _check_keys(keys: list[Any]) -> None:
     """Raise UnpicklingError for large integer keys, which may all collide in a dict."""
     if any(isinstance(key, int) and abs(key) > _KEY for key in keys):
-        raise pickle.UnpicklingError("integer keys are too large")
+        raise pickle.UnpicklingError("too many keys")
 
 
 def _count(shape: tuple[Any, ...]) -> int:
@@ -126,7 +126,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
     plain, count = dtype.plain(), _count(shape)
     check_shape(shape, len(raw))
     if len(raw) != count * plain.itemsize:
-        raise ValueError("the number of bytes does not match the shape")
+        raise ValueError("its size does not match its shape")
     return np.frombuffer(raw, dtype=plain).reshape(shape, order="F" if order == "F" else "C")
 
 
@@ -292,8 +292,8 @@ def read_pickle_places(data: bytes) -> tuple[Any, Places]:
     places = Places()
     try:
         return _plain(_Reader(io.BytesIO(data), places).load()), places
-    except Exception as error:  # a damaged pickle can raise almost anything
-        raise ValueError(f"not a complete pickle ({type(error).__name__})") from None
+    except Exception as error:  # a damaged pickle fails in as many ways as there are opcodes
+        raise ValueError(f"the pickle is incomplete or damaged ({type(error).__name__})") from None
 
 
 def _plain(found: Any) -> Any:

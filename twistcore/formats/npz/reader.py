@@ -153,10 +153,7 @@ def _poses(arrays: Arrays, names: PoseNames) -> NDArray[Any]:
     for part in names.parts:
         values = _numbers(arrays, part.name)
         if values.size != len(values) * (part.stop - part.start):
-            raise NpzError(
-                f"{path}: expected {part.stop - part.start} numbers a frame in {part.name}, found "
-                f"the shape {values.shape}"
-            )
+            raise NpzError(f"{path}: expected {part.name} with a shape other than {values.shape}")
         flat = values.reshape(len(values), part.stop - part.start)
         if not 1 <= len(flat) <= _FRAMES:
             raise NpzError(f"{path}: expected from 1 to {_FRAMES} frames, found {len(flat)}")
@@ -200,11 +197,11 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
     """Return seconds a frame from the file, or of the layout's rate or 30 fps if unusable."""
     rate, whose = names.rate or (_ASSUMED_FPS, "")
-    assumed = f"{rate:g} frames a second are assumed (set the rate with the commands' --fps)"
+    assumed = f"{rate:g} frames per second are assumed (set another rate with the commands' --fps)"
     if whose:
         assumed = (
-            f"{rate:g} frames a second are assumed, as in {whose} (set the rate with the commands' "
-            "--fps)"
+            f"{rate:g} frames per second are assumed, as in {whose} (set another rate with "
+            "the commands' --fps)"
         )
     for name in _RATES:
         if name not in archive:
@@ -244,11 +241,15 @@ def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skelet
             given = given[:count] - np.where((above >= 0)[:, None], given[above], 0.0)
         offsets[:count] = given[:count]
         if count < joints:
-            warnings.append(f"The rest offsets of hands come from a template: {name!r} has none.")
+            warnings.append(
+                f"The rest offsets of the hands come from a template, because {name!r} has "
+                "only the body."
+            )
         return Skeleton(body.names, body.parents, offsets), offsets[0]
     warnings.append(
-        "The rest offsets come from a template, an average adult: the file has none. To use its "
-        "own, add an array 'J' with the positions of its joints at rest."
+        "The rest offsets come from a template of an average adult, because the file has "
+        "only the body's shape. To use its own, add an array 'J' with the positions of its "
+        "joints at rest."
     )
     return Skeleton(body.names, body.parents, offsets, body.ends), offsets[0]
 
@@ -269,7 +270,7 @@ def _repeated(
             continue
         if last not in names:
             if name in layout.left:
-                warnings.append(f"{name!r} is not read and stays unchanged.")
+                warnings.append(f"{name!r} is not read; it is left unchanged.")
             continue
         there = archive.array(name)
         start, stop = 3 * names.index(first), 3 * names.index(last) + 3
@@ -280,5 +281,5 @@ def _repeated(
         if equal and there.tobytes() == same.tobytes():
             found.append(PosePart(name, start, stop))
         else:
-            warnings.append(f"{name!r} differs from {those} and stays unchanged.")
+            warnings.append(f"{name!r} differs from {those}; it is left unchanged.")
     return tuple(found)

@@ -101,8 +101,9 @@ def put(
     raw = there.tobytes(order)
     if start is None or bytes(data[offset + start : offset + start + len(raw)]) != raw:
         raise NpzError(
-            f"{path}: the arrays cannot be replaced, because the protocol of this pickle is older "
-            "than 3; write it again with pickle.dump, or as .npz with numpy.savez"
+            f"{path}: expected arrays that can be replaced in place, but the protocol of this "
+            "pickle is older than 3: write it again with pickle.dump, or as .npz with "
+            "numpy.savez"
         )
     fresh = np.asarray(values, dtype=there.dtype).reshape(there.shape).tobytes(order)
     data[offset + start : offset + start + len(raw)] = fresh
@@ -117,5 +118,5 @@ def open_pickle(path: Path, data: bytes) -> PickledDict:
     except ValueError:
         raise NpzError(f"{path}: expected a complete pickle of arrays") from None
     if not isinstance(names, dict):
-        raise NpzError(f"{path}: expected a pickle of arrays by name")
+        raise NpzError(f"{path}: expected a pickle with a dictionary of named arrays")
     return PickledDict(path, data, names, places)

@@ -187,8 +187,8 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
     own = tuple(row for row in rows if row.who == who)
     if len({row.frame for row in own}) < count:
         raise NpzError(
-            f"{archive.path}: expected one person in a frame, or 'track_ids' that identify the "
-            "persons (ROMP writes them with --temporal_optimize)"
+            f"{archive.path}: expected one person per frame, or 'track_ids' to tell persons "
+            "apart (ROMP writes them with --temporal_optimize)"
         )
     placed = all(row.place is not None for row in own)
     own = own if placed else tuple(replace(row, place=None) for row in own)
@@ -255,19 +255,19 @@ def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
     if len(seen) > 1:
         others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
         yield (
-            f"The file has {len(seen)} persons; {own[0].who} is read, seen in {len(own)} frames, "
-            f"but not {others}."
+            f"{len(seen)} persons are in the file. The program reads {own[0].who}, seen in "
+            f"{len(own)} frames, not {others}."
         )
     first, span = own[0].frame, own[-1].frame - own[0].frame + 1
     if span > len(own):
         frames = {row.frame for row in own}
         absent = next(k for k in range(first, first + span) if k not in frames) - first
         yield (
-            f"{span - len(own)} of {span} frames do not have this person, the first is {absent}. "
-            "They are interpolated between their neighbours and not written."
+            f"{span - len(own)} of {span} frames do not have this person; the first is "
+            f"{absent}. They are interpolated from their neighbours and not written."
         )
     if own[0].place is None:
-        yield f"The root has no position ({PLACE!r}), so the figure stays in place."
+        yield f"The root has no position ({PLACE!r}), so the figure stays in one place."
 
 
 def _turned(rows: NDArray[Any], times: Array) -> Array:

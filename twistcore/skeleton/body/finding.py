@@ -93,5 +93,5 @@ def _few_limbs(found: int) -> tuple[Unexamined, ...]:
     """The note of a skeleton whose names say nothing, with fewer than four limbs by shape."""
     if found >= len(LIMBS):
         return ()
-    why = f"no joint has a known name and {found} of four limbs were found by shape"
+    why = f"no joint has a known name, and only {found} of four limbs were found by shape"
     return (Unexamined("arms and legs" if not found else "other limbs", why),)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from twistcore.analysis.clip_analysis import ClipAnalysis
 from twistcore.detection import DEFAULT_METHOD, Kind
+from twistcore.detection.carried_rolls import may_carry
 from twistcore.detection.cuts import leading_frames
 from twistcore.detection.natural_events import (
     NaturalEvent,
@@ -54,6 +55,8 @@ class CleanScene:
         """What the protocol puts errors into: all chains, or all limbs, or what can be straight."""
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
+        if self.protocol.carried:
+            return tuple(c for c in self.chains if may_carry(c))
         return self.limbs if self.protocol.limb else self.chains
 
     @cached_property

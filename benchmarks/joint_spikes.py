@@ -1,0 +1,119 @@
+"""Spikes of single joints: how many of injected ones are found, and what is found without any.
+
+    python -m benchmarks.joint_spikes FOLDER… [--rate HZ] [--seed N] [--first N]
+
+Of every clip below each folder: spikes, joint jumps, place jumps and body steps as it is, a minute;
+then spikes are put into random joints, one every 30 to 60 frames, and looked for again. One counts
+as found where its joint has a spike or a jump in its frames, or the whole body steps. Reported with
+it: how many are found if a flip or counter-twist of that joint in its very frames counts, too, as
+it is of a spike that happens to turn about the line of a limb.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import Counter
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.real_corrections import clips_of
+from twistcore.analysis.clip_analysis import analyse
+from twistcore.detection import Interval, Kind
+from twistcore.errors import TwistError
+from twistcore.formats.reading import read_clip
+from twistcore.skeleton.motion import Motion
+from twistcore.synthesis.injection import generator
+from twistcore.synthesis.spikes import InjectedSpike, draw_spikes, inject_spikes
+
+OF_JOINTS = (Kind.SPIKE, Kind.JOINT_JUMP, Kind.PLACE_JUMP, Kind.BODY_STEP)
+_FINDS = {*OF_JOINTS, Kind.LONE_JUMP}
+
+
+def at_rate(motion: Motion, fps: float) -> Motion:
+    """Return every nth frame of a motion, at this rate or the next higher one."""
+    step = max(1, int(motion.fps / fps + 1e-6))
+    kept = motion.at(np.arange(0, motion.frames, step))
+    return type(kept)(
+        kept.skeleton,
+        kept.rotations,
+        kept.positioned,
+        kept.positions,
+        motion.frame_time * step,
+        motion.angle_step,
+    )
+
+
+def is_other(spike: InjectedSpike, found: list[Interval], turned: dict[str, set[int]]) -> bool:
+    """True if an error that can be repaired has the frames of the spike, and turns its joint."""
+    frames = spike.start, spike.stop
+    return any((i.start, i.stop) == frames and spike.joint in turned[i.chain] for i in found)
+
+
+def is_found(spike: InjectedSpike, found: list[Interval], names: tuple[str, ...]) -> bool:
+    """True if a find is about the spike."""
+    return any(
+        i.start <= spike.stop
+        and spike.start <= i.stop
+        and (i.kind == Kind.BODY_STEP or i.joint == names[spike.joint])
+        for i in found
+    )
+
+
+def measured(folder: Path, given: argparse.Namespace) -> str:
+    """Return a line on a folder."""
+    sound: Counter[str] = Counter()
+    minutes, drawn, hit, known_by_other, extra = 0.0, 0, 0, 0, 0
+    missed: Counter[str] = Counter()
+    for path in islice(clips_of(folder), given.first):
+        try:
+            motion = read_clip(path).motion
+            if given.rate:
+                motion = at_rate(motion, given.rate)
+            before = list(analyse(motion).detect(kinds=_FINDS))
+            spikes = draw_spikes(motion, generator(given.seed, path.name))
+            dirty = analyse(inject_spikes(motion, spikes))
+            every = list(dirty.detect())
+        except TwistError as error:
+            print(f"left out: {error}")
+            continue
+        minutes += motion.duration / 60.0
+        sound.update(i.kind for i in before if i.kind in OF_JOINTS)
+        names = motion.skeleton.names
+        after = [i for i in every if i.kind in _FINDS]
+        good = [is_found(spike, after, names) for spike in spikes]
+        turned = {c.name: set(c.changed_joints(motion.skeleton)) for c in dirty.chains_and_limbs}
+        others = [i for i in every if i.repairable]
+        known_by_other += sum(
+            not ok and is_other(s, others, turned) for s, ok in zip(spikes, good, strict=True)
+        )
+        missed.update(names[s.joint] for s, ok in zip(spikes, good, strict=True) if not ok)
+        drawn, hit = drawn + len(spikes), hit + sum(good)
+        known = {(i.kind, i.joint, i.start) for i in before}
+        new = [i for i in after if (i.kind, i.joint, i.start) not in known]
+        extra += sum(not any(is_found(s, [i], names) for s in spikes) for i in new)
+    per = ", ".join(f"{k} {n / minutes:.2f}" for k, n in sorted(sound.items())) or "none"
+    return (
+        f"{folder}: {minutes:.1f} min; without injection, a minute: {per} "
+        f"(all {sum(sound.values()) / max(minutes, 1e-9):.2f}); injected {drawn}, found "
+        f"{100.0 * hit / max(drawn, 1):.1f} %, with flips and counter-twists "
+        f"{100.0 * (hit + known_by_other) / max(drawn, 1):.1f} %, others along with them {extra}; "
+        f"missed {dict(missed.most_common(4))}"
+    )
+
+
+def main() -> None:
+    """Measure some folders."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folders", type=Path, nargs="+")
+    parser.add_argument("--rate", type=float, default=0.0)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=None)
+    given = parser.parse_args()
+    for folder in given.folders:
+        print(measured(folder, given), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+"""Carried rolls: P rolls, C's bone stays, C rolls along; found and repaired."""
+
+import numpy as np
+import pytest
+
+import twistcore as tc
+from tests.conftest import ASSETS
+from twistcore.detection.carried_rolls import bent_frames
+from twistcore.skeleton.motion import forward_kinematics
+from twistcore.skeleton.rotation import geodesic_angle
+from twistcore.synthesis import InjectedError, inject
+from twistcore.synthesis.truth import Truth, read_truth, write_truth
+
+WALK = tc.read_clip(ASSETS / "walk.bvh")
+CHAINS = {chain.name: chain for chain in tc.find_chains(WALK)}
+
+
+def bent_place(name, length):
+    """The first frames of this length in which a limb stays bent, well inside the clip."""
+    bent = bent_frames(WALK.motion, CHAINS[name])
+    starts = range(20, len(bent) - length - 20)
+    return next(s for s in starts if bent[s - 2 : s + length + 2].all())
+
+
+def roll(name, degrees, length=12):
+    start = bent_place(name, length)
+    offset = np.radians(np.full(length, float(degrees)))
+    kind = tc.Kind.CARRIED_ROLL
+    return InjectedError(name, start, start + length, offset, kind=kind, carried=True)
+
+
+def with_error(error):
+    return inject(WALK, list(CHAINS.values()), [error])
+
+
+@pytest.mark.parametrize("degrees", [-120.0, -30.0, 12.0, 60.0, 170.0])
+@pytest.mark.parametrize("name", ["LeftArm", "RightUpLeg"])
+def test_a_carried_roll_is_found_and_taken_out_exactly(name, degrees):
+    error = roll(name, degrees)
+    found = tc.detect(with_error(error), name)
+    (own,) = (i for i in found if i.kind == tc.Kind.CARRIED_ROLL)
+    assert (own.start, own.stop, own.open) == (error.start, error.stop, False)
+    assert own.confidence > 0.5
+    assert abs(np.degrees(own.delta) - degrees) < 2.0
+    apart = geodesic_angle(found.refined().rotations, WALK.motion.rotations)
+    assert np.degrees(apart).max() < 2.0
+
+
+def test_the_repair_moves_no_joint_of_the_chain():
+    error = roll("LeftArm", 80.0)
+    dirty = with_error(error)
+    after = forward_kinematics(tc.refine(dirty, tc.detect(dirty)))[1]
+    chain = CHAINS["LeftArm"]
+    joints = [chain.parent, chain.child, chain.grandchild]
+    np.testing.assert_allclose(
+        after[:, joints], forward_kinematics(dirty)[1][:, joints], atol=1e-6 * 60.0
+    )
+
+
+def test_a_counter_twist_in_the_same_frames_is_no_carried_roll():
+    error = roll("LeftArm", 60.0)
+    twist = InjectedError(error.chain, error.start, error.stop, error.offset)
+    kinds = {i.kind for i in tc.detect(with_error(twist), "LeftArm")}
+    assert kinds == {tc.Kind.COUNTER_TWIST}
+
+
+def test_a_sound_clip_has_none():
+    assert len(tc.detect(WALK, kinds="carried roll")) == 0
+
+
+def test_other_kinds_leave_it_out_and_the_paper_has_none():
+    dirty = with_error(roll("LeftArm", 60.0))
+    twists = tc.detect(dirty, "LeftArm", kinds="counter-twist")
+    assert all(i.kind == tc.Kind.COUNTER_TWIST for i in twists)
+    assert len(tc.detect(dirty, method="paper", kinds="carried roll")) == 0
+
+
+def test_a_session_keeps_it(tmp_path):
+    review = tc.Review(tc.detect(with_error(roll("LeftArm", 60.0)), "LeftArm"))
+    path = tmp_path / "walk.twist.json"
+    tc.write_session(WALK, review, path)
+    kept = [j.interval for j in tc.read_session(path).state.intervals]
+    assert [(i.kind, i.carried) for i in kept] == [(tc.Kind.CARRIED_ROLL, True)]
+
+
+def test_a_truth_file_keeps_it(tmp_path):
+    error = roll("LeftArm", 60.0)
+    motion = WALK.motion
+    write_truth(
+        tmp_path / "truth.json", Truth("walk.bvh", "CR", 1, motion.frames, motion.fps, (error,))
+    )
+    (read,) = read_truth(tmp_path / "truth.json").errors
+    assert (read.kind, read.carried, read.start) == (tc.Kind.CARRIED_ROLL, True, error.start)

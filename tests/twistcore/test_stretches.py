@@ -1,0 +1,58 @@
+"""Stretches: a joint that jumps about its own bone and stays turned."""
+
+import numpy as np
+import pytest
+
+import twistcore as tc
+from tests.conftest import ASSETS
+from twistcore.detection.lone_jumps import own_axis
+from twistcore.skeleton.rotation import multiply, quaternion_from_axis_angle
+
+WALK = tc.read_clip(ASSETS / "walk.bvh")
+FRAMES = WALK.motion.frames
+
+
+def turned(joint, degrees, start, stop):
+    """The walk with a joint turned about its own bone in some frames; its children go along."""
+    motion = WALK.motion
+    at = motion.skeleton.names.index(joint)
+    axis = own_axis(motion.skeleton, at)
+    turn = quaternion_from_axis_angle(axis, np.radians(np.full(stop - start, float(degrees))))
+    rotations = motion.rotations.copy()
+    rotations[start:stop, at] = multiply(rotations[start:stop, at], turn)
+    return motion.with_rotations(rotations)
+
+
+def stretches(motion):
+    return [i for i in tc.detect(motion) if i.kind == tc.Kind.STRETCH]
+
+
+@pytest.mark.parametrize(
+    ("joint", "degrees", "start", "stop"),
+    [
+        ("LeftFoot", 180.0, 200, FRAMES),
+        ("RightFoot", -150.0, 0, 90),
+        ("LeftFoot", 170.0, 60, 260),
+        ("RightHand", 120.0, 100, 180),
+    ],
+)
+def test_a_joint_that_stays_turned_is_listed_from_jump_to_jump(joint, degrees, start, stop):
+    (found,) = stretches(turned(joint, degrees, start, stop))
+    assert (found.joint, found.start, found.stop, found.open) == (joint, start, stop, True)
+    assert abs(abs(np.degrees(found.residual)) - abs(degrees)) < 25.0
+    assert not found.repairable
+
+
+def test_most_of_the_clip_upside_down_is_still_the_wrong_part():
+    (found,) = stretches(turned("LeftFoot", 180.0, 80, FRAMES))
+    assert (found.start, found.stop) == (80, FRAMES)
+    assert "rest pose" in found.evidence["compared_with"]
+
+
+def test_the_sound_clip_and_smaller_turns_have_none():
+    assert not stretches(WALK.motion)
+    assert not stretches(turned("LeftFoot", 40.0, 100, 200))
+
+
+def test_a_spike_is_no_stretch():
+    assert not stretches(turned("LeftFoot", 170.0, 100, 102))

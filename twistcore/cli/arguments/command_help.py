@@ -1,0 +1,248 @@
+"""Every command's help: a line for lists, a description and examples that tests run."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+
+from twistcore.work.frozen import dataclass
+
+
+class HelpFormatter(argparse.HelpFormatter):
+    """Formatter that fills paragraphs and leaves lists of examples as they are."""
+
+    def add_argument(self, action: argparse.Action) -> None:
+        """Add an argument; the column of help leaves room for the indented names of commands."""
+        super().add_argument(action)
+        if isinstance(action, argparse._SubParsersAction):
+            self._action_max_length += self._indent_increment
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return "\n\n".join(
+            part if "\n  " in part else super(HelpFormatter, self)._fill_text(part, width, indent)
+            for part in text.split("\n\n")
+        )
+
+
+@dataclass(frozen=True)
+class CommandHelp:
+    """The texts of one command's help.
+
+    summary: for the list of commands, without a full stop; about: the sentences after it;
+    note: sentences after the options, such as exit codes.
+    """
+
+    summary: str
+    about: str = ""
+    examples: tuple[str, ...] = ()
+    note: str = ""
+
+    @property
+    def description(self) -> str:
+        """The beginning of the command's help."""
+        sentence = f"{self.summary[:1].upper()}{self.summary[1:]}."
+        return f"{sentence}\n\n{self.about}" if self.about else sentence
+
+    @property
+    def epilog(self) -> str:
+        """The end of the command's help."""
+        head = "Example:" if len(self.examples) == 1 else "Examples:"
+        lines = [head, *(f"  {line}" for line in self.examples)] if self.examples else []
+        return "\n\n".join(filter(None, (self.note, "\n".join(lines))))
+
+
+PROGRAM = CommandHelp(
+    "find and remove axial twist errors in motion capture",
+    "Every command has options and examples of its own: twistcore help COMMAND.",
+    (
+        "twistcore info walk.bvh",
+        "twistcore detect walk.bvh --explain",
+        "twistcore refine walk.bvh -o walk.clean.bvh",
+        "twistcore help detect",
+    ),
+    "Exit code: 0 done; 1 finished, but something could not be processed (listed); 2 wrong usage "
+    "or unreadable input.",
+)
+
+# In the order in which `twistcore --help` lists them.
+COMMANDS: Mapping[str, CommandHelp] = {
+    "info": CommandHelp(
+        "show the frames, joints, chains and limbs of clips",
+        "One clip is shown in full, several clips as one row each. The first column of the chains "
+        "and limbs has the names that --chain takes.",
+        (
+            "twistcore info walk.bvh",
+            "twistcore info walk.bvh run.bvh --json",
+            "twistcore info walk.bvh --names",
+            "twistcore info - < walk.bvh",
+        ),
+    ),
+    "detect": CommandHelp(
+        "list the intervals with errors",
+        "Each line is one interval: chain, start, stop, offset δ and confidence. Frames count from "
+        "0, and stop is the first frame after the interval: 20 – 27 are the frames 20 to 26. Text, "
+        "JSON and CSV have the same numbers. 'open' means that one side or one joint is uncertain.",
+        (
+            "twistcore detect walk.bvh --explain",
+            "twistcore detect walk.bvh run.bvh --kinds limb-flip --fail-over 0",
+            "twistcore detect walk.bvh --method paper --tau 5 --chain LeftForeArm --json",
+        ),
+    ),
+    "signals": CommandHelp(
+        "write the curves that errors are found in, as CSV or JSON",
+        "For each chain and frame: the parent's twist θp, the child's azimuth θc, their "
+        "increments, the strength m and two reliabilities. Angles are degrees.",
+        (
+            "twistcore signals walk.bvh --csv walk.csv --chain LeftForeArm",
+            "twistcore signals walk.bvh run.bvh --csv - --chain LeftArm",
+            "twistcore signals walk.bvh --csv walk.csv --method consistency",
+        ),
+    ),
+    "diff": CommandHelp(
+        "show what differs between two clips or two folders of clips",
+        "For each joint: the frames in which its rotation differs, and by how much. A stop is the "
+        "first frame after the difference. A difference is not an error: the exit code is 0.",
+        (
+            "twistcore diff walk.bvh run.bvh",
+            "twistcore diff delivery-1 delivery-2 --json",
+            "twistcore refine walk.bvh -o - | twistcore diff walk.bvh -",
+        ),
+    ),
+    "refine": CommandHelp(
+        "write a corrected clip",
+        "Corrects the intervals that are closed and sure enough, counts the others, and leaves "
+        "every other byte of the clip as it is. To judge the others, open the clip or the session "
+        "in the window: twist-inspector CLIP.",
+        (
+            "twistcore refine walk.bvh -o walk.clean.bvh --report report",
+            "twistcore refine walk.bvh -o walk.clean.bvh --session walk.twist.json",
+            "twistcore refine - -o - --min-confidence 0.9 < walk.bvh > walk.clean.bvh",
+        ),
+    ),
+    "apply": CommandHelp(
+        "write the corrections that sessions have accepted",
+        "A session is a review that the window or `twistcore refine --session` wrote. The result "
+        "has the same bytes as the window's export. Of two folders, each session is applied to its "
+        "clip, and OUT is a folder.",
+        (
+            "twistcore apply walk.twist.json walk.bvh -o walk.clean.bvh",
+            "twistcore apply reviewed captures -o corrected --workers 4",
+        ),
+    ),
+    "report": CommandHelp(
+        "write web pages of a session or of a batch folder",
+        "",
+        (
+            "twistcore report walk.twist.json -o pages --clip walk.bvh",
+            "twistcore report out -o pages --pages 50 --no-pictures",
+        ),
+    ),
+    "inject": CommandHelp(
+        "put known errors into a clip",
+        "The errors are drawn at random by a protocol. The truth file lists them for `evaluate`.",
+        ("twistcore inject walk.bvh -o bad.bvh --truth bad.truth.json --seed 1",),
+    ),
+    "evaluate": CommandHelp(
+        "measure a refinement against the injected errors",
+        "Give the same number of files to all three options to measure several clips together.",
+        ("twistcore evaluate --truth bad.truth.json --clean walk.bvh --refined refined.bvh",),
+    ),
+    "tune": CommandHelp(
+        "find τ for each joint and write a profile",
+        "τ is learned from errors that are put into the clips, or with --verdicts from what people "
+        "accepted and rejected. Other commands take the profile with --profile.",
+        (
+            "twistcore tune captures -o rig.toml --workers 4",
+            "twistcore tune captures -o rig.toml --verdicts --performer Kim",
+        ),
+    ),
+    "benchmark": CommandHelp(
+        "compare methods on errors that are put into clips",
+        "Prints the tables. An interrupted run continues with --resume.",
+        ("twistcore benchmark captures --protocol P0 H1 --methods detectors --json bench.json",),
+    ),
+    "batch": CommandHelp(
+        "process many clips into a folder of results",
+        "Each clip is processed separately: if one crashes, hangs or takes too much memory, it is "
+        "listed and the others continue. OUTDIR keeps the results in manifest.sqlite. Run "
+        "again, the command continues an interrupted run and processes new clips: those with other "
+        "bytes, options or another version of the program.",
+        (
+            "twistcore batch captures -o out --refine --report",
+            "twistcore batch 'takes/**/*_raw.bvh' @more.txt -o out --fail-if 'severity>5' "
+            "--csv o.csv",
+            "twistcore batch captures -o out-3 --shard 3/20",
+        ),
+        "Exit code: 0 done; 1 finished, but a clip could not be processed, a PATH named no clip, "
+        "with --refine an interval could not be corrected, or a rule of --fail-if is broken (all "
+        "listed); 2 wrong usage, or no clip could be read; 130 stopped by Ctrl+C.",
+    ),
+    "quamo": CommandHelp(
+        "track or smooth motion that jitters, after the review",
+        "Correct twist errors first: tracking would smear their edges.",
+        ("twistcore quamo refine walk.bvh -o smooth.bvh",),
+    ),
+    "export": CommandHelp(
+        "write accepted corrections as keys for the scene of a clip",
+        "Writes a Python script. Run it in Blender, Maya or MotionBuilder with the original scene "
+        "open (docs/pipelines.md). The session comes from the window or from "
+        "`twistcore refine --session`.",
+        (
+            "twistcore export walk.twist.json walk.bvh --script maya -o keys.py",
+            "twistcore export walk.twist.json walk.bvh --script blender -o keys.py --dry-run",
+        ),
+    ),
+    "convert": CommandHelp(
+        "write the skeleton of an FBX, glTF or .blend file as BVH",
+        "Blender reads the file in a process of its own, so Blender must be installed "
+        "(docs/pipelines.md).",
+        (
+            "twistcore convert take.fbx -o take.bvh",
+            "twistcore convert scene.glb -o dance.bvh --take Dance --blender /opt/blender/blender",
+        ),
+    ),
+    "completion": CommandHelp(
+        "print a script that lets a shell complete commands, options and files",
+        "",
+        (
+            "twistcore completion bash > ~/.local/share/bash-completion/completions/twistcore",
+            "twistcore completion zsh > ~/.zfunc/_twistcore",
+            "twistcore completion fish > ~/.config/fish/completions/twistcore.fish",
+        ),
+    ),
+    "help": CommandHelp(
+        "show this help, or the help of a command",
+        "",
+        ("twistcore help", "twistcore help detect", "twistcore help quamo refine"),
+    ),
+    "quamo refine": CommandHelp(
+        "track or smooth a clip and write it",
+        "CLIP is a BVH or a file of poses (.npz, .pkl). Reports jitter, foot slide and deviation "
+        "before and after.",
+        (
+            "twistcore quamo refine walk.bvh -o smooth.bvh",
+            "twistcore quamo refine walk.bvh -o smooth.bvh --method spline --cutoff 5",
+            "twistcore quamo refine poses.npz -o smooth.bvh --up z --fps 30",
+        ),
+    ),
+    "quamo noise": CommandHelp(
+        "put synthetic noise into a clip",
+        "",
+        ("twistcore quamo noise walk.bvh -o noisy.bvh --level B --seed 1",),
+    ),
+    "quamo evaluate": CommandHelp(
+        "compare learned and hand gains with baselines on held-out subjects",
+        "",
+        ("twistcore quamo evaluate cmu --weights assets/quamo --seeds 1",),
+    ),
+    "quamo ablation": CommandHelp(
+        "compare steps of the method, representations and integrators",
+        "",
+        ("twistcore quamo ablation cmu --weights assets/quamo --json",),
+    ),
+    "quamo train": CommandHelp(
+        "train the networks (needs PyTorch)",
+        "Writes one file of weights for each held-out subject and continues an interrupted run.",
+        ("twistcore quamo train cmu -o weights --hold-out 05 --epochs 10",),
+    ),
+}

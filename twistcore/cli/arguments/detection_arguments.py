@@ -1,0 +1,111 @@
+"""Arguments that choose chains, detector, τ, and the intervals to correct."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable
+from pathlib import Path
+
+from twistcore.cli.arguments.argument_types import KINDS, kinds, share, tau
+from twistcore.cli.arguments.common_arguments import add_fps
+from twistcore.detection.registry import DEFAULT_METHOD, DETECTORS
+
+
+def add_chains(parser: argparse._ActionsContainer) -> None:
+    """Add the choice of chains."""
+    add_rig(parser)
+    parser.add_argument(
+        "--chain",
+        action="append",
+        metavar="NAME",
+        help="examine only this chain and the limb that begins with it, or only this limb, by a "
+        "name that `twistcore info` lists, in any case; repeat it for more (default: all)",
+    )
+    parser.add_argument(
+        "--person",
+        action="append",
+        metavar="NAME",
+        help="examine only the chains of this person in a clip of several people; repeat it for "
+        "more (default: everyone)",
+    )
+
+
+def add_rig(parser: argparse._ActionsContainer) -> None:
+    """Add the options for other chains than the program finds."""
+    parser.add_argument(
+        "--rig",
+        type=Path,
+        metavar="FILE",
+        help="TOML file of chains to add and remove (docs/formats.md; default: the chains found)",
+    )
+    parser.add_argument(
+        "--joint-names",
+        type=Path,
+        metavar="FILE",
+        help="TOML file of names for joints, in addition to the known names (docs/joint-names.md; "
+        "default: none)",
+    )
+
+
+def add_method(
+    parser: argparse._ActionsContainer,
+    default: str | None = DEFAULT_METHOD,
+    help: str = "detector that examines the chains (default: %(default)s)",
+) -> None:
+    """Add the choice of the detector: by name, or in a file."""
+    group = parser.add_mutually_exclusive_group()
+    # Set afterwards: the names of packages' detectors are searched only when help lists them.
+    group.add_argument("--method", default=default, help=help).choices = DETECTORS
+    add_detector_file(group)
+
+
+def add_detector_file(parser: argparse._ActionsContainer) -> None:
+    """Add a detector that is in no package."""
+    parser.add_argument(
+        "--detector",
+        metavar="FILE.py:CLASS",
+        help="use a detector of your own from this file (docs/detectors.md; default: none)",
+    )
+
+
+def add_detection(
+    parser: argparse._ActionsContainer, tau_type: Callable[[str], float | None] = tau
+) -> None:
+    """Add the options of detection; tau_type: reads the value of --tau."""
+    add_method(parser)
+    parser.add_argument(
+        "--tau",
+        type=tau_type,
+        metavar="auto|DEG",
+        help="threshold τ of all chains, in degrees; limbs keep auto (default: auto, from the "
+        "noise of each chain)",
+    )
+    parser.add_argument(
+        "--profile",
+        type=Path,
+        metavar="FILE",
+        help="TOML file with τ for each joint or limb; --tau is for joints that it does not name "
+        "(default: none)",
+    )
+    parser.add_argument(
+        "--kinds",
+        type=kinds,
+        metavar="LIST",
+        help=f"kinds of errors to look for, with commas: {', '.join(KINDS)} (default: all)",
+    )
+    add_fps(parser)
+    add_chains(parser)
+
+
+def add_correction(parser: argparse.ArgumentParser) -> None:
+    """Add the choice of intervals to correct."""
+    parser.add_argument(
+        "--min-confidence",
+        type=share,
+        metavar="X",
+        help="least confidence of an interval to correct, 0 to 1; with a number above 0 none "
+        "without a confidence is corrected (default: 0.5, and all without a confidence)",
+    )
+    parser.add_argument(
+        "--include-open", action="store_true", help="also correct intervals that are open"
+    )

@@ -1,0 +1,150 @@
+"""Steps of the whole body, and jumps of places: what no single joint is to blame for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.detection.cuts import leading_frames, trailing_frames
+from twistcore.detection.runs import runs
+from twistcore.skeleton.medians import median
+from twistcore.skeleton.motion import Motion, once_a_motion
+from twistcore.skeleton.notation import without_held
+from twistcore.skeleton.rotation import Array
+
+Mask = NDArray[np.bool_]
+
+SHARE, FEWEST = 0.3, 5  # of the joints that move, and joints, that step at once
+_TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1  # as much as around it, and degrees of what is off a step
+_SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which this is expected, degrees
+_AROUND = 0.08  # seconds of a block whose median is usual
+_MOVES = 0.02  # degrees a frame
+_SHOWS = 2.0  # degrees: what steps by less at the median is hardly seen
+_EDGE = 4  # frames at the ends, and behind a first pose
+
+PLACE, PLACE_SLOW = 0.02, 0.05  # of the height, off the way between the neighbours
+_PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
+
+
+@dataclass(frozen=True)
+class BodyStep:
+    """A frame, or a few in a row, into which a share of the joints step, by degrees at most."""
+
+    start: int
+    stop: int
+    share: float
+    degrees: float
+
+
+@dataclass(frozen=True)
+class PlaceStep:
+    """Frames [start, stop) in which a joint's place is off, as a share of the height."""
+
+    joint: int
+    start: int
+    stop: int
+    way: float
+
+
+@once_a_motion
+def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
+    """Return the steps of the whole body by start, in frames of the clip as it is written.
+
+    A joint steps where its turn is off the middle of those before and behind by more than is usual
+    around it. None at the ends of a clip, where it begins in another pose or blends into one.
+    """
+    if (held := without_held(motion)) is not None:
+        found = body_steps(held.motion)
+        return tuple(
+            BodyStep(held.begin(b.start), held.end(b.stop - 1) + 1, b.share, b.degrees)
+            for b in found
+        )
+    first = leading_frames(motion) + _EDGE
+    last = motion.frames - trailing_frames(motion) - _EDGE
+    if last - first < _EDGE:
+        return ()
+    step = _steps(motion.rotations)
+    off = np.zeros_like(step)
+    off[1:-1] = np.abs(step[1:-1] - 0.5 * (step[:-2] + step[2:]))
+    moves = np.median(step, axis=0) > _MOVES
+    if moves.sum() < FEWEST:
+        return ()
+    least = max(_LEAST_SLOW if motion.fps < _SLOW else _LEAST, 2.0 * np.degrees(motion.angle_step))
+    wanted = max(FEWEST, int(np.ceil(SHARE * moves.sum())))
+    off, step = off[:, moves], step[:, moves]
+    suspected = np.flatnonzero((off > least).sum(axis=1) >= wanted)
+    suspected = suspected[(suspected >= first) & (suspected < last)]
+    if not len(suspected):
+        return ()
+    usual = _usual_around(off, suspected, max(8, 2 * round(_AROUND * motion.fps)))
+    over = off[suspected] > np.maximum(_TIMES * np.maximum(usual, _FLOOR), least)
+    # Where a step is, the frames beside it are off the middle as well: it is the largest.
+    over &= step[suspected] >= np.maximum(step[suspected - 1], step[suspected + 1])
+    many = over.sum(axis=1) >= wanted
+    stepping = np.zeros(motion.frames, dtype=bool)
+    stepping[suspected[many]] = True
+    by_frame = dict(zip(suspected.tolist(), range(len(suspected)), strict=True))
+    out = []
+    for start, stop in runs(stepping):
+        rows = [by_frame[t] for t in range(start, stop)]
+        share = max(float(over[k].mean()) for k in rows)
+        turns = max(float(np.median(step[suspected[k]][over[k]])) for k in rows)
+        if turns >= _SHOWS:
+            out.append(BodyStep(start, stop, share, turns))
+    return tuple(out)
+
+
+def _steps(rotations: Array) -> Array:
+    """Degrees that joints turn on the way into a frame, (frames, joints)."""
+    step = np.zeros(rotations.shape[:2])
+    cosine = np.abs(np.einsum("tji,tji->tj", rotations[1:], rotations[:-1]))
+    step[1:] = np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0)))
+    return step
+
+
+def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
+    """Medians of blocks of frames, the calmest of those that a frame is in and next to, (n, k)."""
+    blocks = max(len(off) // width, 1)
+    wanted = np.unique(np.clip(frames[:, None] // width + np.arange(-1, 2), 0, blocks - 1))
+    usual = {b: np.median(off[b * width : (b + 1) * width], axis=0) for b in wanted.tolist()}
+    at = np.minimum(frames // width, blocks - 1).tolist()
+    return np.array([usual[b] for b in at])
+
+
+def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
+    """Return where the places of roots, and of all joints with position channels, jump; by start.
+
+    motion: without held frames; counted: frames into which a step counts, (frames,). A place that
+    is off for a frame or two and comes back is one find.
+    """
+    frames = motion.frames
+    if frames < 4 * _REACH or not motion.positioned:
+        return []
+    height, slow = motion.skeleton.height, motion.fps < _SLOW
+    least = (PLACE_SLOW if slow else PLACE) * height
+    floor = _PLACE_FLOOR * height
+    change = np.diff(motion.positions, axis=0)
+    off = np.zeros((frames, len(motion.positioned)))
+    # A step: the way into a frame against that before and that behind, which is nearer.
+    turned = np.linalg.norm(np.diff(change, axis=0), axis=2)
+    off[2:-1] = np.minimum(turned[:-1], turned[1:])
+    found = []
+    for k, joint in enumerate(motion.positioned):
+        over = (off[:, k] > least) & counted
+        over[: _EDGE + 1] = False
+        over[frames - _EDGE :] = False
+        jumps = [t for t in np.flatnonzero(over).tolist() if _stands_out(off[:, k], t, floor)]
+        mask = np.zeros(frames, dtype=bool)
+        mask[jumps] = True
+        for start, stop in runs(mask | np.roll(mask, 1) & np.roll(mask, -1)):
+            way = float(off[start:stop, k].max()) / height
+            found.append(PlaceStep(joint, start, stop, way))
+    return sorted(found, key=lambda p: (p.start, p.joint))
+
+
+def _stands_out(off: Array, t: int, floor: float) -> bool:
+    """True if a place is off in a frame by far more than around it."""
+    around = np.concatenate([off[max(t - _REACH, 2) : t - 2], off[t + 3 : t + 1 + _REACH]])
+    return bool(off[t] > _PLACE_TIMES * max(median(around), floor))

@@ -1,0 +1,340 @@
+"""Spikes, jumps of joints and places, and body steps as intervals of the nearest chains.
+
+A joint of no chain is listed with the chain next to it: fingers with the forearm's, toes with the
+shin's, the spine with the first chain that hangs on it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.detection import lone_jumps
+from twistcore.detection.all_joints.body_steps import body_steps, place_steps
+from twistcore.detection.all_joints.joint_steps import (
+    JointStep,
+    StepLimits,
+    degrees_off,
+    jumps,
+    margin,
+    spikes,
+)
+from twistcore.detection.cuts import find_cuts
+from twistcore.detection.finding import Found, KindSearch
+from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.noise_bursts import noise_bursts
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion, Skeleton
+from twistcore.skeleton.notation import DistinctFrames, without_held
+from twistcore.skeleton.rotation import Array
+
+Mask = NDArray[np.bool_]
+
+_NUMBERS = 1 << 17  # frames times joints that are looked at together
+_BESIDE = 3  # frames next to the edge of a known error
+_LEFT = 0.5  # of a step: if less is left the correction of another find takes it away
+_MORE = 4.0  # times as far as the whole body steps: a find of its own
+_LAST_BONES = ("ForeArm", "Leg")
+
+
+def find_spikes(search: KindSearch) -> Found:
+    """Return the spikes of all joints by chain name."""
+    return _by_chain(search, Kind.SPIKE, search.once(_joint_steps).spikes)
+
+
+def find_joint_jumps(search: KindSearch) -> Found:
+    """Return the jumps of all joints by chain name, without lone jumps about a joint's own axis."""
+    return _by_chain(search, Kind.JOINT_JUMP, search.once(_joint_steps).jumps)
+
+
+def find_place_jumps(search: KindSearch) -> Found:
+    """Return the jumps of places by chain name."""
+    motion = search.motion
+    if (held := without_held(motion)) is not None:
+        motion = held.motion
+    owner, names = _owners(search), motion.skeleton.names
+    found: dict[str, list[Interval]] = {}
+    for step in place_steps(motion, ~find_cuts(motion)):
+        if (chain := owner.get(step.joint)) is None:
+            continue
+        start, stop = _written(step.start, step.stop, held)
+        told = {"joint": names[step.joint], "way_percent": 100.0 * step.way}
+        one = _interval(Kind.PLACE_JUMP, chain, start, stop, told, 0.0)
+        found.setdefault(chain.name, []).append(one)
+    return found
+
+
+def find_body_steps(search: KindSearch) -> Found:
+    """Return the steps of the whole body, a row each, with the first of the chosen chains."""
+    if not search.chosen:
+        return {}
+    chain, skeleton = search.chosen[0], search.motion.skeleton
+    told = {"joint": skeleton.names[_top(skeleton, chain.parent)]}
+    rows = [
+        _interval(
+            Kind.BODY_STEP,
+            chain,
+            step.start,
+            step.stop,
+            {**told, "angle_deg": step.degrees, "joints_percent": 100.0 * step.share},
+            step.degrees,
+        )
+        for step in body_steps(search.motion)
+    ]
+    return {chain.name: rows}
+
+
+@dataclass(frozen=True)
+class _JointSteps:
+    """What was found in all joints, in frames of the clip as it is written."""
+
+    spikes: tuple[JointStep, ...]
+    jumps: tuple[JointStep, ...]
+
+
+def _joint_steps(search: KindSearch) -> _JointSteps:
+    """Spikes and jumps of all joints that nothing else explains."""
+    motion, held = search.motion, without_held(search.motion)
+    if motion.frames < 4 * _BESIDE or not search.chains:
+        return _JointSteps((), ())
+    shown = motion if held is None else held.motion
+    spiking, jumping = _in_blocks(shown, limits_of(shown, search.chains))
+    if not (spiking or jumping):
+        return _JointSteps((), ())
+    own, others = _owners(search), _Others.of(search)
+    at = {(s.joint, t) for s in spiking for t in range(s.start, s.stop + 1)}
+    alone = (j for j in jumping if (j.joint, j.start) not in at)
+    listed = (
+        (
+            written
+            for step in steps
+            if step.joint in own
+            and not others.explain(written := _as_written(step, held), jump=jump)
+        )
+        for steps, jump in ((spiking, False), (alone, True))
+    )
+    return _JointSteps(*map(tuple, listed))
+
+
+def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
+    """Return the least that counts of each joint; joints without three rotations never do."""
+    small = toes_and_fingers(motion.skeleton, chains)
+    step = math.degrees(motion.angle_step)
+    limits = StepLimits.of(len(motion.skeleton), motion.fps, small, step)
+    if (rotatable := motion.skeleton.rotatable) is not None:
+        limits.spike[~rotatable] = limits.jump[~rotatable] = 360.0
+    return limits
+
+
+def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], list[JointStep]]:
+    """Spikes and jumps, a block of frames at a time: what is made of one is not kept."""
+    cut, parents = find_cuts(motion), motion.skeleton.parents
+    calm = ~cut
+    for k in range(1, limits.longest + 1):  # no cut within a spike
+        calm[:-k] &= ~cut[k:]
+    around, step = margin(limits), max(256, _NUMBERS // max(len(motion.skeleton), 1))
+    found: tuple[list[JointStep], list[JointStep]] = [], []
+    for low in range(0, motion.frames, step):
+        high = min(low + step, motion.frames)
+        first, stop = max(low - around, 0), min(high + around, motion.frames)
+        rotations = motion.rotations[first:stop]
+        counted = calm[first:stop].copy()
+        counted[: low - first] = counted[high - first :] = False
+        for own, search in zip(found, (spikes, jumps), strict=True):
+            for one in search(rotations, parents, counted, limits):
+                own.append(replace(one, start=first + one.start, stop=first + one.stop))
+    return found
+
+
+@dataclass(frozen=True)
+class _Others:
+    """Other finds that may explain a step of a joint.
+
+    errors: those that can be repaired, by joint that they turn; of_joints: frames of lone jumps
+    and of noise, by joint; of_body: degrees of body steps, (frames,), 0 elsewhere.
+    """
+
+    search: KindSearch
+    errors: dict[int, list[Interval]]
+    of_joints: dict[int, Mask]
+    of_body: Array
+
+    @staticmethod
+    def of(search: KindSearch) -> _Others:
+        """Return those of a clip."""
+        motion = search.motion
+        frames, index = motion.frames, {name: j for j, name in enumerate(motion.skeleton.names)}
+        errors: dict[int, list[Interval]] = {}
+        named = {chain.name: chain for chain in search.named}
+        for error in search.errors():
+            chain = named[error.chain]
+            for joint in chain.changed_joints(motion.skeleton, carried=error.carried):
+                errors.setdefault(joint, []).append(error)
+        spans = [(b.joint, b.start, b.stop) for b in noise_bursts(motion)]
+        for own in lone_jumps.find(search).values():
+            spans += [(index[jump.joint], jump.start, jump.stop + 1) for jump in own]
+        of_joints: dict[int, Mask] = {}
+        for joint, start, stop in spans:
+            of_joints.setdefault(joint, np.zeros(frames, dtype=bool))[start:stop] = True
+        of_body = np.zeros(frames)
+        for step in body_steps(motion):
+            of_body[max(step.start - 1, 0) : step.stop + 1] = step.degrees
+        return _Others(search, errors, of_joints, of_body)
+
+    def explain(self, step: JointStep, *, jump: bool) -> bool:
+        """True if another find is about the same, or one whose correction takes the step away."""
+        at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
+        if step.degrees < _MORE * self.of_body[at].max() or (own is not None and own[at].any()):
+            return True
+        near = self._near(step.joint, step)
+        groups = [[error] for error in near]
+        # Errors of neighbouring chains may begin and end in the same frame.
+        joints = {joint for error in near for joint in self._turned(error)}
+        together = {id(e): e for joint in joints for e in self._near(joint, step)}
+        if len(together) > 1:
+            groups.append(list(together.values()))
+        return any(self._take_away(group, step, jump=jump) for group in groups)
+
+    def _near(self, joint: int, step: JointStep) -> list[Interval]:
+        """Return the errors that turn a joint and begin or end next to a step."""
+        return [
+            error
+            for error in self.errors.get(joint, ())
+            if any(
+                step.start - _BESIDE <= edge <= step.stop + _BESIDE
+                for edge in (error.start, error.stop)
+            )
+        ]
+
+    def _turned(self, error: Interval) -> tuple[int, ...]:
+        """Return the joints that an error turns; of the children of a bone only C."""
+        chain = next(c for c in self.search.named if c.name == error.chain)
+        joints = chain.changed_joints(self.search.motion.skeleton, carried=error.carried)
+        # Other children need not have turned back.
+        return (chain.parent, chain.child) if chain.child in joints else joints
+
+    def _take_away(self, errors: Sequence[Interval], step: JointStep, *, jump: bool) -> bool:
+        """True if the correction of errors leaves little of a step, and moves it to no other."""
+        if self.search.without is None:
+            return False
+        motion = self.search.motion
+        turned = {joint for error in errors for joint in self._turned(error)}
+        first, stop = step.start - 1, step.stop + 1
+        as_is, corrected = (
+            sum(
+                degrees_off(
+                    rotations, replace(step, joint=joint, start=1, stop=stop - first - 1), jump=jump
+                )
+                for joint in turned
+            )
+            for rotations in (
+                motion.rotations[first:stop],
+                self.search.without(errors)(first, stop).rotations,
+            )
+        )
+        return corrected < _LEFT * as_is
+
+
+def _by_chain(search: KindSearch, kind: Kind, steps: Sequence[JointStep]) -> Found:
+    skeleton = search.motion.skeleton
+    owner = _owners(search) if steps else {}
+    found: dict[str, list[Interval]] = {}
+    for step in steps:
+        chain = owner[step.joint]
+        told = {
+            "joint": skeleton.names[step.joint],
+            "angle_deg": step.degrees,
+            "times_usual": step.degrees / step.usual,
+            "reach": reach(skeleton, step.joint),
+        }
+        one = _interval(kind, chain, step.start, step.stop, told, step.degrees)
+        found.setdefault(chain.name, []).append(one)
+    return found
+
+
+def _interval(
+    kind: Kind, chain: Chain, start: int, stop: int, told: dict[str, Any], degrees: float
+) -> Interval:
+    return Interval(
+        chain.name,
+        start,
+        stop,
+        np.zeros(stop - start),
+        open=True,
+        residual=math.radians(degrees),
+        explain=partial(dict, told),
+        kind=kind,
+        joint=told["joint"],
+    )
+
+
+def _as_written(step: JointStep, held: DistinctFrames | None) -> JointStep:
+    start, stop = _written(step.start, step.stop, held)
+    return replace(step, start=start, stop=stop)
+
+
+def _written(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
+    """Frames [start, stop) among those that differ as the clip has them."""
+    return (start, stop) if held is None else (held.begin(start), held.end(stop))
+
+
+def _owners(search: KindSearch) -> dict[int, Chain]:
+    if search.whole:
+        return owners(search.motion.skeleton, search.chains)
+    return lone_jumps.chain_of_joint(search.chains)
+
+
+def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
+    """Return the chain that lists each joint: its own, or the one next to it in the body.
+
+    A joint that no chain is connected with has none.
+    """
+    owner = lone_jumps.chain_of_joint(chains)
+    below: dict[int, tuple[int, Chain]] = {}  # the nearest chain that hangs on a joint
+    for chain in chains:
+        joint, way = int(skeleton.parents[chain.parent]), 1
+        while joint >= 0:
+            if joint not in below or way < below[joint][0]:
+                below[joint] = way, chain
+            joint, way = int(skeleton.parents[joint]), way + 1
+    for joint, above in enumerate(skeleton.parents.tolist()):
+        if joint in owner:
+            continue
+        if joint in below:
+            owner[joint] = below[joint][1]
+        elif above in owner:
+            owner[joint] = owner[above]
+    return owner
+
+
+def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
+    """Joints below the hands and feet that chains end in."""
+    last = {c.child for c in chains if c.ends and c.segment in _LAST_BONES}
+    last = last or {c.child for c in chains} - {c.parent for c in chains}
+    small: set[int] = set()
+    for joint, above in enumerate(skeleton.parents.tolist()):
+        if above in last or above in small:
+            small.add(joint)
+    return small
+
+
+def reach(skeleton: Skeleton, joint: int) -> float:
+    """How far the farthest joint or end below a joint is in the rest pose, of the height."""
+    place = {joint: np.zeros(3)}
+    for below in range(joint + 1, len(skeleton)):  # a parent comes before its children
+        if (above := int(skeleton.parents[below])) in place:
+            place[below] = place[above] + skeleton.offsets[below]
+    tips = [*place.values(), *(place[j] + offset for j, offset in skeleton.ends if j in place)]
+    return float(np.linalg.norm(tips, axis=1).max()) / skeleton.height
+
+
+def _top(skeleton: Skeleton, joint: int) -> int:
+    while (above := int(skeleton.parents[joint])) >= 0:
+        joint = above
+    return joint

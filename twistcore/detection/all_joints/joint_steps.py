@@ -1,0 +1,224 @@
+"""Spikes and jumps of single joints, in any direction.
+
+A *spike* leaves its place for a frame or a few and comes back: every frame of it is off the way
+from the frame before to the frame behind. A *jump* is one step between calm frames. Both are
+compared with what the same joint does around them, over the same number of frames, so that a fast
+movement is none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twistcore.skeleton.rotation import Array, multiply
+
+Mask = NDArray[np.bool_]
+Index = NDArray[np.intp]
+
+LONGEST, MOST = 0.03, 3  # seconds and frames of a spike; two frames at any rate
+_SLOW = 45.0  # frames a second below which a frame proves little
+SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0  # degrees: at 30 Hz, and of toes and fingers
+JUMP, JUMP_SLOW, JUMP_SMALL = 30.0, 45.0, 60.0
+# Of the spike: so far apart are the frames before and behind it. In a jump that is 2.
+_BACK, _NEARLY = 0.4, 1.0
+_TIMES, _CLEARLY = 8.0, 20.0  # as far off as usual around it; if it hardly comes back
+_FLOOR = 0.3  # degrees: less is usual in any joint
+_CALM = 3.0  # times the largest step around a jump
+_REACH, _NEAR = 10, 3  # frames around a spike, and around a jump
+_ALONE, _ABOVE = 0.5, 3  # of it is left in the frames above: the joint makes up for none of them
+_EDGE = 3  # frames at each end of a clip that nothing is compared with
+_TOGETHER = 2048  # finds that are looked at at once
+
+
+@dataclass(frozen=True)
+class JointStep:
+    """Frames [start, stop) in which a joint is off by some degrees; usual: of it around them."""
+
+    joint: int
+    start: int
+    stop: int
+    degrees: float
+    usual: float
+
+
+@dataclass(frozen=True)
+class StepLimits:
+    """The least that counts of each joint, degrees, (joints,), and the noise of the notation."""
+
+    spike: Array
+    jump: Array
+    longest: int
+    floor: float = _FLOOR
+
+    @staticmethod
+    def of(joints: int, fps: float, small: set[int], angle_step: float = 0.0) -> StepLimits:
+        """Return those of a clip; small: its toes and fingers; angle_step: degrees."""
+        slow = fps < _SLOW
+        spike = np.full(joints, SPIKE_SLOW if slow else SPIKE)
+        jump = np.full(joints, JUMP_SLOW if slow else JUMP)
+        at = sorted(small)
+        spike[at], jump[at] = SPIKE_SMALL, JUMP_SMALL
+        longest = min(max(2, int(LONGEST * fps + 1e-6)), MOST)
+        return StepLimits(spike, jump, longest, max(_FLOOR, 2.0 * angle_step))
+
+
+def margin(limits: StepLimits) -> int:
+    """Frames around a block that its first and last finds are compared with."""
+    return _REACH + limits.longest + 2
+
+
+def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
+    """Return the spikes of all joints by start.
+
+    rotations: (frames, joints, 4); counted: frames that a spike may begin in, (frames,).
+    """
+    found: list[JointStep] = []
+    moves = _steps_over(rotations, 0.5 * limits.spike)
+    frames = len(rotations)
+    for n in range(1, limits.longest + 1):
+        both = np.zeros_like(moves)
+        both[: frames - n] = moves[: frames - n] & moves[n:]
+        both &= counted[:, None]
+        both[: _EDGE + 1] = False
+        both[max(frames - n - _EDGE, 0) :] = False
+        start, joint = np.nonzero(both)
+        for k in range(0, len(start), _TOGETHER):
+            at = start[k : k + _TOGETHER], joint[k : k + _TOGETHER]
+            found += _spikes_at(rotations, parents, *at, n, limits)
+    return _without_overlaps(found)
+
+
+def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
+    """How far a joint is off in the frames of a spike, or steps in a jump's, in another motion.
+
+    step: with frames of these rotations, (frames, joints, 4).
+    """
+    own = rotations[:, step.joint]
+    at = np.array([step.start])
+    if jump:
+        return float(_angle(own[at - 1], own[at])[0])
+    return float(_departure(lambda t: own[t], at, step.stop - step.start)[0])
+
+
+def _spikes_at(
+    q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
+) -> list[JointStep]:
+    """Those of some candidates, (n,) each, that are spikes over n frames."""
+
+    def own(t: Index) -> Array:
+        return q[t, joint]
+
+    off = _departure(own, start, n)
+    back = _angle(own(start - 1), own(start + n))
+    keep = (off >= limits.spike[joint]) & (back <= _NEARLY * off)
+    if not keep.any():
+        return []
+    start, joint, off, back = start[keep], joint[keep], off[keep], back[keep]
+    usual = np.maximum(_usual(q, start, joint, n), limits.floor)
+    keep = off >= np.where(back <= _BACK * off, _TIMES, _CLEARLY) * usual
+    for depth in range(1, _ABOVE + 1):
+
+        def above(t: Index, depth: int = depth) -> Array:
+            return _in_frame_above(q, parents, t, joint, depth)
+
+        keep &= _departure(above, start, n) >= _ALONE * off
+    rows = zip(joint[keep], start[keep], off[keep], usual[keep], strict=True)
+    return [JointStep(int(j), int(s), int(s) + n, float(d), float(u)) for j, s, d, u in rows]
+
+
+def jumps(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
+    """Return the jumps of all joints by start: steps into a frame between calm ones."""
+    moves = _steps_over(rotations, limits.jump)
+    moves &= counted[:, None]
+    moves[: _EDGE + 1] = False
+    moves[max(len(moves) - _EDGE, 0) :] = False
+    start, joint = np.nonzero(moves)
+    found: list[JointStep] = []
+    for k in range(0, len(start), _TOGETHER):
+        found += _jumps_at(
+            rotations, parents, start[k : k + _TOGETHER], joint[k : k + _TOGETHER], limits
+        )
+    return sorted(found, key=lambda s: (s.start, s.joint))
+
+
+def _jumps_at(
+    q: Array, parents: Index, start: Index, joint: Index, limits: StepLimits
+) -> list[JointStep]:
+    step = _angle(q[start - 1, joint], q[start, joint])
+    around = [k for k in range(-_NEAR, _NEAR + 1) if k]
+    at = np.clip(start + np.array(around)[:, None], 1, len(q) - 1)
+    near = _angle(q[at - 1, joint], q[at, joint])
+    usual = np.maximum(np.median(near, axis=0), limits.floor)
+    keep = (step >= _TIMES * usual) & (step >= _CALM * near.max(axis=0))
+    for depth in range(1, _ABOVE + 1):
+        before, after = (_in_frame_above(q, parents, t, joint, depth) for t in (start - 1, start))
+        keep &= _angle(before, after) >= _ALONE * step
+    rows = zip(joint[keep], start[keep], step[keep], usual[keep], strict=True)
+    return [JointStep(int(j), int(s), int(s) + 1, float(d), float(u)) for j, s, d, u in rows]
+
+
+def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: int) -> Array:
+    """Rotations of joints in the frame of an ancestor, the room's where there is none, (n, 4)."""
+    turned, above = q[t, joint], parents[joint]
+    for _ in range(levels):
+        has = above >= 0
+        turned = np.where(has[:, None], multiply(q[t, above], turned), turned)
+        above = np.where(has, parents[above], -1)
+    return turned
+
+
+def _steps_over(rotations: Array, least: Array) -> Mask:
+    """Where a joint turns by more than `least` degrees into a frame, (frames, joints)."""
+    over = np.zeros(rotations.shape[:2], dtype=bool)
+    cosine = np.einsum("tji,tji->tj", rotations[1:], rotations[:-1])
+    over[1:] = np.abs(cosine) < np.cos(np.radians(0.5 * least))
+    return over
+
+
+def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
+    """How far all of n frames are off the way between their neighbours, degrees: the least."""
+    before, behind = of(start - 1), of(start + n)
+    every = [_angle(of(start + k), _between(before, behind, (k + 1) / (n + 1))) for k in range(n)]
+    return np.asarray(np.min(every, axis=0))
+
+
+def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
+    """The median of the same departures around some spikes, degrees."""
+    ahead = np.arange(-_REACH, -n)[:, None] + start
+    behind = np.arange(n + 1, _REACH + 1)[:, None] + start
+    last = len(q) - n - 1
+    ahead, behind = np.where(ahead < 1, behind, ahead), np.where(behind > last, ahead, behind)
+    at = np.clip(np.concatenate([ahead, behind]), 1, last)
+    middle = n // 2
+    off = _angle(
+        q[at + middle, joint],
+        _between(q[at - 1, joint], q[at + n, joint], (middle + 1) / (n + 1)),
+    )
+    return np.asarray(np.median(off, axis=0))
+
+
+def _between(a: Array, b: Array, share: float) -> Array:
+    """A rotation on the way from a to b, (…, 4); they are near each other."""
+    same = np.einsum("...i,...i->...", a, b)[..., None] >= 0.0
+    sum_ = (1.0 - share) * a + share * np.where(same, b, -b)
+    return np.asarray(sum_ / np.linalg.norm(sum_, axis=-1, keepdims=True))
+
+
+def _angle(a: Array, b: Array) -> Array:
+    """Angle between rotations, degrees, (…, 4) → (…)."""
+    cosine = np.abs(np.einsum("...i,...i->...", a, b))
+    return np.asarray(np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0))))
+
+
+def _without_overlaps(found: list[JointStep]) -> list[JointStep]:
+    """Spikes without those that share frames with a larger one of their joint; by start."""
+    kept: dict[int, list[JointStep]] = {}
+    for one in sorted(found, key=lambda s: -s.degrees):
+        own = kept.setdefault(one.joint, [])
+        if all(one.stop < o.start or o.stop < one.start for o in own):
+            own.append(one)
+    return sorted((s for own in kept.values() for s in own), key=lambda s: (s.start, s.joint))

@@ -1,0 +1,168 @@
+"""Carried rolls: P turns about its bone, C's bone keeps its place, and C rolls along with P.
+
+In both C's bone goes back about P's bone as far as P turns (its azimuth, θc of [Choi26 Eq. 6-7]).
+In a counter-twist that is all; in a carried roll C also turns about its own bone as far as P does:
+
+    q_P ⊗ R_a(δ),   R_a(−δ) ⊗ q_C ⊗ R_b(δ)
+
+With C's own roll left out, which says nothing of the azimuth, that is a counter-twist, and the
+consistency detector finds it with all its evidence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from twistcore.detection.consistency.chain_analysis import ConsistencyAnalysis
+from twistcore.detection.consistency.detector import analyse_chains
+from twistcore.detection.consistency.notated import NotatedAnalysis
+from twistcore.detection.evidence.witnesses import PACE, Mask, Witnesses, wrapped
+from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.prediction import Index
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.helper import Helper
+from twistcore.skeleton.motion import Motion
+
+LEAST_BEND = 20.0  # degrees: the azimuth of a straighter limb is mostly noise
+LEAST = 3.0  # degrees: a smaller turn at an edge is not examined
+WIDEST = 0.06  # seconds of an edge
+_AGREE = 0.4  # of P's turn at an edge: how far the azimuth, and C's roll, may miss as much
+_OUTSTANDING = 4.0  # of the usual turn beyond the pace: what may be an edge
+
+
+@dataclass(frozen=True, eq=False)
+class CarriedRolls:
+    """Carried rolls of chains before any τ.
+
+    known: what the consistency detector finds in each chain without C's own roll; signals: of these
+    chains. Chains without a single edge of such a roll have neither.
+    """
+
+    known: Mapping[str, ConsistencyAnalysis | NotatedAnalysis]
+    signals: Mapping[str, Witnesses]
+
+    def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
+        """Carried rolls of a chain at τ radians, by start."""
+        if chain not in self.known:
+            return ()
+        found = self.known[chain].intervals(chain, tau)
+        return tuple(
+            replace(i, kind=Kind.CARRIED_ROLL, carried=True)
+            for i in found
+            if is_carried(self.signals[chain], i)
+        )
+
+
+def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:
+    """Everything about carried rolls that does not depend on τ.
+
+    motion: without its counter-twists; with them these would be found again.
+    """
+    signals = {}
+    for chain in chains:
+        if may_carry(chain):
+            own = Witnesses.of(motion, chain)
+            if _some_edge(own):
+                signals[chain.name] = own, chain
+    known: dict[str, ConsistencyAnalysis | NotatedAnalysis] = {}
+    for group in _apart([chain for _, chain in signals.values()]):
+        unrolled = without_roll(motion, {chain: signals[chain.name][0] for chain in group})
+        # Without its own roll, C's bone is where P's axis is turned to.
+        analysis = analyse_chains(unrolled, [replace(chain, arm=chain.axis) for chain in group])
+        known |= dict.fromkeys((chain.name for chain in group), analysis)
+    return CarriedRolls(known, {name: own for name, (own, _) in signals.items()})
+
+
+def may_carry(chain: Chain) -> bool:
+    """True if C has a bone of its own, whose place shows the azimuth."""
+    constant = chain.axis.ndim == chain.arm.ndim == 1
+    return chain.grandchild >= 0 and chain.ends and constant and not isinstance(chain, Helper)
+
+
+def bent_frames(motion: Motion, chain: Chain) -> Mask:
+    """Frames in which the limb is bent enough to show a carried roll, (frames,)."""
+    if not may_carry(chain):
+        return np.zeros(motion.frames, dtype=bool)
+    return np.asarray(Witnesses.of(motion, chain).bend >= LEAST_BEND)
+
+
+def without_roll(motion: Motion, signals: Mapping[Chain, Witnesses]) -> Motion:
+    """The motion with every C turned to where its bone is, but not about that bone.
+
+    Of chains no two of which share a joint that is C in one and P in the other.
+    """
+    rotations = motion.rotations.copy()
+    for chain, own in signals.items():
+        rotations[:, chain.child] = own.unrolled
+    return motion.with_rotations(rotations)
+
+
+def _apart(chains: Iterable[Chain]) -> list[list[Chain]]:
+    """Chains in groups in which no C is the P of another chain."""
+    groups: list[list[Chain]] = []
+    for chain in chains:
+        fits = (g for g in groups if all(_share_no_joint(chain, other) for other in g))
+        if (group := next(fits, None)) is None:
+            groups.append(group := [])
+        group.append(chain)
+    return groups
+
+
+def _share_no_joint(a: Chain, b: Chain) -> bool:
+    return {a.parent, a.child}.isdisjoint((b.parent, b.child))
+
+
+def _some_edge(signals: Witnesses) -> bool:
+    """True if P turns once as in a carried roll, far more than is usual in the clip."""
+    for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
+        x = np.abs(signals.beyond_pace("x", width))
+        at = np.flatnonzero(x >= LEAST)
+        at = at[signals.bend[np.maximum(at - 1, 0)] >= LEAST_BEND]
+        if len(at) and _turned(signals, at, width).any():
+            usual = (1.48 * np.nanmean(np.sqrt(x))) ** 2
+            if (_turned(signals, at, width) & (x[at] > _OUTSTANDING * usual)).any():
+                return True
+    return False
+
+
+def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
+    """Where turns of `width` frames from these frames on are those of a carried roll."""
+    names = "x", "azimuth_turns", "roll_turns"
+    return _alike(*(signals.beyond_pace(name, width)[at] for name in names))
+
+
+def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
+    """Whether the azimuth goes back, and C rolls along, about as far as P turns; degrees."""
+    x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
+    limit = _AGREE * np.abs(x)
+    back, along = np.abs(wrapped(x + azimuth)) <= limit, np.abs(wrapped(x - roll)) <= limit
+    return np.asarray(back & along)
+
+
+def is_carried(signals: Witnesses, found: Interval) -> bool:
+    """True if the limb is bent throughout, and C rolls along wherever an interval begins or ends.
+
+    found: of a detector of counter-twists.
+    """
+    around = slice(max(found.start - 1, 0), found.stop + 1)
+    if signals.bend[around].min() < LEAST_BEND:
+        return False
+    edges = [(e["start"], e["stop"]) for e in (found.evidence or {}).get("edges", ())]
+    if not edges:  # one that sets in softly: its course up to the largest offset
+        edges = [(found.start, found.start + int(np.abs(found.offset).argmax()) + 1)]
+    return all(_edge_is_carried(signals, start, stop) for start, stop in edges)
+
+
+def _edge_is_carried(signals: Witnesses, start: int, stop: int) -> bool:
+    near = np.r_[max(start - PACE, 0) : start, stop : min(stop + PACE, signals.frames)]
+    series = signals.x, signals.azimuth_turns, signals.roll_turns
+    paces = (turns[near].mean() if len(near) else 0.0 for turns in series)
+    turned = (
+        wrapped(turns[start:stop].sum() - (stop - start) * pace)
+        for turns, pace in zip(series, paces, strict=True)
+    )
+    return bool(_alike(*turned))

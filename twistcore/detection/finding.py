@@ -1,0 +1,99 @@
+"""How a kind that is only shown is looked for: what its finder is given, and what it answers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, MutableMapping, Sequence
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import Any, TypeVar
+
+from twistcore.detection.guarded import one_sentence
+from twistcore.detection.interval import Interval
+from twistcore.detection.kind import Kind
+from twistcore.errors import TwistError
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+
+Found = Mapping[str, Sequence[Interval]]
+Frames = Callable[[int, int], Motion]  # the frames [start, stop) of a motion
+Known = TypeVar("Known")
+
+
+@dataclass(frozen=True, eq=False)
+class KindSearch:
+    """A clip in which a kind of error is looked for.
+
+    Parameters
+    ----------
+    motion : Motion
+        The clip as it was captured.
+    chains : tuple of Chain
+        All chains of limbs: a find belongs to one of them.
+    chosen : tuple of Chain
+        The chains to list, all or some of these.
+    whole : bool
+        False if these are not all chains of the clip: joints of no chain are then nobody's.
+    named : tuple of Chain
+        All chains, twist bones and limbs: the errors that are known are of these.
+    errors : callable
+        Returns the intervals of all kinds that can be repaired, at the automatic τ.
+    corrected : callable
+        Returns a function that makes frames of the motion without what is corrected
+        automatically; None where nothing is.
+    without : callable
+        Returns a function that makes frames of the motion without some of the errors.
+    captured : KindSearch, optional
+        The same search where no error is known; itself if not given.
+    """
+
+    motion: Motion
+    chains: tuple[Chain, ...]
+    chosen: tuple[Chain, ...]
+    whole: bool = True
+    named: tuple[Chain, ...] = ()
+    errors: Callable[[], Sequence[Interval]] = tuple
+    corrected: Callable[[], Frames | None] = lambda: None
+    without: Callable[[Sequence[Interval]], Frames] | None = None
+    captured: KindSearch | None = None
+    _kept: MutableMapping[Any, Any] = field(default_factory=dict)
+
+    def once(self, work: Callable[[KindSearch], Known]) -> Known:
+        """Return what `work` finds, which kinds of the same clip share; callers must not change it.
+
+        It may depend on all but the chosen chains.
+        """
+        if work not in self._kept:
+            self._kept.setdefault(work, work(self))
+        known: Known = self._kept[work]
+        return known
+
+
+Finder = Callable[[KindSearch], Found]
+
+
+def finder_of(kind: Kind) -> Finder:
+    """Return what finds a kind; TwistError where it cannot be loaded."""
+    module, _, name = kind.info.find.partition(":")
+    with one_sentence(f"the finder of the kind {kind.value!r} cannot be loaded"):
+        finder: Finder = getattr(import_module(module), name)
+    return finder
+
+
+def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
+    """Return the intervals of a kind in the chosen chains by chain name, each chain's by start.
+
+    TwistError where the kind's finder fails, or finds what cannot be.
+    """
+    finder, frames = finder_of(kind), search.motion.frames
+    with one_sentence(f"the finder of the kind {kind.value!r} failed"):
+        found = finder(search)
+        for name, own in found.items():
+            for one in own:
+                if (one.chain, one.kind) != (name, kind):
+                    raise TwistError(
+                        f"expected only finds of its own kind and of {name}, found {one!r}"
+                    )
+                if not 0 <= one.start < one.stop <= frames:
+                    raise TwistError(f"expected intervals within {frames} frames, found {one!r}")
+    chosen = (chain.name for chain in search.chosen)
+    return {n: tuple(sorted(found.get(n, ()), key=lambda i: (i.start, i.stop))) for n in chosen}

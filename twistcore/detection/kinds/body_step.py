@@ -1,0 +1,21 @@
+"""Many joints step in the same frame: found by `all_joints/`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="body step",
+    label="Body steps",
+    short="body",
+    place=48,
+    of_capture=True,
+    weight=1.0,
+    sign="±",
+    size="angle_deg",
+    find="twistcore.detection.all_joints.finders:find_body_steps",
+    colour="warning",
+    here="body step {frames} ({size})",
+    named="the body step in {span} ({size})",
+    legend="the whole body steps by {size}",
+    tip="many joints jump at once, by a median of {size}; this is not corrected",
+    why="Many joints jump in the same frame, by a median of {size}",
+)

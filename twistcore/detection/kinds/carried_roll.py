@@ -1,0 +1,16 @@
+"""P turns about its bone, C's bone stays, C rolls along with P: found by `carried_rolls.py`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="carried roll",
+    label="Carried rolls",
+    short="carried",
+    place=15,
+    repair="carried roll",
+    automatic=True,
+    here="carried roll {frames} ({size})",
+    named="the carried roll in {span} ({size})",
+    tip="The bone and the next one roll together; the limb's shape stays",
+)
+"""The offset is P's, as in a counter-twist; `Interval.carried` is True: C turned along."""

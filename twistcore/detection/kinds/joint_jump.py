@@ -1,0 +1,21 @@
+"""A joint steps between calm frames, in any direction: found by `all_joints/`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="joint jump",
+    label="Joint jumps",
+    short="step",
+    place=44,
+    of_capture=True,
+    sign="±",
+    size="angle_deg",
+    find="twistcore.detection.all_joints.finders:find_joint_jumps",
+    corrected=True,
+    colour="warning",
+    here="joint jump {frames} of {joint} ({size})",
+    named="the joint jump of {joint} in {span} ({size})",
+    legend="jumps by {size}",
+    tip="{joint} jumps by {size} in one frame; this is not corrected",
+    why="{joint} jumps by {size} in one frame and is steady before and after it",
+)

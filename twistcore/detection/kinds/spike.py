@@ -1,0 +1,21 @@
+"""A joint leaves its way for a frame or a few and comes back: found by `all_joints/`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="spike",
+    label="Spikes",
+    short="spike",
+    place=42,
+    of_capture=True,
+    sign="±",
+    size="angle_deg",
+    find="twistcore.detection.all_joints.finders:find_spikes",
+    corrected=True,
+    colour="warning",
+    here="spike {frames} of {joint} ({size})",
+    named="the spike of {joint} in {span} ({size})",
+    legend="spike of {size}",
+    tip="{joint} is off by {size} and comes back; this is not corrected",
+    why="{joint} leaves its path by {size} and comes back at once, as no body does",
+)

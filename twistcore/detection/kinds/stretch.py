@@ -1,0 +1,20 @@
+"""A joint jumps about its own bone and stays wrong: found by `stretches.py`."""
+
+from twistcore.detection.kind import KindInfo
+
+KIND = KindInfo(
+    name="stretch",
+    label="Stretches",
+    short="stretch",
+    place=41,
+    of_capture=True,
+    find="twistcore.detection.stretches:find",
+    corrected=True,
+    colour="warning",
+    size="turn_deg",
+    here="stretch {frames} in which {joint} stays turned ({size})",
+    named="the stretch of {joint} in {span} ({size})",
+    legend="stays turned by {angle}",
+    tip="{joint} jumps about its own bone and stays turned; it is only shown",
+    why="{joint} stays turned about its own bone by {size}, from one jump to the next",
+)

@@ -1,0 +1,170 @@
+"""Stretches: a joint jumps about its own bone and stays wrong, from one jump to the next.
+
+A foot may be upside down from a jump to the end of the clip. The jump alone is a lone jump; which
+side of it is wrong is known from the rest of the clip: the roll about the joint's own bone that
+most frames have. A joint that is turned by more than 120° from its rest pose in most frames is
+compared with a level near the rest pose, if the other side has that level as well.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from twistcore.detection.cuts import find_cuts
+from twistcore.detection.finding import Found, KindSearch
+from twistcore.detection.interval import Interval, Kind
+from twistcore.detection.lone_jumps import chain_of_joint, own_axis, turns_about
+from twistcore.skeleton.chain import Chain
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, twist_angle, twist_reliability, wrap
+from twistcore.work.frozen import dataclass
+
+JUMP = math.radians(60.0)  # a frame: where a stretch may begin or end
+OFF = math.radians(75.0)  # from the usual roll: a smaller difference may be motion
+ALIKE = math.radians(45.0)  # rolls that count as the same
+TURNED = math.radians(120.0)  # from the rest pose: no joint rolls so far about its bone
+MOST = 0.6  # of the frames: a roll that so many have is the usual one
+_ENOUGH = 0.1  # of the frames: a level that may be the right one
+SHORTEST = 0.05  # seconds: what is shorter is a spike
+_DEFINED = 0.5  # of :func:`twist_reliability`: below it a swing near 180° leaves the roll undefined
+
+
+@dataclass(frozen=True)
+class _Level:
+    """Frames [start, stop) between two jumps, with the mean roll in them, radians."""
+
+    start: int
+    stop: int
+    roll: float
+
+    @property
+    def frames(self) -> int:
+        """Number of frames."""
+        return self.stop - self.start
+
+
+def find(search: KindSearch) -> Found:
+    """Return the stretches of the joints of all chains, by chain name."""
+    if search.motion.frames < 4 or not search.chains:
+        return {}
+    found: Found = search.once(_in_all_chains)
+    return found
+
+
+def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
+    frames = search.corrected()
+    motion = search.motion if frames is None else frames(0, search.motion.frames)
+    owner = chain_of_joint(search.chains)
+    found: dict[str, list[Interval]] = {}
+    for joint, chain in owner.items():
+        levels = _levels(motion, joint)
+        if len(levels) < 2:
+            continue
+        usual, by_rest = _usual(levels), False
+        if usual is None or abs(usual) > TURNED:
+            rest = _near_rest(levels)
+            if rest is not None and _has_mirrored(motion, owner, joint, rest):
+                usual, by_rest = rest, True
+        if usual is None:
+            continue
+        for level in _wrong(levels, usual, SHORTEST * motion.fps):
+            one = _interval(motion, chain, joint, level, usual, by_rest=by_rest)
+            found.setdefault(chain.name, []).append(one)
+    return found
+
+
+def _levels(motion: Motion, joint: int) -> list[_Level]:
+    """Return the levels of a joint's roll between its jumps, by start; empty if it has no bone."""
+    axis = own_axis(motion.skeleton, joint)
+    if axis is None:
+        return []
+    rotations = motion.rotations[:, joint]
+    jumps = np.abs(turns_about(rotations, axis)) > JUMP
+    jumps &= ~find_cuts(motion) if jumps.any() else True
+    borders = [0, *np.flatnonzero(jumps).tolist(), motion.frames]
+    roll, defined = twist_angle(rotations, axis), twist_reliability(rotations, axis) > _DEFINED
+    return [
+        _Level(start, stop, _mean(roll[start:stop][defined[start:stop]]))
+        for start, stop in pairwise(borders)
+        if stop > start and defined[start:stop].any()
+    ]
+
+
+def _mean(angles: Array) -> float:
+    """Return the circular mean, radians."""
+    return float(np.arctan2(np.sin(angles).sum(), np.cos(angles).sum()))
+
+
+def _usual(levels: Sequence[_Level]) -> float | None:
+    """Return the roll that most frames have, radians; None if the clip is divided."""
+    total = sum(level.frames for level in levels)
+    for level in sorted(levels, key=lambda one: -one.frames):
+        alike = [one for one in levels if abs(wrap(one.roll - level.roll)) <= ALIKE]
+        if sum(one.frames for one in alike) >= MOST * total:
+            return level.roll
+    return None
+
+
+def _near_rest(levels: Sequence[_Level]) -> float | None:
+    """Return the roll of the longest level near the rest pose, radians; None for short ones."""
+    near = [level for level in levels if abs(level.roll) <= OFF]
+    longest = max(near, key=lambda level: level.frames, default=None)
+    total = sum(level.frames for level in levels)
+    return longest.roll if longest and longest.frames >= _ENOUGH * total else None
+
+
+def _has_mirrored(motion: Motion, owner: Mapping[int, Chain], joint: int, roll: float) -> bool:
+    """True if the same joint of the other side has the mirrored roll in part of the clip."""
+    own = owner[joint]
+    is_parent = own.parent == joint
+    for other, chain in owner.items():
+        same = chain.segment == own.segment and chain.person == own.person
+        if same and chain.side != own.side and (chain.parent == other) == is_parent:
+            levels = _levels(motion, other)
+            alike = sum(one.frames for one in levels if abs(wrap(one.roll + roll)) <= ALIKE)
+            return alike >= _ENOUGH * motion.frames
+    return False
+
+
+def _wrong(levels: Sequence[_Level], usual: float, shortest: float) -> Iterator[_Level]:
+    """Yield the levels that are far from the usual roll, those next to each other as one."""
+    found: list[_Level] = []
+    for level in levels:
+        if abs(wrap(level.roll - usual)) < OFF:
+            continue
+        if found and found[-1].stop == level.start and _alike(found[-1], level):
+            level = _Level(found.pop().start, level.stop, level.roll)
+        found.append(level)
+    return (level for level in found if level.frames >= shortest)
+
+
+def _alike(a: _Level, b: _Level) -> bool:
+    return bool(abs(wrap(a.roll - b.roll)) <= ALIKE)
+
+
+def _interval(
+    motion: Motion, chain: Chain, joint: int, level: _Level, usual: float, *, by_rest: bool
+) -> Interval:
+    name, turn = motion.skeleton.names[joint], float(wrap(level.roll - usual))
+    return Interval(
+        chain.name,
+        level.start,
+        level.stop,
+        np.zeros(level.frames),
+        open=True,
+        residual=turn,
+        explain=partial(_explained, name, turn, by_rest=by_rest),
+        kind=Kind.STRETCH,
+        joint=name,
+    )
+
+
+def _explained(joint: str, turn: float, *, by_rest: bool) -> dict[str, float | str]:
+    """Return the size of a stretch and what it was compared with."""
+    compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
+    return {"joint": joint, "turn_deg": math.degrees(turn), "compared_with": compared}

@@ -1,0 +1,62 @@
+"""Drawing spikes of single joints and putting them into a motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from twistcore.detection.all_joints.finders import limits_of
+from twistcore.skeleton.chain import find_chains
+from twistcore.skeleton.motion import Motion
+from twistcore.skeleton.rotation import Array, exponential, multiply, normalise
+
+_APART = 30  # frames from one to the next, so that each is compared with sound motion
+_BORDER = 16  # frames at the ends without one
+_LARGEST = 120.0  # degrees
+_ABOVE = 1.5  # times the least that counts of a joint
+
+
+@dataclass(frozen=True, eq=False)
+class InjectedSpike:
+    """A joint that is turned in frames [start, stop) by a rotation vector, radians, (3,)."""
+
+    joint: int
+    start: int
+    stop: int
+    turn: Array
+
+
+def draw_spikes(
+    motion: Motion, rng: np.random.Generator, most: int = 20
+) -> tuple[InjectedSpike, ...]:
+    """Return spikes of random joints about random axes by start, of a frame to 0.03 s.
+
+    motion: the clean one. Each is up to 120°, and half again as large as the least that counts of
+    its joint. Joints without three rotation channels have none.
+    """
+    limits = limits_of(motion, find_chains(motion))
+    joints = np.flatnonzero(limits.spike < _LARGEST)
+    if not len(joints):
+        return ()
+    found: list[InjectedSpike] = []
+    frame = _BORDER + int(rng.integers(_APART))
+    while frame + limits.longest + _BORDER < motion.frames and len(found) < most:
+        joint = int(rng.choice(joints))
+        size = np.radians(rng.uniform(_ABOVE * limits.spike[joint], _LARGEST))
+        turn = size * normalise(rng.standard_normal(3))
+        stop = frame + int(rng.integers(1, limits.longest + 1))
+        found.append(InjectedSpike(joint, frame, stop, turn))
+        frame = stop + _APART + int(rng.integers(_APART))
+    return tuple(found)
+
+
+def inject_spikes(motion: Motion, spikes: Iterable[InjectedSpike]) -> Motion:
+    """Return the motion with spikes: what hangs on their joints is carried along."""
+    rotations = motion.rotations.copy()
+    for spike in spikes:
+        at = slice(spike.start, spike.stop)
+        turned = multiply(rotations[at, spike.joint], exponential(spike.turn))
+        rotations[at, spike.joint] = normalise(turned)
+    return motion.with_rotations(rotations)
