@@ -20,7 +20,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.formats.reading import read_clip
 from twistcore.report import clip_report
-from twistcore.report.changes import joint_changes, check_fidelity
+from twistcore.report.changes import check_fidelity, joint_changes
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Review, Tracking, start_review

@@ -33,6 +33,7 @@ from twistcore.review.session import (
     interval_to_json,
     judged_from_json,
     judged_to_json,
+    needs_both_ways_schema,
     read_session,
     read_session_file,
     session_bytes,
@@ -42,7 +43,6 @@ from twistcore.review.session import (
     tau_to_json,
     tracking_from_json,
     tracking_to_json,
-    needs_both_ways_schema,
     write_session,
 )
 from twistcore.skeleton.rig import AS_FOUND, OwnChain, Rig

@@ -21,10 +21,9 @@ _REACH = 0.35  # of the height: what hangs on a joint and reaches so far, as an 
 def severity(found: Detection) -> float:
     """Return how bad a clip is, degrees: root mean square of all visible errors over its frames.
 
-    Every find counts by its angle, by its joint and by its confidence, as if it were 0.1 s longer
-    than it is; a jump or a spike for 0.1 s, noise and frozen frames not at all. A jump of a place
-    counts as the angle by which an arm or leg would carry its end as far. In squares a knee that
-    bends backwards for a moment outweighs a small guess that lasts.
+    Every interval counts by its angle, its joint and its confidence, as if it were 0.1 s longer; a
+    lone jump counts as 0.1 s, a capture fault not at all. Because of the squares, a knee that bends
+    backwards for a moment outweighs a small guess that lasts.
     """
     motion, of = found.analysis.motion, found.analysis.chain
     return root_mean_square(((i, of(i.chain)) for i in found), motion.frames, motion.fps)

@@ -58,13 +58,13 @@ def uncorrected_sentences(
     """
     sentences = chains_left(clip.motion, chains, chosen)
     left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
-    moved = []
+    moved: list[str] = []
     used = {interval.chain for interval in chosen}
     for chain in (chain for chain in chains if chain.name in used):
         for name, distance in children_off_axis(clip.motion, chain).items():
             share = 2.0 * distance / clip.motion.skeleton.height
             if share > 1e-6:
-                beside.append(
+                moved.append(
                     f"{clip.path}: {name} is not on the axis of {chain.name} and moves with "
                     f"it by up to {share:.1e} of the height"
                 )

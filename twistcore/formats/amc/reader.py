@@ -168,7 +168,7 @@ class _Rows:
             token += len(own)
         if self._number is None:
             raise self.fail("expected the number of the first frame, found none", max(line, 1))
-        self._finish(words, places)
+        self._store_last(words, places)
         if not places:
             raise self.fail("expected at least one complete frame, found none", max(line, 1))
         frames = len(places) // len(self._bones)
@@ -185,7 +185,7 @@ class _Rows:
             if missing:
                 bone = quoted(missing[0].decode("utf-8", "replace"))
                 raise self.fail(f"expected {bone} earlier in frame {self._number}", line)
-            self._put(words, places)
+            self._store(words, places)
             text = (
                 f"Frame {number_} comes after frame {self._number}; the frames are read in "
                 "the order of the file."
