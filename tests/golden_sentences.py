@@ -66,7 +66,7 @@ SENTENCES = {
     "review: here": "lone jump 1–2 of Hips ()",
     "command: detect ASSETS/walk_injected.bvh": "8 intervals in 10 chains",
     "command: refine ASSETS/walk_injected.bvh -o OUT/out.bvh": "FOLDER/out.bvh: 8 of 8 intervals corrected",
-    "command: detect OUT": "FOLDER: expected a clip, found a folder; `batch` takes folders",
+    "command: detect OUT": "FOLDER: expected a clip, found a folder; use `batch` for folders",
     "command: signals w.bvh": "signals: has nothing to write; add --csv FILE or --json",
     "command: detect w.bvh --tau 200": "twistcore detect: argument --tau: expected auto or degrees above 0 and up to 180, found '200'. See `twistcore detect --help`.",
     "command: detect w.bvh --fps 0": "twistcore detect: argument --fps: expected 1 to 10000 frames a second, found '0'. See `twistcore detect --help`.",
