@@ -1,6 +1,6 @@
-"""The documentation as a site: `python3 dev.py docs`. The same pages are shown by F1 in the window.
+"""Configuration of the documentation site: `python3 dev.py docs`. F1 shows the same pages.
 
-So pages are plain Markdown; only index.md, cli.md and api/ use features of the site.
+Pages are therefore plain Markdown; only index.md, cli.md and api/ use features of the site.
 """
 
 from __future__ import annotations
@@ -39,28 +39,28 @@ extensions = [
 ]
 exclude_patterns = ["_*", "**.ipynb_checkpoints"]
 nitpicky = True
-smartquotes = False  # the text is typeset already, and `--json` has two hyphens
+smartquotes = False  # the text already has typographic characters, and `--json` two hyphens
 
 # --- pages -----------------------------------------------------------------------------------
 
 myst_enable_extensions = ["dollarmath"]
-myst_heading_anchors = 4  # the names that GitHub and the window give to headings
-# Notebooks are stored without results: they are run, once for each state of theirs. A test that
-# wants the pages alone turns this off; whether they run is asked by tests/test_notebooks.py.
+myst_heading_anchors = 4  # the same anchors as on GitHub and in the window
+# Notebooks are stored without results and run again whenever they change. Tests that need only the
+# pages turn this off; tests/test_notebooks.py checks that they run.
 nb_execution_mode = "cache"
 nb_execution_cache_path = str(DOCS.parent / "build" / "notebooks")
 nb_execution_timeout = 180
 nb_execution_raise_on_error = True
 nb_merge_streams = True
 
-# --- the API, out of docstrings ------------------------------------------------------------------
+# --- the API, from docstrings --------------------------------------------------------------------
 
 default_role = "code"  # docstrings write `name`, as Markdown does
 autosummary_generate = False
 napoleon_google_docstring = False
-napoleon_use_param = napoleon_use_rtype = False  # a shape is no link
+napoleon_use_param = napoleon_use_rtype = False  # a shape is not a link
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # written_types.py has them
+autodoc_typehints = "none"  # written_types.py adds them
 autodoc_preserve_defaults = True
 autodoc_use_type_comments = False
 autodoc_inherit_docstrings = False
@@ -68,12 +68,12 @@ python_display_short_literal_types = True
 add_module_names = False
 toc_object_entries_show_parents = "hide"
 maximum_signature_line_length = 80
-# Types of the standard library and of numpy are no links: no list of addresses is fetched for them.
+# Types of the standard library and numpy are not links, since no inventory is downloaded for them.
 nitpick_ignore_regex = [("py:(class|data|obj)", r"(?!twistcore\.).*")]
 
 # --- looks ---------------------------------------------------------------------------------------
 
-html_theme = "furo"  # one column of text, light and dark by the system's wish, fonts of the system
+html_theme = "furo"  # one column of text, light or dark as the system, system fonts
 html_title = f"Twist Inspector {version}"
 html_logo = html_favicon = "../assets/icons/program.svg"
 html_static_path = ["_static"]
@@ -88,7 +88,7 @@ pygments_dark_style = "a11y-high-contrast-dark"
 copybutton_prompt_text = r"\$ "
 copybutton_prompt_is_regexp = True
 
-# --- links, on demand only: `dev.py docs --links` ------------------------------------------------
+# --- links, checked only by `dev.py docs --links` ------------------------------------------------
 
 linkcheck_timeout = 20
 linkcheck_retries = 2
@@ -102,5 +102,5 @@ def setup(app: Sphinx) -> None:
 
 
 def _offer_files_outside(app: Sphinx, page: str, source: list[str]) -> None:
-    """Let links to pages outside docs/ lead to their files."""
+    """Let links to pages outside docs/ open their files."""
     source[0] = re.sub(r"(?<=\]\()(?=(?:\.\./)+[^)]*\.md\))", "path:", source[0])

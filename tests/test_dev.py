@@ -382,7 +382,7 @@ def test_every_module_is_in_one_part():
 def test_the_default_clip_is_the_one_with_a_truth(tmp_path, monkeypatch):
     monkeypatch.setattr(places, "ROOT", tmp_path)
     (tmp_path / "assets").mkdir()
-    with pytest.raises(starting.SetupError, match="name a BVH file"):
+    with pytest.raises(starting.SetupError, match="Name a BVH file"):
         dev.default_clip()
     (tmp_path / "assets/dance.bvh").touch()
     (tmp_path / "assets/run_injected.bvh").touch()
@@ -427,7 +427,7 @@ def test_without_a_screen_nothing_is_decided_of_a_clip_that_is_named(started, ca
     findings = ["-m", "twistcore", "detect", name]
     assert started == ([picture, findings] if name == "mine.bvh" else [picture])
     told = capsys.readouterr().out
-    assert "nothing is decided" in told
+    assert "Nothing is decided" in told
     assert "demonstration" not in told
 
 

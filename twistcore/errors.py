@@ -1,4 +1,4 @@
-"""What can go wrong, worded once for a person."""
+"""Error classes, each with a sentence for a person."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ class TwistError(Exception):
     """
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Sentence and attributes, whatever __init__ asks for: it must come out of a process."""
+        """Pickle sentence and attributes without __init__, so that errors can cross processes."""
         return _remade, (type(self), self.args), vars(self)
 
 
 def _remade(kind: type[TwistError], arguments: tuple[Any, ...]) -> TwistError:
-    """Without __init__, which asks for more than the sentence; the attributes follow."""
+    """Create the error without __init__, which needs more than the sentence; attributes follow."""
     return kind.__new__(kind, *arguments)
 
 
 class ClipError(TwistError):
-    """A clip that cannot be read: where, and what was expected there."""
+    """A clip cannot be read: the place in the file, and what was expected there."""
 
     def __init__(
         self, path: str, expected: str, *, line: int | None = None, column: int | None = None
@@ -44,15 +44,15 @@ class ClipError(TwistError):
 
 
 class BvhError(ClipError):
-    """A BVH that cannot be read."""
+    """A BVH cannot be read."""
 
 
 class AmcError(ClipError):
-    """An AMC, or the ASF of its skeleton, that cannot be read."""
+    """An AMC, or the ASF with its skeleton, cannot be read."""
 
 
 class NpzError(TwistError):
-    """An .npz that cannot be read: it has no lines."""
+    """An .npz cannot be read; it has no line numbers."""
 
 
 class ClipMismatchError(TwistError):
@@ -60,4 +60,4 @@ class ClipMismatchError(TwistError):
 
 
 class FormatError(TwistError):
-    """A JSON or TOML document of ours that is damaged or of another schema."""
+    """A JSON or TOML document of this project is damaged or has another schema."""

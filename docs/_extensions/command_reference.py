@@ -1,4 +1,4 @@
-"""Generate the reference of all commands from their parsers, where a page has the mark for it."""
+"""Generate the reference of all commands from their parsers, on pages with the mark."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _fill_in(app: Sphinx, page: str, source: list[str]) -> None:
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Fill in the pages with a mark, and read them in every build, as a parser may have changed."""
+    """Fill in pages with a mark, and read them in every build, since parsers may have changed."""
     app.connect("source-read", _fill_in)
     app.connect(
         "env-get-outdated",

@@ -1,4 +1,4 @@
-"""Add what screen readers and keyboard users need and the theme leaves out."""
+"""Add attributes that screen readers and keyboard users need and the theme leaves out."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 _FIXES = (
-    # A heading says how deep it is, one of two side columns which of them it is.
+    # Give headings their level, and the two side columns a name.
     (re.compile(r'(<p class="caption" role="heading")>'), r'\1 aria-level="2">'),
     (re.compile(r'(<aside class="sidebar-drawer")>'), r'\1 aria-label="All pages">'),
     (re.compile(r'(<aside class="toc-drawer[^"]*")>'), r'\1 aria-label="This page">'),
-    # What scrolls can be reached.
+    # Let the keyboard reach everything that scrolls.
     (re.compile(r'(<div class="highlight"><pre)>'), r'\1 tabindex="0">'),
-    # Parameters that stand in lines of their own are no list of definitions: it has no words.
+    # Parameters on separate lines are not a definition list, as there are no terms.
     (re.compile(r"<dl>\n((?:<dd>(?:(?!</?d[ld]\b).)*</dd>\n)+)</dl>", re.DOTALL), "LINES"),
 )
 

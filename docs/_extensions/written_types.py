@@ -1,6 +1,7 @@
 """Show types and docstrings as they are in the code.
 
-Evaluated, `Array` would be four lines of numpy's own; |x| is a substitution to docutils, '@x' mail.
+If evaluated, `Array` would become four lines of numpy types. docutils would read |x| as a
+substitution and '@x' as an e-mail address.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def _as_written(
         return None
     if inspect.isclass(obj):
         if issubclass(obj, Enum) or getattr(obj, "_is_protocol", False):
-            return "", ""  # nobody makes one by calling it
+            return "", ""  # these are not created by calling the class
         signature = signature.replace(return_annotation=inspect.Signature.empty)
     words = list(signature.parameters.values())
     if words and words[0].name in ("self", "cls"):

@@ -20,7 +20,7 @@ from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.formats.reading import read_clip
 from twistcore.report import clip_report
-from twistcore.report.changes import joint_changes, kept_in
+from twistcore.report.changes import check_fidelity, joint_changes
 from twistcore.report.clip_report import write_clip_report
 from twistcore.report.document import Report
 from twistcore.review import Decide, Decision, Review, Tracking, start_review
@@ -201,7 +201,7 @@ def corrected_clip(folder, name="out.bvh"):
 
 def test_what_was_left_alone_is_measured_on_the_file(tmp_path):
     clip, refined, report = corrected_clip(tmp_path)
-    kept = kept_in(clip, refined, tmp_path / "out.bvh")
+    kept = check_fidelity(clip, refined, tmp_path / "out.bvh")
     assert (kept.what, kept.total, kept.outside, kept.head) == ("columns", clip.columns, 0, True)
     assert kept.total - kept.same == 6  # P's and C's three
     page = write_clip_report(tmp_path, report)[0].read_text("utf-8")
@@ -219,7 +219,7 @@ def test_what_was_not_left_alone_is_found(tmp_path, where):
     else:
         lines[-1] = b"%b %b" % (b"1.5" if where == "number" else first + b"0", rest)
     (tmp_path / "out.bvh").write_bytes(b"".join(lines))
-    kept = kept_in(clip, refined, tmp_path / "out.bvh")
+    kept = check_fidelity(clip, refined, tmp_path / "out.bvh")
     assert (kept.outside, kept.head) == ((0, False) if where == "head" else (1, True))
     assert write_clip_report(tmp_path, report)[0].read_text("utf-8")
 

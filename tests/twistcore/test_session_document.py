@@ -33,6 +33,7 @@ from twistcore.review.session import (
     interval_to_json,
     judged_from_json,
     judged_to_json,
+    needs_both_ways_schema,
     read_session,
     read_session_file,
     session_bytes,
@@ -42,7 +43,6 @@ from twistcore.review.session import (
     tau_to_json,
     tracking_from_json,
     tracking_to_json,
-    tracks_otherwise,
     write_session,
 )
 from twistcore.skeleton.rig import AS_FOUND, OwnChain, Rig
@@ -398,8 +398,8 @@ def test_tracking_comes_back(tracking):
     entry = tracking_to_json(tracking)
     assert entry["gains"] == ("learned" if tracking.learned else "hand")
     assert tracking_from_json(json.loads(json.dumps(entry))) == tracking
-    assert tracks_otherwise(tracking) == (tracking is not TRACKING)
-    assert not tracks_otherwise(None)
+    assert needs_both_ways_schema(tracking) == (tracking is not TRACKING)
+    assert not needs_both_ways_schema(None)
     del entry["causal"], entry["place"]
     assert tracking_from_json(entry) == replace(tracking, causal=True, place=False)
 

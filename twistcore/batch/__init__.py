@@ -1,4 +1,4 @@
-"""Many clips: what is in each, worst first; and a folder of results that survives its makers."""
+"""Many clips: a survey, worst first, and a batch folder whose results survive a crash."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -19,7 +19,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded when first asked for: who reads a manifest needs no numpy.
+    # Loaded when first used: reading a manifest needs no numpy.
     _HOMES = {
         "clip_survey": "ClipSurvey survey survey_folder",
         "how_bad": "severity",

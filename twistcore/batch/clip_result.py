@@ -1,4 +1,4 @@
-"""From the bytes of a clip to its result document, and to its corrected bytes where asked."""
+"""Process a clip: its result document, and its corrected bytes if requested."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ SCHEMA = "twistcore.batch_clip/1"
 
 
 def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any], bytes | None]:
-    """A clip, its document without its name, and its corrected bytes or None; raises TwistError.
+    """Return a clip, its document without its name, and its corrected bytes or None.
 
-    The same bytes give the same document in every process.
+    The same bytes give the same document in every process. Raises TwistError.
     """
     clip = read_clip(path, fps=parameters.fps)
     found = _detected(clip, parameters)
@@ -44,7 +44,7 @@ def processed(path: Path, parameters: Parameters) -> tuple[Clip, dict[str, Any],
     document["applied"], document["uncorrected"] = applied, left
     document["left"] = document["intervals"]
     if corrected != clip.data:
-        # What was written, with its decimals; of other formats what was to be written.
+        # For a BVH, the written file with its rounding; for other formats, the motion itself.
         bvh = clip.format == "bvh"
         after = parse_bvh(corrected, path, fps=parameters.fps) if bvh else refined
         document["left"] = intervals_to_json(_detected(after, parameters))
@@ -105,7 +105,7 @@ def _document(clip: Clip, found: Detection) -> dict[str, Any]:
 
 
 def _refined(clip: Clip, found: Detection, parameters: Parameters) -> tuple[Motion, int, list[str]]:
-    """The corrected motion, how many intervals are out of it, and what could not be corrected."""
+    """Return the corrected motion, the count of corrected intervals, and what stays uncorrected."""
     from twistcore.export.replay import accepted_motion, chains_left, correctable
     from twistcore.review import Review
 

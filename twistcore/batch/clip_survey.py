@@ -1,4 +1,4 @@
-"""Many clips: what is in each, worst first."""
+"""Survey of many clips, worst first."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from twistcore.work.progress import Tell
 
 @dataclass(frozen=True)
 class ClipSurvey:
-    """A clip at a glance; `survey_folder` makes one for each file.
+    """Summary of a clip, as returned by `survey_folder` for each file.
 
     Parameters
     ----------
@@ -33,17 +33,17 @@ class ClipSurvey:
     fps : float
         Frames a second.
     intervals : int
-        How many intervals were found.
+        Number of intervals found.
     severity : float
-        How bad these are: the root mean square over the frames of all errors that show, degrees.
+        How bad the errors are: root mean square of all visible errors over the frames, degrees.
     problem : str
-        Why the clip could not be read, or ''.
+        The reason why the clip could not be read, or ''.
     unchecked : str
-        Why nothing could be examined in it, or ''.
+        The reason why nothing in it could be examined, or ''.
     missing_frames : int
-        How many frames the header declares that are not in the file.
+        Number of frames that the header declares but the file does not have.
     unexamined : int
-        How many of its arms and legs no chain examines.
+        Number of arms and legs that no chain examines.
 
     Examples
     --------
@@ -67,9 +67,9 @@ class ClipSurvey:
 def survey(
     path: Path, profile: Profile | None = None, rig_of: Callable[[Motion], Rig] | None = None
 ) -> ClipSurvey:
-    """Read and analyse a clip, at a profile's τ where there is one; raises TwistError.
+    """Read and analyse a clip, at a profile's τ if given; raises TwistError.
 
-    rig_of: which chains a motion gets, if not those found.
+    rig_of: returns the chains for a motion, by default the ones that are found.
     """
     clip, profile = read_clip(path), profile or Profile({})
     analysis = analyse(clip, rig=AS_FOUND if rig_of is None else rig_of(clip.motion))
@@ -88,25 +88,25 @@ def survey_folder(
     *,
     tell: Tell | None = None,
 ) -> list[ClipSurvey]:
-    """Look at all clips of a folder, the worst first.
+    """Survey all clips of a folder, worst first.
 
-    Files that this program wrote from one of the clips are left out.
+    Corrected clips that this program wrote from clips in the folder are left out.
 
     Parameters
     ----------
     folder : str or Path
-        Where the clips are; folders in it are not searched.
+        The folder with the clips; subfolders are not searched.
     profile : Profile, optional
-        τ by chain, as `twistcore tune` finds it; automatic if not given.
+        τ by chain, as from `twistcore tune`; automatic by default.
     workers : int
-        How many processes to use.
+        Number of processes.
     tell : callable, optional
-        Called after each clip with the share of the clips that is done, 0…1.
+        Called after each clip with the share of clips done, 0…1.
 
     Returns
     -------
     list of ClipSurvey
-        By severity; clips that cannot be read come last, with the reason in `problem`. Empty if
+        Sorted by severity; unreadable clips come last, with the reason in `problem`. Empty if
         there is no clip or no such folder.
 
     Raises

@@ -1,6 +1,6 @@
-"""One clip as a task: sent to any process or machine, it comes back with the same outcome.
+"""One clip as a task that can be sent to any process or machine, with the same outcome.
 
-What carries it out is loaded there, so that who sends thousands loads no numpy.
+The code that processes it is loaded there, so that the sender of thousands loads no numpy.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from twistcore.formats.suffixes import known_formats
 from twistcore.work.frozen import dataclass
 from twistcore.work.memory import SPARE, forget_peak, limited_memory, peak_memory
 
-Bytes: TypeAlias = bytes  # an outcome has a number of them by that name
+Bytes: TypeAlias = bytes  # Outcome has a field called `bytes`
 
-_RACY_NS = 2_000_000_000  # a file written so lately may change again within its own time stamp
+_RACY_NS = 2_000_000_000  # a file this recent may change again within the same timestamp
 
 
 @dataclass(frozen=True)
 class ClipTask:
     """source: absolute path or URL; name: the clip's in the manifest; size: bytes, 0 if unknown.
 
-    memory: bytes beyond what a clip of its size should need; data: the file's bytes, for a process
-    that does not see it, else None.
+    memory: bytes allowed beyond the needs of a clip of this size; data: the file's bytes for a
+    process that cannot see the file, else None.
     """
 
     source: str
@@ -45,13 +45,13 @@ class ClipTask:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a clip.
+    """The outcome of processing a clip.
 
-    result: the document 'twistcore.batch_clip/1' without the clip's name, or None where there is a
-    reason, one sentence; again: whether another try may end otherwise; sha256, bytes, signature: of
-    the file that was read, '' where it may change unseen; corrected: the bytes of the corrected
-    clip, or None; companions: what has to lie beside it, by name; unseen: the file is not to be
-    seen from where the task was carried out.
+    result: the document 'twistcore.batch_clip/1' without the clip's name, or None if there is a
+    reason, one sentence; again: True if another try may succeed; sha256, bytes, signature: of the
+    file that was read, the signature is '' if a change could go unnoticed; corrected: the bytes of
+    the corrected clip, or None; companions: files needed next to it, by name; unseen: True if the
+    file cannot be seen from the machine that carried the task out.
     """
 
     result: dict[str, Any] | None = None
@@ -68,7 +68,7 @@ class Outcome:
 
 
 def process(task: ClipTask) -> Outcome:
-    """Carry a task out; raises nothing that has to do with the clip."""
+    """Carry out a task; problems with the clip are returned, never raised."""
     begin = time.perf_counter()
     forget_peak()
     found: dict[str, Any] = {}
@@ -80,28 +80,28 @@ def process(task: ClipTask) -> Outcome:
     except OSError as error:
         found |= {"reason": f"{task.source}: cannot be read ({error.strerror})", "again": True}
     except MemoryError:
-        said = f"{task.name}: needs more memory than a clip of its size should"
-        found |= {"reason": said, "again": True}
+        why = f"{task.name}: needs more memory than a clip of its size should"
+        found |= {"reason": why, "again": True}
     except TwistError as error:
         found |= {"reason": " ".join(str(error).splitlines())}
-    except Exception as error:  # a defect of ours must not stop the other clips
-        said = " ".join(f"{task.name}: {type(error).__name__}: {error}".splitlines())
-        found |= {"reason": said}
+    except Exception as error:  # a bug in this program must not stop the other clips
+        why = " ".join(f"{task.name}: {type(error).__name__}: {error}".splitlines())
+        found |= {"reason": why}
     return Outcome(**found, seconds=time.perf_counter() - begin, peak_bytes=peak_memory())
 
 
 def signature_of(path: Path | str) -> tuple[str, bool]:
-    """A file's size, time and number: while they stay, its bytes do; raises OSError.
+    """Return a file's size, time and inode as text, and True if later changes will show in it.
 
-    And whether it was written so long ago that a change would show in its time. Of an AMC with
-    those of the skeletons in its folder, of which it needs one.
+    The bytes stay the same as long as the signature does. For an AMC it includes the skeletons in
+    the folder, as the clip needs one of them. Raises OSError.
     """
     states = [Path(path).stat()]
     if companion := _companion(path):
         with os.scandir(Path(path).parent) as entries:
-            beside = sorted((e.name, e) for e in entries if e.name.lower().endswith(companion))
-        for _, entry in beside:
-            with suppress(OSError):  # a link astray is no skeleton
+            companions = sorted((e.name, e) for e in entries if e.name.lower().endswith(companion))
+        for _, entry in companions:
+            with suppress(OSError):  # a broken link is no skeleton
                 states.append(entry.stat())
     texts = [f"{s.st_size} {s.st_mtime_ns} {s.st_ino}" for s in states]
     if texts[1:]:
@@ -111,12 +111,12 @@ def signature_of(path: Path | str) -> tuple[str, bool]:
 
 
 def has_companions(path: Path | str) -> bool:
-    """Whether a clip is more than the bytes of its file: an AMC, whose skeleton lies beside it."""
+    """True if a clip needs more than its file: an AMC needs a skeleton in the same folder."""
     return bool(_companion(path))
 
 
 def _companion(path: Path | str) -> str:
-    """Return the suffix of the files that a clip needs from its folder; '' for none."""
+    """Return the suffix of the files that a clip needs from its folder; '' if none."""
     known = known_formats().get(Path(path).suffix.lower())
     return known.companion if known else ""
 
@@ -126,12 +126,12 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
 
     with _on_this_disk(task) as path:
         before, settled = signature_of(path)
-        if not path.is_file():  # to open a FIFO would wait for its writer
-            raise TwistError(f"{path}: expected a file")
+        if not path.is_file():  # opening a FIFO would wait for its writer
+            raise TwistError(f"{path}: expected a regular file")
         try:
             clip, result, corrected = processed(path, task.parameters)
         except TwistError as error:
-            path.open("rb").close()  # what cannot be opened is no matter of its content
+            path.open("rb").close()  # raises OSError if the content is not to blame
             known: dict[str, Any] = {"reason": " ".join(str(error).splitlines())}
             known |= {"bytes": path.stat().st_size, "sha256": sha256_of(path)}
         else:
@@ -146,7 +146,7 @@ def _carried_out(task: ClipTask) -> dict[str, Any]:
 
 @contextmanager
 def _on_this_disk(task: ClipTask) -> Iterator[Path]:
-    """The clip's file, or one with its bytes for as long as it is read."""
+    """Yield the clip's file, or a temporary copy of its bytes."""
     data = task.data
     if data is None and "://" in task.source:
         from twistcore.batch.remote_files import read_remote

@@ -1,4 +1,4 @@
-"""Corrected clips in a batch folder: each is the old one or the new, and no other file is lost."""
+"""Corrected clips in a batch folder: each is the old or the new file, and no other is lost."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ def write_corrected(
     data: bytes,
     companions: Mapping[str, bytes],
 ) -> ManifestRow:
-    """Write a corrected clip below the folder; the row with what is known of it.
+    """Write a corrected clip into the batch folder; return the row with the file's data.
 
-    known: the clip as the manifest has it; companions: what has to lie beside it. A file that is
-    there is replaced if it is the one that was noted, and taken as written if it holds these bytes,
-    as one written just before a process was killed does. TwistError for any other; OSError.
+    known: the clip's row in the manifest; companions: files needed next to it. An existing file is
+    replaced if the manifest knows it, and kept if it already has these bytes, for example after a
+    process was killed right after writing. TwistError for any other file; OSError.
     """
     relative = f"{FOLDER}/{row.name}"
     path, mark = folder / relative, hashlib.sha256(data).hexdigest()
@@ -35,7 +35,9 @@ def write_corrected(
     there = sha256_of(path) if path.is_file() else "" if not path.exists() else "other"
     if there != mark:
         if path.is_symlink() or (there and (known is None or there != known.corrected_sha256)):
-            raise TwistError(f"{path}: expected no file that twistcore batch has not written")
+            raise TwistError(
+                f"{path}: there is a file that twistcore batch did not write; move it away"
+            )
         write_companions(companions, path.parent)
         write_atomically(path, data)
     return replace(
@@ -47,9 +49,9 @@ def write_corrected(
 
 
 def is_intact(folder: Path, row: ManifestRow) -> bool:
-    """Whether a clip's corrected file is there as it was written.
+    """True if a clip's corrected file is unchanged since it was written.
 
-    By its size, time and number or, where it has been copied since, by its bytes.
+    Size, time and inode are compared or, if the file was copied, its bytes.
     """
     path = folder / row.corrected
     try:
@@ -62,6 +64,6 @@ def is_intact(folder: Path, row: ManifestRow) -> bool:
 
 
 def remove_parts(folder: Path) -> None:
-    """Remove what a killed process left half written."""
+    """Remove incomplete files left by a killed process."""
     for part in (folder / FOLDER).rglob(".*.part"):
         part.unlink(missing_ok=True)

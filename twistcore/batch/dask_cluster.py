@@ -1,4 +1,4 @@
-"""The tasks of a batch on a Dask cluster: the same ones, each in a process apart there, too."""
+"""Run the tasks of a batch on a Dask cluster, each in its own process there."""
 
 from __future__ import annotations
 
@@ -24,23 +24,23 @@ if TYPE_CHECKING:
 
 _CONNECT_S = 20.0
 _LOOK_S = 1.0
-_ALONE_S = 60.0  # without any worker: they may be restarting
-_AHEAD = 2  # tasks a thread that wait at the workers, so that none is idle
+_ALONE_S = 60.0  # seconds without any worker, which may be restarting
+_AHEAD = 2  # tasks per thread sent to the workers, so that none is idle
 
 _own = threading.local()
 
 
 @contextmanager
 def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
-    """A way of carrying tasks out on the cluster of an address, or on so many workers here.
+    """Yield a function that runs tasks on the cluster at an address, or on local workers.
 
-    TwistError where Dask is not installed or no scheduler answers.
+    TwistError if Dask is not installed or no scheduler answers.
     """
     try:
         from distributed import Client, LocalCluster
     except ImportError:
         raise TwistError(
-            'a cluster needs Dask: expected pip install "twist-inspector[cluster]"'
+            'a cluster needs Dask: install it with pip install "twist-inspector[cluster]"'
         ) from None
     local = None
     with _silence():
@@ -51,11 +51,11 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
                 )
             client = Client(local or address, timeout=_CONNECT_S, set_as_default=False)
         except (OSError, ValueError) as error:
-            raise TwistError(f"{address}: no Dask scheduler answers ({error})") from None
+            raise TwistError(f"{address}: the Dask scheduler does not answer ({error})") from None
         try:
             yield partial(_in_cluster, client)
         finally:
-            with suppress(Exception):  # of a scheduler that is gone there is nothing to close
+            with suppress(Exception):  # the scheduler may already be gone
                 client.close(timeout=2.0)
             if local is not None:
                 local.close()
@@ -63,7 +63,7 @@ def cluster(address: str | None, workers: int | None) -> Iterator[CarryOut]:
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Without Dask's tracebacks: what they are about is said once, in a sentence."""
+    """Suppress Dask's tracebacks, since each problem is reported in one sentence."""
     before = logging.root.manager.disable
     logging.disable(logging.CRITICAL)
     try:
@@ -73,7 +73,7 @@ def _silence() -> Iterator[None]:
 
 
 def process_apart(task: ClipTask, seconds: float) -> Outcome | Exception:
-    """Carry a task out on a worker, in a process of its thread; errors are answers."""
+    """Run a task on a worker, in a separate process of its thread; errors are returned."""
     if not hasattr(_own, "apart"):
         _own.apart = Apart()
     apart: Apart = _own.apart
@@ -98,12 +98,12 @@ def _in_cluster(
             except queue.Empty:
                 seen = time.monotonic() if threads else seen
                 if time.monotonic() - seen > _ALONE_S:
-                    raise TwistError("the Dask cluster has no worker any more") from None
+                    raise TwistError("the Dask cluster no longer has any worker") from None
                 continue
             seen = time.monotonic()
             outcome = _outcome(client, future)
             unseen = isinstance(outcome, Outcome) and outcome.unseen and task.data is None
-            if unseen and Path(task.source).is_file():  # no disk that the workers share
+            if unseen and Path(task.source).is_file():  # the workers do not share this disk
                 todo.appendleft(replace(task, data=read_file(task.source)))
                 continue
             yield replace(task, data=None), outcome
@@ -125,7 +125,7 @@ def _send(
 
 
 def _outcome(client: Any, future: Any) -> Outcome | Exception:
-    """TwistError where the scheduler is gone, and with it all tasks."""
+    """Return the outcome of a task; TwistError if the scheduler has gone."""
     from distributed import KilledWorker
 
     try:
@@ -136,14 +136,14 @@ def _outcome(client: Any, future: Any) -> Outcome | Exception:
         if not isinstance(error, Exception) and "Cancel" not in type(error).__name__:
             raise
         if client.status != "running" or future.cancelled() or future.status == "lost":
-            raise TwistError("the Dask scheduler is gone") from None
+            raise TwistError("the Dask scheduler has stopped") from None
         return error if isinstance(error, Exception) else ProcessEndedError()
     return found
 
 
 def _threads(client: Any) -> int:
-    """Of all workers; TwistError where the scheduler is gone."""
+    """Return the number of threads of all workers; TwistError if the scheduler has gone."""
     with suppress(Exception):
         if client.status == "running":
             return sum(client.nthreads().values())
-    raise TwistError("the Dask scheduler is gone")
+    raise TwistError("the Dask scheduler has stopped")

@@ -1,4 +1,4 @@
-"""How far a clip's review is, as a manifest keeps it."""
+"""Progress of a clip's review, as stored in a manifest."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from twistcore.review import Decision, read_session
 
 
 def decisions_of(session: Path) -> dict[str, Any]:
-    """Accepted, rejected and undecided intervals of a session, by whom, until when.
+    """Return the numbers of accepted, rejected and undecided intervals of a session, and by whom.
 
-    {} where nothing is decided. Raises TwistError where it cannot be read.
+    {} if nothing is decided. Raises TwistError if it cannot be read.
     """
     judged = read_session(session).state.intervals
     decided = [j for j in judged if j.decision != Decision.UNDECIDED]

@@ -1,4 +1,4 @@
-"""Rules that a batch has to keep, as `--fail-if "count[limb-flip]>0"`: read and checked."""
+"""Parse and check rules for a batch, such as `--fail-if "count[limb-flip]>0"`."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from twistcore.detection import Kind
 from twistcore.errors import TwistError
 
 GRAMMAR = """\
-A rule names what must not be: "severity>5" fails where a clip's severity is above 5.
+A rule states what must not happen: "severity>5" fails if a clip's severity is above 5.
 
-  [total.]WHAT[FILTER,…] OP NUMBER      quoted, for > means something to a shell
+  [total.]WHAT[FILTER,…] OP NUMBER      in quotes, since > has a meaning in a shell
 
 WHAT      severity        how bad a clip is, degrees: root mean square over its frames
           count           intervals; noise, frozen frames, spikes, joint and place jumps and body
@@ -35,9 +35,9 @@ FILTER    of count, degrees and affected, in [ ], joined by commas, all of which
           confidence OP NUMBER
 OP        >  >=  <  <=  ==
 
-A rule is held against every clip; with "total." against the run: counts are added, degrees are the
-largest, affected is of the frames of all clips, and so is severity. A clip that
-could not be processed is listed as such, and breaks no rule but "failed".
+A rule applies to every clip, with "total." to the whole run: counts are added, degrees are the
+largest, affected and severity refer to the frames of all clips. A clip that could not be processed
+is listed as such and breaks only the rule "failed".
 
 Examples  severity>5   count[limb-flip]>0   count[confidence>=0.8]>3   affected>2%
           degrees[counter-twist,confidence>=0.9]>10   total.count>100   failed>0
@@ -66,10 +66,10 @@ _CONFIDENCE = re.compile(rf"confidence\s*({_OP})\s*(\S+)")
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule as it was read: what is measured, of which intervals, and where it is broken.
+    """A parsed rule: the quantity, the intervals it applies to, and the limit.
 
-    text: as it was given; total: over the run, not by clip; kinds: those that count, none for all;
-    confidence: operators and limits that all must hold; limit: of `affected` in percent.
+    text: as given; total: over the run instead of each clip; kinds: the kinds that count, empty for
+    all; confidence: operators and limits that must all hold; limit: for `affected` in percent.
     """
 
     text: str
@@ -81,9 +81,9 @@ class Rule:
     limit: float
 
     def counts(self, interval: Mapping[str, Any]) -> bool:
-        """Whether it is about an interval, an entry of `detect --json`.
+        """True if the rule applies to an interval, an entry of `detect --json`.
 
-        Where a detector knows no confidence it counts as 1, as it does in the severity.
+        An interval without a confidence counts as 1, as in the severity.
         """
         kind = Kind(interval["kind"])
         if kind not in self.kinds if self.kinds else kind.of_capture:
@@ -92,13 +92,13 @@ class Rule:
         return all(_OPERATORS[op](sure, limit) for op, limit in self.confidence)
 
     def broken_by(self, value: float) -> bool:
-        """Whether a value is what must not be."""
+        """True if a value breaks the rule."""
         return _OPERATORS[self.op](value, self.limit)
 
 
 @dataclass(frozen=True)
 class Broken:
-    """A rule that does not hold; clip: the name of the one that breaks it, '' for the run."""
+    """A broken rule; clip: the name of the clip that breaks it, '' for the run."""
 
     rule: Rule
     clip: str
@@ -111,7 +111,7 @@ class Broken:
 
 
 def parse_rule(text: str) -> Rule:
-    """A rule of :data:`GRAMMAR`; TwistError says what was expected."""
+    """Parse a rule of :data:`GRAMMAR`; TwistError names the expected form."""
 
     def refused(expected: str) -> TwistError:
         return TwistError(f"rule {text!r}: expected {expected}")
@@ -124,11 +124,11 @@ def parse_rule(text: str) -> Rule:
         raise refused(f"one of {', '.join(_WHAT)}, found {what!r}")
     limit = _number(found["limit"])
     if limit is None:
-        raise refused(f"a number behind {found['op']!r}, found {found['limit']!r}")
+        raise refused(f"a number after {found['op']!r}, found {found['limit']!r}")
     if bool(found["percent"]) != (what == "affected"):
         raise refused("a percentage, as in 'affected>2%'" if what == "affected" else "no '%'")
     if found["filters"] is not None and what not in _OF_INTERVALS:
-        raise refused(f"no filter of {what}, but of {', '.join(_OF_INTERVALS)}")
+        raise refused(f"a filter only for {', '.join(_OF_INTERVALS)}, found one for {what}")
     kinds, confidence = set(), []
     for word in () if found["filters"] is None else found["filters"].split(","):
         word = word.strip()
@@ -152,9 +152,9 @@ def parse_rule(text: str) -> Rule:
 
 
 def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]:
-    """Every rule that a clip or the run breaks: clips in their order, then the run.
+    """Return every rule that a clip or the run breaks: clips in their order, then the run.
 
-    The records are gone through once.
+    The records are iterated only once.
     """
     of_clips = [rule for rule in rules if not rule.total]
     totals = {rule: _Total() for rule in rules if rule.total}
@@ -174,7 +174,7 @@ def broken(rules: Sequence[Rule], records: Iterable[ClipRecord]) -> list[Broken]
 
 @dataclass
 class _Total:
-    """What has come together over a run."""
+    """Sums over a run."""
 
     failed: int = 0
     unchecked: int = 0
@@ -219,7 +219,7 @@ def _of_clip(rule: Rule, result: Mapping[str, Any]) -> float:
 
 
 def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
-    """Of every interval that counts, degrees: of kinds without an offset their turn or noise."""
+    """Yield the degrees of every interval that counts; without an offset, its turn or noise."""
     for interval in result["intervals"]:
         if rule.counts(interval):
             own = interval.get(Kind(interval["kind"]).info.size, 0.0)
@@ -227,9 +227,9 @@ def _sizes(rule: Rule, result: Mapping[str, Any]) -> Iterator[float]:
 
 
 def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
-    """Frames in which an interval lies that counts, each once.
+    """Return the number of frames covered by intervals that count.
 
-    What cannot be repaired counts only where it is asked for, as in a result's affected frames.
+    Kinds that cannot be corrected count only if they are named, as in a result's affected frames.
     """
     if not (rule.kinds or rule.confidence):
         return int(result["affected_frames"])
@@ -244,7 +244,7 @@ def _affected(rule: Rule, result: Mapping[str, Any]) -> int:
 
 
 def _number(text: str) -> float | None:
-    """Finite, else None."""
+    """Return a finite number, or None."""
     try:
         value = float(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""How bad a clip is, and what of it was not examined."""
+"""How bad a clip is, and which limbs were not examined."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from twistcore.detection import Interval, Kind
 from twistcore.skeleton.body import Unexamined
 from twistcore.skeleton.chain import Chain
 
-# How much of an error shows: a collar's or forearm's turn less than an upper arm's.
+# Visibility of an error: a collar's or forearm's twist is less visible than an upper arm's.
 _SHOWS = {"Arm": 1.0, "UpLeg": 1.0}
 _ELSEWHERE = 0.7
 _SEEN = 0.1  # seconds: an edge, or a jump or spike, catches the eye for so long
@@ -19,19 +19,18 @@ _REACH = 0.35  # of the height: what hangs on a joint and reaches so far, as an 
 
 
 def severity(found: Detection) -> float:
-    """How bad a clip is, degrees: the root mean square over its frames of all errors that show.
+    """Return how bad a clip is, degrees: root mean square of all visible errors over its frames.
 
-    Every find counts by its angle, by its joint and by its confidence, as if it were 0.1 s longer
-    than it is; a jump or a spike for 0.1 s, noise and frozen frames not at all. A jump of a place
-    counts as the angle by which an arm or leg would carry its end as far. In squares a knee that
-    bends backwards for a moment outweighs a small guess that lasts.
+    Every interval counts by its angle, its joint and its confidence, as if it were 0.1 s longer; a
+    lone jump counts as 0.1 s, a capture fault not at all. Because of the squares, a knee that bends
+    backwards for a moment outweighs a small guess that lasts.
     """
     motion, of = found.analysis.motion, found.analysis.chain
     return root_mean_square(((i, of(i.chain)) for i in found), motion.frames, motion.fps)
 
 
 def root_mean_square(finds: Iterable[tuple[Interval, Chain]], frames: int, fps: float) -> float:
-    """The same of finds with their chains, in a clip of so many frames, at frames a second."""
+    """Return the severity of intervals with their chains, in a clip of `frames` at `fps`."""
     total = 0.0
     for interval, chain in finds:
         if not (weight := _shows(interval, chain)):
@@ -60,12 +59,12 @@ def _shows(interval: Interval, chain: Chain) -> float:
 
 
 def percent_affected(affected: int, frames: int) -> float:
-    """The share of a clip's or a batch's frames in which anything is wrong, percent; 0 of none."""
+    """Return the percentage of affected frames; 0 without frames."""
     return 100.0 * affected / frames if frames else 0.0
 
 
 def limbs_left_out(result: Mapping[str, Any]) -> tuple[str, ...]:
-    """The limbs of a clip's result that no chain examines, as 'left arm of B not examined: …'."""
+    """Return the limbs that no chain examines, as 'left arm of B not examined: …'."""
     return tuple(
         f"{_limb(entry)} not examined: {entry['why']}" for entry in result.get("unexamined") or ()
     )

@@ -1,4 +1,4 @@
-"""Which clips are meant: files, folders with all below, patterns, lists, URLs; each with a name."""
+"""Find the clips given as files, folders, patterns, lists or URLs, each with a name."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class Source:
-    """A clip that is meant.
+    """A clip to process.
 
-    path: absolute, or a URL; name: below its input, with '/', unique among all; size: bytes, 0 if
-    unknown; signature: see `clip_task.signature_of`, '' if unknown; settled: whether a change
-    since would show in that.
+    path: absolute, or a URL; name: path relative to its input, with '/', unique; size: bytes, 0 if
+    unknown; signature: see `clip_task.signature_of`, '' if unknown; settled: True if a later change
+    will show in the signature.
     """
 
     path: str
@@ -38,9 +38,9 @@ class Source:
 
 @dataclass(frozen=True)
 class Inputs:
-    """The clips, in the order of what was asked for, and a sentence for each that found none.
+    """The clips in the order of the inputs, and a sentence for each input without clips.
 
-    exports: how many files were left out, as this program wrote them of clips beside them.
+    exports: number of files left out because this program wrote them from clips in the same folder.
     """
 
     sources: tuple[Source, ...]
@@ -49,22 +49,20 @@ class Inputs:
 
 
 def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
-    """The clips that words mean.
+    """Return the clips given by words.
 
-    A word is a file (of any suffix), a folder (its clips, and those of all folders below, but for
-    hidden ones and for folders that a batch has written), a pattern with *, ? or [ ], in which **
-    goes over folders with the same exceptions, '@FILE' for a list with a word a line, '@-' or
-    '-' for one on standard input, or a URL of a file or folder. Of a folder or a pattern on this
-    machine those are left out that are exports of others of it:
-    `exports_beside.exports_among`. without: a folder that is left out, where it lies below
-    another. TwistError where something in that is named itself, a list cannot be read, or there is
-    no clip at all.
+    A word is a file (of any suffix), a folder (its clips and those in subfolders, except hidden
+    folders and batch folders), a pattern with *, ? or [ ], in which ** matches folders with the
+    same exceptions, '@FILE' for a list with a word a line, '@-' or '-' for a list on standard
+    input, or a URL of a file or folder. Exports of other clips in a local folder or pattern are
+    left out: `exports_beside.exports_among`. without: a folder to leave out. TwistError if a word
+    names something in that folder, a list cannot be read, or there is no clip at all.
     """
     found: dict[str, Source] = {}
     problems: list[str] = []
     files: list[str] = []
     exports: set[str] = set()
-    for word in _spelled_out(words):
+    for word in _expanded(words):
         if without is not None and "://" not in word and _is_in(word, without):
             raise TwistError(f"{word}: expected clips outside {without}, the folder to write into")
         group = list(_of_word(word, without, files))
@@ -78,28 +76,30 @@ def find_inputs(words: Iterable[str], without: Path | None = None) -> Inputs:
     for source in _of_files(files):
         found.setdefault(source.path, source)
     if not found:
-        raise TwistError(problems[0] if problems else "expected clips, found an empty list")
-    return Inputs(tuple(_named_apart(found.values())), tuple(problems), len(exports - found.keys()))
+        raise TwistError(problems[0] if problems else "expected clips, but the list is empty")
+    return Inputs(
+        tuple(_with_unique_names(found.values())), tuple(problems), len(exports - found.keys())
+    )
 
 
 def renamed(sources: Iterable[Source], names: Mapping[str, str]) -> list[Source]:
-    """The same with names that are theirs already, by path; the others' avoid these."""
+    """Return the sources with their known names by path; new names avoid the known ones."""
     known: list[Source] = []
     new: list[Source] = []
     for source in sources:
         (known if source.path in names else new).append(source)
     taken = {name.casefold() for name in names.values()}
     kept = [replace(source, name=names[source.path]) for source in known]
-    return kept + list(_named_apart(new, taken))
+    return kept + list(_with_unique_names(new, taken))
 
 
 def is_clip_name(name: str) -> bool:
-    """By its suffix, in any case."""
+    """True if the name has a clip's suffix, in any case."""
     return os.path.splitext(name)[1].lower() in CLIP_SUFFIXES  # noqa: PTH122 of a million names
 
 
-def _spelled_out(words: Iterable[str]) -> Iterator[str]:
-    """With the lines of lists in their places."""
+def _expanded(words: Iterable[str]) -> Iterator[str]:
+    """Yield the words, with lists replaced by their lines."""
     for word in words:
         if word in ("-", "@-"):
             yield from _lines(sys.stdin.read())
@@ -114,18 +114,18 @@ def _spelled_out(words: Iterable[str]) -> Iterator[str]:
 
 
 def _lines(text: str) -> Iterator[str]:
-    """Not empty, without the mark that Windows puts in front of UTF-8."""
+    """Return the non-empty lines, without Windows' byte order mark."""
     lines = text.removeprefix("\ufeff").removeprefix("\udcef\udcbb\udcbf").splitlines()
     return (line.strip() for line in lines if line.strip())
 
 
 def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Source]:
-    """Clips of a folder, a pattern or a URL; a file is put to the others instead."""
+    """Yield the clips of a folder, pattern or URL; a file is appended to `files` instead."""
     if "://" in word:
         from twistcore.batch.remote_files import find_remote
 
         for path, name, size in find_remote(word):
-            # Whether a pickle there has poses would take reading it: one is named itself.
+            # Finding out whether a pickle has poses would need a download: it must be named itself.
             if path == word or (is_clip_name(name) and not name.lower().endswith(".pkl")):
                 yield Source(path, name, size)
     elif os.path.isdir(word):  # noqa: PTH112
@@ -139,7 +139,7 @@ def _of_word(word: str, without: Path | None, files: list[str]) -> Iterator[Sour
 def _below(
     root: Path, without: Path | None, fits: Callable[[str], bool] = lambda _name: True
 ) -> Iterator[Source]:
-    """The clips of a folder and of all below whose names fit; links to folders are not followed."""
+    """Yield the clips in a folder and below whose names fit; links to folders are not followed."""
     skipped = None if without is None else os.path.realpath(without)
     folders = [str(root)]
     while folders:
@@ -160,13 +160,13 @@ def _below(
                 below.append(entry.path)
             elif is_clip_name(entry.name) and not os.path.isdir(entry.path):  # noqa: PTH112
                 name = os.path.relpath(entry.path, root).replace(os.sep, "/")
-                if fits(name) and not _other(entry.path):
-                    yield _looked_at(entry.path, name)
+                if fits(name) and not _has_other_data(entry.path):
+                    yield _source(entry.path, name)
         folders += reversed(below)
 
 
 def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
-    """Clips and folders that a pattern fits; names are from its first part with a sign on."""
+    """Yield the clips and folders that match a pattern; names begin at its first wildcard."""
     parts = Path(pattern).parts
     at = next(k for k, part in enumerate(parts) if glob.has_magic(part))
     root = Path(os.path.abspath(Path(*parts[:at]) if at else "."))  # noqa: PTH100
@@ -179,19 +179,23 @@ def _matching(pattern: str, without: Path | None) -> Iterator[Source]:
     for found in hits:
         path = Path(os.path.abspath(found))  # noqa: PTH100
         if path.is_dir():
-            if rest and _is_passed_over(path, root):
+            if rest and _is_skipped(path, root):
                 continue
             for source in _below(path, without, lambda name: _fits(name.split("/"), rest)):
                 name = (path.relative_to(root) / source.name).as_posix()
                 yield replace(source, name=name)
         elif rest:
             continue
-        elif is_clip_name(found) and not (without and _is_in(path, without)) and not _other(found):
-            yield _looked_at(str(path), path.relative_to(root).as_posix())
+        elif (
+            is_clip_name(found)
+            and not (without and _is_in(path, without))
+            and not _has_other_data(found)
+        ):
+            yield _source(str(path), path.relative_to(root).as_posix())
 
 
 def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
-    """Whether folders and a file at the end fit the parts of a pattern; none of these fit all."""
+    """True if folder names and a file name match the parts of a pattern; no parts match all."""
     if not parts:
         return True
     if parts[0] == "**":
@@ -200,14 +204,14 @@ def _fits(names: Sequence[str], parts: Sequence[str]) -> bool:
     return fit and (_fits(names[1:], parts[1:]) if parts[1:] else len(names) == 1)
 
 
-def _is_passed_over(folder: Path, root: Path) -> bool:
-    """Whether a way from a folder down to another goes over a link or what a batch has written."""
+def _is_skipped(folder: Path, root: Path) -> bool:
+    """True if the path from `root` down to a folder has a link or a batch folder."""
     way = [folder, *folder.parents]
     return any(step.is_symlink() or is_batch_folder(step) for step in way[: way.index(root)])
 
 
-def _other(path: str) -> bool:
-    """Whether what has a clip's name holds something else: bodies' shapes lie beside AMASS's."""
+def _has_other_data(path: str) -> bool:
+    """True if a file named like a clip has other data: AMASS has body shapes next to its clips."""
     known = known_formats().get(os.path.splitext(path)[1].lower())  # noqa: PTH122
     if known is None or not known.without_motion:
         return False
@@ -217,7 +221,7 @@ def _other(path: str) -> bool:
 
 
 def _exports_among(sources: Iterable[Source]) -> set[str]:
-    """The paths of those that are exports of others in the same folder."""
+    """Return the paths of sources that are exports of others in the same folder."""
     folders: dict[str, list[str]] = defaultdict(list)
     for source in sources:
         folder, name = os.path.split(source.path)
@@ -234,31 +238,31 @@ def _is_in(path: Path | str, folder: Path) -> bool:
 
 
 def _of_files(files: Iterable[str]) -> Iterator[Source]:
-    """Files that were named one by one, there or not; names are from their common folder on."""
+    """Yield files that were named one by one; their names begin at their common folder."""
     paths = [os.path.abspath(file) for file in files]  # noqa: PTH100
     if not paths:
         return
     try:
         root = os.path.commonpath([os.path.dirname(path) for path in paths])  # noqa: PTH120
-    except ValueError:  # of several drives
+    except ValueError:  # on different drives
         root = ""
     for path in paths:
         name = os.path.relpath(path, root) if root else os.path.basename(path)  # noqa: PTH119
-        yield _looked_at(path, name.replace(os.sep, "/"))
+        yield _source(path, name.replace(os.sep, "/"))
 
 
-def _looked_at(path: str, name: str) -> Source:
+def _source(path: str, name: str) -> Source:
     try:
         signature, settled = signature_of(path)
-    except OSError:  # gone, or a link astray: who reads it says so
+    except OSError:  # missing, or a broken link: reading it reports the error
         return Source(path, name)
     return Source(path, name, int(signature.partition(" ")[0]), signature, settled)
 
 
-def _named_apart(sources: Iterable[Source], taken: Iterable[str] = ()) -> Iterator[Source]:
-    """With names that differ, also where a disk takes 'A' for 'a'.
+def _with_unique_names(sources: Iterable[Source], taken: Iterable[str] = ()) -> Iterator[Source]:
+    """Yield sources with different names, even on disks that ignore case.
 
-    A second of a name gets its folder's in front, or a number behind its stem.
+    A repeated name gets its folder's name in front, or a number after its stem.
     """
     used = set(taken)
     for source in sources:
@@ -274,7 +278,7 @@ def _named_apart(sources: Iterable[Source], taken: Iterable[str] = ()) -> Iterat
 
 
 def _folder_name(source: Source) -> str:
-    """The name of the folder that a source's name begins in."""
+    """Return the name of the folder in which a source's name begins."""
     parts = PurePosixPath(source.path.replace(os.sep, "/")).parts
     above = parts[: len(parts) - len(PurePosixPath(source.name).parts)]
     return above[-1] if above and above[-1] not in ("/", "\\") else "other"

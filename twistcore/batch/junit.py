@@ -1,8 +1,8 @@
-"""Results of a batch as JUnit XML, which continuous integration shows beside its tests.
+"""Results of a batch as JUnit XML, which continuous integration shows with its tests.
 
-A test case a clip, and one a rule over the whole run. There is no one standard: elements and
-attributes are those that common readers share, and a case has one failure at most, since some
-readers take the first alone.
+There is a test case for each clip, and one for each rule over the whole run. Since there is no
+single standard, only elements and attributes that common readers share are used, and a case has at
+most one failure, because some readers show only the first.
 """
 
 from __future__ import annotations
@@ -18,20 +18,19 @@ from twistcore.batch.how_bad import limbs_left_out
 from twistcore.batch.manifest import ClipRecord
 from twistcore.files.encoding import escaped
 
-_NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # of XML 1.0
+_NOT_XML = re.compile(r"[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")  # in XML 1.0
 _SUITE = "twistcore batch"
 
 
 def junit_xml(
     records: Iterable[ClipRecord], rules: Sequence[Rule], broken: Iterable[Broken]
 ) -> bytes:
-    """The document, UTF-8.
+    """Return the document in UTF-8.
 
-    A clip is a failure where it breaks a rule, an error where it could not be processed or
-    examined, skipped where it has not been looked at; limbs of it that were not examined are its
-    output. rules: all that were asked for; broken: as
-    :func:`twistcore.batch.gates.broken` gives it. Characters that XML cannot hold are written as
-    their escapes.
+    A clip is a failure if it breaks a rule, an error if it could not be processed or examined, and
+    skipped if it has not been processed yet. Its output lists limbs that were not examined. rules:
+    all requested rules; broken: from :func:`twistcore.batch.gates.broken`. Characters impossible in
+    XML are written as escapes.
     """
     by_clip: dict[str, list[Broken]] = defaultdict(list)
     for one in broken:
@@ -75,7 +74,7 @@ def junit_xml(
 def _case(
     suite: ElementTree.Element, name: str, seconds: float, of: str = ""
 ) -> ElementTree.Element:
-    """Readers group by class name: of a clip that is its folder, with dots as between packages."""
+    """Add a test case; its class name, by which readers group, is the folder with dots."""
     folder = of or ".".join(("clips", *PurePosixPath(name).parent.parts))
     return ElementTree.SubElement(
         suite, "testcase", classname=_legal(folder), name=_legal(name), time=f"{seconds:.3f}"

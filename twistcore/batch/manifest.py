@@ -1,7 +1,7 @@
-"""The manifest of a batch folder: what became of every clip, in one SQLite file.
+"""The manifest of a batch folder: the state of every clip, in one SQLite file.
 
-One process writes it, a clip's outcome at a time; others may read, and note decisions. A process
-that is killed, or a full disk, leaves what was noted before.
+One process writes it, clip by clip; others may read it and add decisions. A killed process or a
+full disk leaves all earlier entries intact.
 """
 
 from __future__ import annotations
@@ -27,20 +27,21 @@ FILE = "manifest.sqlite"
 DONE, FAILED, WAITING = "done", "failed", "waiting"
 
 _SCHEMA = 1
-_OURS = 0x54774261  # 'TwBa': SQLite keeps it in the file's head, where it is read without SQLite
+_OURS = 0x54774261  # 'TwBa': in the file's header, where it can be read without SQLite
 _MAGIC, _SCHEMA_AT, _OURS_AT = b"SQLite format 3\0", 60, 68
-_BUSY_S = 10.0  # another process notes something, which takes no longer
+_BUSY_S = 10.0  # waiting time while another process writes
 
 
 @dataclass(frozen=True)
 class ClipRecord:
     """A clip of a batch folder.
 
-    source: absolute path or URL; name: below its input, with '/', unique; state: 'done', 'failed'
-    or 'waiting'; reason: why it failed, one sentence, else ''; sha256, bytes: of the file; seconds,
-    peak_bytes: what it took; finished_at: ISO 8601, UTC, or ''; parameters, version: it was
-    processed with; result: 'twistcore.batch_clip/1', or None; corrected: path below the folder, or
-    ''; decisions: of a review, as :meth:`Manifest.note_decisions` was given them, or {}.
+    source: absolute path or URL; name: path relative to its input, with '/', unique; state: 'done',
+    'failed' or 'waiting'; reason: why it failed, one sentence, else ''; sha256, bytes: of the file;
+    seconds, peak_bytes: used for processing; finished_at: ISO 8601, UTC, or ''; parameters,
+    version: used for processing; result: 'twistcore.batch_clip/1', or None; corrected: path
+    relative to the batch folder, or ''; decisions: of a review, as given to
+    :meth:`Manifest.note_decisions`, or {}.
     """
 
     source: str
@@ -61,10 +62,9 @@ class ClipRecord:
 
 @dataclass(frozen=True)
 class ClipGlance:
-    """The least of a clip that a list of many shows: see ClipRecord and its result.
+    """Brief data on a clip for long lists: see ClipRecord and its result.
 
-    mark: of the parameters; signature: of the file as it was processed, '' where that could not be
-    kept.
+    mark: of the parameters; signature: of the file when it was processed, '' if unreliable.
     """
 
     source: str
@@ -83,10 +83,11 @@ class ClipGlance:
 
 @dataclass(frozen=True)
 class ManifestRow:
-    """What a run needs to know of a clip, and notes of it: see ClipRecord.
+    """A clip's row as a run reads and writes it: see ClipRecord.
 
-    again: whether a failure may end otherwise; mark: of the parameters; signature: of the file,
-    '' if it has to be read to be known; corrected_sha256, corrected_signature: of what was written.
+    again: True if a failed clip is worth another try; mark: of the parameters; signature: of the
+    file, '' if the file must be read to recognise it; corrected_sha256, corrected_signature: of the
+    corrected file.
     """
 
     source: str
@@ -144,9 +145,9 @@ _UNCORRECTED = (
 
 
 def is_batch_folder(path: Path | str) -> bool:
-    """Whether a folder has a manifest of ours; reads a hundred bytes at most."""
+    """True if a folder has a manifest of this program; reads at most 100 bytes."""
     try:
-        if not (Path(path) / FILE).is_file():  # to open a FIFO would wait for its writer
+        if not (Path(path) / FILE).is_file():  # opening a FIFO would wait for its writer
             return False
         with (Path(path) / FILE).open("rb") as file:
             head = file.read(100)
@@ -160,7 +161,7 @@ def is_batch_folder(path: Path | str) -> bool:
 class Manifest:
     """The manifest of a folder; a context manager that closes it.
 
-    Methods raise TwistError where the file is damaged or cannot be written.
+    Methods raise TwistError if the file is damaged or cannot be written.
     """
 
     def __init__(self, folder: Path, connection: sqlite3.Connection) -> None:
@@ -169,15 +170,15 @@ class Manifest:
 
     @classmethod
     def open(cls, folder: Path | str, *, create: bool = False) -> Self:
-        """That of a folder; `create`: made where there is none. TwistError without one."""
+        """Open the manifest of a folder; TwistError if there is none, unless `create` is True."""
         folder = Path(folder)
         file = folder / FILE
         if not file.exists() or (create and file.stat().st_size == 0):
             if not create:
-                raise TwistError(f"{folder}: expected a folder that twistcore batch has written")
+                raise TwistError(f"{folder}: expected a folder written by twistcore batch")
         elif not is_batch_folder(folder):
             raise FormatError(f"{file}: expected a manifest of twistcore batch")
-        with _told(file):
+        with _sqlite_errors(file):
             connection = sqlite3.connect(file, timeout=_BUSY_S, isolation_level=None)
         try:
             manifest = cls(folder, connection)
@@ -189,73 +190,73 @@ class Manifest:
 
     def _begin(self, create: bool) -> None:
         file = self.folder / FILE
-        with _told(file):
-            # No WAL: its shared memory does not work on network disks, where captures live.
+        with _sqlite_errors(file):
+            # No WAL: its shared memory does not work on network disks, where captures are stored.
             self._connection.execute("PRAGMA journal_mode = TRUNCATE").fetchone()
             if create:
                 self._make()
             if shape_of(self._connection) != shape_of_ours():
-                raise FormatError("expected a manifest of twistcore batch with its own tables")
+                raise FormatError("expected a manifest of twistcore batch, found other tables")
 
     def __enter__(self) -> Self:
-        """Itself."""
+        """Return the manifest."""
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Closed."""
+        """Close the manifest."""
         self.close()
 
     def close(self) -> None:
-        """Let the file go."""
+        """Close the file."""
         self._connection.close()
 
-    # -- what others read ---------------------------------------------------------------------
+    # -- for readers --------------------------------------------------------------------------
 
     def records(self) -> list[ClipRecord]:
-        """All clips, by name."""
+        """Return all clips by name."""
         return list(self.each_record())
 
     def each_record(self) -> Iterator[ClipRecord]:
-        """All clips, by name, one at a time: of a million no one wants a list."""
-        with _told(self.folder / FILE):
+        """Yield all clips by name, without a list of what may be a million."""
+        with _sqlite_errors(self.folder / FILE):
             for row in self._connection.execute(_RECORDS + "ORDER BY c.name"):
                 yield _record(row)
 
     def glances(self) -> list[ClipGlance]:
-        """All clips, by name, without their results being read: of many thousands in a moment."""
-        with _told(self.folder / FILE):
+        """Return all clips by name without parsing their results, which is fast for thousands."""
+        with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute(_GLANCES).fetchall()
             names = ClipGlance.__dataclass_fields__
             return [ClipGlance(**_columns(names, row)) for row in rows]
 
     def parameters(self) -> dict[str, dict[str, Any]]:
-        """What clips were processed with, JSON by mark."""
-        with _told(self.folder / FILE):
+        """Return the processing parameters as JSON data by mark."""
+        with _sqlite_errors(self.folder / FILE):
             rows = self._connection.execute("SELECT mark, document FROM parameters").fetchall()
-            return {column("mark", mark): parameters_of(_text(told)) for mark, told in rows}
+            return {column("mark", mark): parameters_of(_text(document)) for mark, document in rows}
 
     def uncorrected(self) -> Iterator[tuple[str, str, list[str]]]:
-        """Of clips in which something could not be corrected: source, name and sentences."""
-        with _told(self.folder / FILE):
+        """Yield source, name and sentences of clips with uncorrected intervals."""
+        with _sqlite_errors(self.folder / FILE):
             for source, name, document in self._connection.execute(_UNCORRECTED):
-                told = _columns(("source", "name"), (source, name))
+                clip = _columns(("source", "name"), (source, name))
                 sentences = result_of(_text(document))["uncorrected"]
-                yield told["source"], told["name"], sentences
+                yield clip["source"], clip["name"], sentences
 
     def record(self, source: str) -> ClipRecord:
-        """That of a source; TwistError where there is none."""
-        with _told(self.folder / FILE):
+        """Return the record of a source; TwistError if there is none."""
+        with _sqlite_errors(self.folder / FILE):
             query = _RECORDS + "WHERE c.source = ?"
             row = self._connection.execute(query, (escaped(source),)).fetchone()
             if row is not None:
                 return _record(row)
-        raise TwistError(f"{legible(source)}: expected a clip of {self.folder}")
+        raise TwistError(f"{legible(source)}: is not a clip of {self.folder}")
 
     def note_decisions(self, source: str, decisions: Mapping[str, Any]) -> None:
-        """Keep how far a clip's review is, in place of what was noted before; {} forgets it.
+        """Store the progress of a clip's review in place of the earlier one; {} removes it.
 
         decisions: accepted, rejected, undecided (numbers), reviewers (names), session (path), at
-        (ISO 8601). TwistError where the clip is none of these.
+        (ISO 8601). TwistError if the folder has no such clip.
         """
         self.record(source)
         with self.transaction():
@@ -268,12 +269,12 @@ class Manifest:
                 key = (escaped(source),)
                 self._connection.execute("DELETE FROM decisions WHERE source = ?", key)
 
-    # -- what a run reads and notes -----------------------------------------------------------
+    # -- for a run ----------------------------------------------------------------------------
 
     @contextmanager
     def transaction(self) -> Iterator[None]:
-        """All that is noted inside, or nothing of it."""
-        with _told(self.folder / FILE):
+        """Store everything written in the block, or nothing."""
+        with _sqlite_errors(self.folder / FILE):
             self._connection.execute("BEGIN IMMEDIATE")
             try:
                 yield
@@ -284,21 +285,21 @@ class Manifest:
                 raise
 
     def rows(self) -> dict[str, ManifestRow]:
-        """All clips by source."""
-        with _told(self.folder / FILE):
+        """Return all rows by source."""
+        with _sqlite_errors(self.folder / FILE):
             query = f"SELECT {', '.join(_COLUMNS)} FROM clips"
             rows = [_row(row) for row in self._connection.execute(query)]
         return {row.source: row for row in rows}
 
     def sizes(self, mark: str) -> frozenset[int]:
-        """Bytes of the files that have results with these parameters."""
-        with _told(self.folder / FILE):
+        """Return the byte counts of files that have results with these parameters."""
+        with _sqlite_errors(self.folder / FILE):
             query = "SELECT DISTINCT bytes FROM results WHERE mark = ?"
             return frozenset(row[0] for row in self._connection.execute(query, (escaped(mark),)))
 
     def has_result(self, sha256: str, mark: str) -> bool:
-        """Whether bytes have a result with these parameters."""
-        with _told(self.folder / FILE):
+        """True if these bytes have a result with these parameters."""
+        with _sqlite_errors(self.folder / FILE):
             query = "SELECT 1 FROM results WHERE sha256 = ? AND mark = ?"
             return (
                 self._connection.execute(query, (escaped(sha256), escaped(mark))).fetchone()
@@ -306,7 +307,7 @@ class Manifest:
             )
 
     def put_parameters(self, parameters: Parameters) -> None:
-        """Keep what a mark stands for."""
+        """Store the parameters of a mark."""
         document = json_text(parameters.to_json(), indent=None)
         self._connection.execute(
             "INSERT OR IGNORE INTO parameters VALUES (?, ?, ?)",
@@ -314,11 +315,11 @@ class Manifest:
         )
 
     def put_rows(self, rows: Iterable[ManifestRow]) -> None:
-        """Note what became of clips; inside a transaction."""
+        """Store the rows of clips; within a transaction."""
         self._connection.executemany(_PUT, (_values(row) for row in rows))
 
     def put_result(self, row: ManifestRow, result: Mapping[str, Any]) -> None:
-        """Keep a clip's result under its bytes and parameters; inside a transaction."""
+        """Store a clip's result by its bytes and parameters; within a transaction."""
         self._connection.execute(
             "INSERT OR REPLACE INTO results VALUES (?, ?, ?, ?)",
             (row.sha256, row.mark, row.bytes, json_text(dict(result), indent=None)),
@@ -327,37 +328,36 @@ class Manifest:
     def _make(self) -> None:
         if self._connection.execute("PRAGMA user_version").fetchone()[0]:
             return
-        with self.transaction():  # killed before its end, there is an empty file
+        with self.transaction():  # if it is killed before the end, the file stays empty
             make_tables(self._connection)
             self._connection.execute(f"PRAGMA application_id = {_OURS}")
             self._connection.execute(f"PRAGMA user_version = {_SCHEMA}")
 
 
 def now() -> str:
-    """The time as a manifest has it: ISO 8601, UTC, to the second."""
+    """Return the present time as in a manifest: ISO 8601, UTC, to the second."""
     return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 @contextmanager
-def _told(file: Path) -> Iterator[None]:
-    """What SQLite raises, as a sentence."""
+def _sqlite_errors(file: Path) -> Iterator[None]:
+    """Turn errors of SQLite into sentences."""
     try:
         with saying(file):
             yield
     except sqlite3.OperationalError as error:
-        told = shown_words(error)
-        raise TwistError(f"{file}: cannot be read or written ({told})") from None
-    except UnicodeDecodeError:  # SQLite tells of damage in the damaged words
+        raise TwistError(f"{file}: cannot be read or written ({shown_words(error)})") from None
+    except UnicodeDecodeError:  # SQLite quotes the damaged text in its message
         raise FormatError(f"{file}: expected a manifest of twistcore batch in UTF-8") from None
     except sqlite3.DatabaseError as error:
-        told = shown_words(error)
-        raise FormatError(f"{file}: expected a manifest of twistcore batch ({told})") from None
+        why = shown_words(error)
+        raise FormatError(f"{file}: expected a manifest of twistcore batch ({why})") from None
 
 
 def _columns(names: Iterable[str], values: Iterable[Any]) -> dict[str, Any]:
-    """Values of columns by their names."""
-    told = {name: column(name, value) for name, value in zip(names, values, strict=True)}
-    return {k: unescaped(v) if isinstance(v, str) else v for k, v in told.items()}
+    """Return checked values of columns by name."""
+    checked = {name: column(name, value) for name, value in zip(names, values, strict=True)}
+    return {k: unescaped(v) if isinstance(v, str) else v for k, v in checked.items()}
 
 
 def _text(value: Any) -> str:
@@ -372,19 +372,19 @@ def _values(row: ManifestRow) -> tuple[Any, ...]:
 
 
 def _row(values: tuple[Any, ...]) -> ManifestRow:
-    told = _columns(_COLUMNS, values)
-    return ManifestRow(**{**told, "again": bool(told["again"])})
+    columns = _columns(_COLUMNS, values)
+    return ManifestRow(**{**columns, "again": bool(columns["again"])})
 
 
 def _record(row: tuple[Any, ...]) -> ClipRecord:
-    """A row of _RECORDS."""
-    told = _columns(_OF_RECORD, (row[k] for k in (*range(9), 12)))
+    """Build a record from a row of _RECORDS."""
+    columns = _columns(_OF_RECORD, (row[k] for k in (*range(9), 12)))
     parameters, version, result, decisions = row[9], row[10], row[11], row[13]
     document = None if result is None else result_of(_text(result))
     if document is not None:
-        document = {"schema": document.pop("schema"), "clip": told["name"]} | document
+        document = {"schema": document.pop("schema"), "clip": columns["name"]} | document
     return ClipRecord(
-        **told,
+        **columns,
         parameters={} if parameters is None else parameters_of(_text(parameters)),
         version="" if version is None else column("version", version),
         result=document,

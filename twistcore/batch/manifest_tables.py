@@ -1,4 +1,4 @@
-"""The tables of a manifest: made, and known again."""
+"""Create and recognise the tables of a manifest."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sqlite3
 from contextlib import closing
 from functools import cache
 
-# A result belongs to bytes and parameters, however many clips have them and whatever their names.
+# A result belongs to bytes and parameters, which several clips may share.
 _TABLES = """
 CREATE TABLE parameters (mark TEXT PRIMARY KEY, document TEXT NOT NULL, version TEXT NOT NULL);
 CREATE TABLE results (
@@ -26,20 +26,20 @@ _Shape = tuple[tuple[str, ...], ...]
 
 
 def make_tables(connection: sqlite3.Connection) -> None:
-    """Make them in an empty file, inside a transaction."""
+    """Create the tables in an empty file, within a transaction."""
     for statement in _TABLES.split(";\n"):
         connection.execute(statement)
 
 
 def shape_of(connection: sqlite3.Connection) -> _Shape:
-    """What there is in a file, and how it was made."""
+    """Return all tables in a file with their definitions."""
     query = "SELECT type, name, tbl_name, sql FROM sqlite_master ORDER BY type, name"
     return tuple(connection.execute(query).fetchall())
 
 
 @cache
 def shape_of_ours() -> _Shape:
-    """That of a manifest; a view, a trigger or another column may cost or do anything."""
+    """Return the expected tables; another column, a view or a trigger could do anything."""
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as connection:
         make_tables(connection)
         return shape_of(connection)

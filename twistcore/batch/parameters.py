@@ -1,4 +1,4 @@
-"""What clips are processed with: the options of `detect` and `refine`, as one thing with a mark."""
+"""Processing parameters: the options of `detect` and `refine`, identified by a mark."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class Parameters:
-    """Two runs with equal parameters and version make equal results of equal bytes.
+    """Processing parameters; equal parameters, version and bytes give equal results.
 
-    tau_deg: of all chains, None for automatic; profile_rad: τ by the name of a chain or limb, which
-    goes before it, radians as a profile gives them; kinds: of errors, empty for all; chains: their
-    names, empty for all; people: whose chains, empty for all; fps: instead of the file's; rig: as
-    :func:`twistcore.skeleton.rig.rig_to_json`, or None; joint_names: a person's words, as
-    :func:`twistcore.skeleton.joint_names.read_words` has them, or None; refine: whether a
-    corrected clip is made, of intervals from min_confidence on and, with include_open, of open
-    ones; detector_version: of a detector that is not the program's own.
+    tau_deg: for all chains, None for automatic; profile_rad: τ by name of a chain or limb, radians,
+    overrides tau_deg; kinds: of errors, empty for all; chains: their names, empty for all; people:
+    whose chains, empty for all; fps: instead of the file's; rig: from
+    :func:`twistcore.skeleton.rig.rig_to_json`, or None; joint_names: a person's words, from
+    :func:`twistcore.skeleton.joint_names.read_words`, or None; refine: True to make corrected
+    clips, from intervals of at least min_confidence and, with include_open, from open ones;
+    detector_version: version of a detector from a plug-in.
     """
 
     method: str = DEFAULT_METHOD
@@ -40,15 +40,15 @@ class Parameters:
     detector_version: str = ""
 
     def to_json(self) -> dict[str, Any]:
-        """As a manifest keeps them."""
-        told = {field.name: getattr(self, field.name) for field in fields(self)}
-        if not self.detector_version:  # as the program's own detectors have always been kept
-            del told["detector_version"]
-        return {k: list(v) if isinstance(v, tuple) else v for k, v in told.items()}
+        """Return the parameters as stored in a manifest."""
+        values = {field.name: getattr(self, field.name) for field in fields(self)}
+        if not self.detector_version:  # never stored for built-in detectors
+            del values["detector_version"]
+        return {k: list(v) if isinstance(v, tuple) else v for k, v in values.items()}
 
     @property
     def mark(self) -> str:
-        """SHA-256 of parameters and version: what results belong to."""
+        """SHA-256 of parameters and version, which identifies results."""
         import hashlib  # slow to load; few commands need it
 
         text = json.dumps([__version__, self.to_json()], sort_keys=True)

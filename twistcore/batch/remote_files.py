@@ -1,4 +1,4 @@
-"""Clips at URLs, by fsspec: on object stores, web servers and whatever else it has a name for."""
+"""Clips at URLs, read with fsspec: object stores, web servers and its other protocols."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from twistcore.errors import TwistError
 
 
 def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, str, int]]:
-    """The files at a URL, or below it: their URL, name below it with '/', and bytes.
+    """Yield the files at a URL or below it: URL, relative name with '/', and bytes.
 
-    may_be_none: whether nothing at all may be there. TwistError where fsspec is not installed or
-    nothing can be reached.
+    may_be_none: True if the URL may have no files. TwistError if fsspec is not installed or the URL
+    cannot be reached.
     """
     files, root = _opened(url)
     try:
@@ -27,12 +27,12 @@ def find_remote(url: str, *, may_be_none: bool = False) -> Iterator[tuple[str, s
     except FileNotFoundError as error:
         if not may_be_none:
             raise _refused(url, error) from None
-    except Exception as error:  # as many kinds as there are services
+    except Exception as error:  # every service raises its own kinds
         raise _refused(url, error) from None
 
 
 def read_remote(url: str) -> bytes:
-    """The bytes of a file; TwistError."""
+    """Return the bytes of a file; TwistError."""
     files, path = _opened(url)
     try:
         data: bytes = files.cat_file(path)
@@ -44,7 +44,7 @@ def read_remote(url: str) -> bytes:
 
 
 def write_remote(url: str, data: bytes) -> None:
-    """Put bytes at a URL, whole or not at all as far as the service keeps that; TwistError."""
+    """Write bytes to a URL, atomically if the service supports that; TwistError."""
     files, path = _opened(url)
     try:
         files.makedirs(str(PurePosixPath(path).parent), exist_ok=True)
@@ -54,20 +54,20 @@ def write_remote(url: str, data: bytes) -> None:
 
 
 def _opened(url: str) -> tuple[Any, str]:
-    """A file system of fsspec and the path in it."""
+    """Return a file system of fsspec and the path in it."""
     try:
         from fsspec.core import url_to_fs
     except ImportError:
         raise TwistError(
-            'a URL needs fsspec: expected pip install "twist-inspector[remote]"'
+            'a URL needs fsspec: install it with pip install "twist-inspector[remote]"'
         ) from None
     try:
         files, path = url_to_fs(url)
-    except Exception as error:  # a protocol that is unknown, or whose library is not installed
+    except Exception as error:  # an unknown protocol, or its library is not installed
         raise _refused(url, error) from None
     return files, str(path)
 
 
 def _refused(url: str, error: Exception) -> TwistError:
-    said = " ".join(str(error).splitlines()) or type(error).__name__
-    return TwistError(f"{url}: cannot be reached ({said})")
+    why = " ".join(str(error).splitlines()) or type(error).__name__
+    return TwistError(f"{url}: cannot be reached ({why})")

@@ -1,4 +1,4 @@
-"""A batch folder at a URL: a run works in a folder here, and brings it there at its end."""
+"""A batch folder at a URL: a run works in a local folder and uploads it at the end."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from twistcore.files.lock import is_held
 from twistcore.files.marks import sha256_of
 from twistcore.files.ordinary import own_folder
 
-_UPLOADED = ".uploaded.json"  # SHA-256 of what lies at the URL, by path below it
+_UPLOADED = ".uploaded.json"  # SHA-256 of the files at the URL, by relative path
 
 
 @contextmanager
 def working_folder(output: str) -> Iterator[Path]:
-    """The folder itself; of a URL one here that is as that is, and at the end is brought there.
+    """Yield a local folder; for a URL, a copy of its contents that is uploaded at the end.
 
-    Brought is what changed, the manifest last, so that it never tells of what is not there. A run
-    that is killed brings nothing; the next one here does. TwistError where the URL cannot be read
-    or written.
+    Changed files are uploaded, the manifest last, so that it never lists missing files. A killed
+    run uploads nothing; the next run on this machine does. TwistError if the URL cannot be read or
+    written.
     """
     if "://" not in output:
         yield Path(output)
@@ -38,7 +38,7 @@ def working_folder(output: str) -> Iterator[Path]:
     name = hashlib.sha256(url.encode()).hexdigest()[:16]
     folder = own_folder(partial(platformdirs.user_cache_path, "twist-inspector")) / "batch" / name
     folder.mkdir(parents=True, exist_ok=True)
-    if not is_held(folder / LOCK):  # else the run there is told so, and changes nothing
+    if not is_held(folder / LOCK):  # if held, run_batch reports it and changes nothing
         _take_over(url, folder)
     try:
         yield folder
@@ -48,9 +48,9 @@ def working_folder(output: str) -> Iterator[Path]:
 
 
 def _take_over(url: str, folder: Path) -> None:
-    """Begin with what lies at the URL, which another machine may have gone on with.
+    """Begin with the files at the URL, which another machine may have continued.
 
-    TwistError where that and the folder here were both changed since the last time.
+    TwistError if both the URL and the local folder have changed since the last upload.
     """
     there = {name: path for path, name, _ in find_remote(url, may_be_none=True)}
     if FILE not in there:
@@ -63,13 +63,13 @@ def _take_over(url: str, folder: Path) -> None:
         if own != last:
             raise TwistError(
                 f"{url}: another machine has written there since a run here was stopped; "
-                f"remove {folder} to go on from there"
+                f"remove {folder} to continue from its results"
             )
     _download(there, folder)
 
 
 def _download(there: Mapping[str, str], folder: Path) -> None:
-    """What a run left at a URL, paths there by name; the manifest last, too."""
+    """Download the files of a batch, given as paths by name; the manifest last."""
     uploaded = {}
     for name in sorted(there, key=lambda name: name == FILE):
         path = folder / name
@@ -92,7 +92,7 @@ def _upload(folder: Path, url: str) -> None:
     try:
         for name in sorted(mine, key=lambda name: (name == FILE, name)):
             if name.startswith("manifest.") and name != FILE:
-                continue  # the lock and the journal are of this machine
+                continue  # the lock and the journal belong to this machine
             if (mark := sha256_of(files[name])) != uploaded.get(name):
                 write_remote(f"{url}/{name}", files[name].read_bytes())
                 uploaded[name] = mark

@@ -1,4 +1,4 @@
-"""Results of a batch as files for others: JSON lines, Parquet, and the clip table as CSV."""
+"""Results of a batch as files: JSON lines, Parquet, and the clip table as CSV."""
 
 from __future__ import annotations
 
@@ -18,38 +18,38 @@ from twistcore.files.encoding import csv_text, encoded, escaped, json_text
 
 _KINDS = {plural_name(kind.value).replace(" ", "_").replace("-", "_"): kind for kind in Kind}
 _VERDICTS = ("accepted", "rejected", "undecided")
-_ROWS = 50_000  # of a Parquet row group, some MB
+_ROWS = 50_000  # of a Parquet row group, a few MB
 
-# Of a clip, in the CSV and in every row of the Parquet: name and type.
+# Columns of a clip in the CSV and in every row of the Parquet: name and type.
 CLIP_COLUMNS: Mapping[str, type] = {
-    "clip": str,  # its name in the batch
+    "clip": str,  # name in the batch
     "state": str,  # done, failed or waiting
     "frames": int,
-    "missing_frames": int,  # that the header declares beyond those
+    "missing_frames": int,  # declared in the header, but not in the file
     "unexamined": int,  # arms and legs that no chain examines
     "fps": float,
     "seconds": float,
-    "severity": float,  # root mean square of what is wrong, degrees
+    "severity": float,  # root mean square of the errors, degrees
     **dict.fromkeys(_KINDS, int),
     "affected_frames": int,
     "affected_percent": float,
-    "max_deg": float,  # of the offset over the affected frames
+    "max_deg": float,  # largest offset over the affected frames
     "rms_deg": float,
     **dict.fromkeys(_VERDICTS, int),
-    "reviewers": str,  # joined by '; '
+    "reviewers": str,  # separated by '; '
     "applied": int,  # intervals, with --refine
     "left": int,  # intervals found again in the corrected clip
-    "corrected": str,  # its path in the folder of the batch
+    "corrected": str,  # path in the batch folder
     "format": str,
     "method": str,
-    "reason": str,  # why it, or a limb, was not processed or examined, or something stays
+    "reason": str,  # why the clip or a limb was not processed, examined or corrected
     "sha256": str,
     "source": str,
 }
 
-# Of an interval, in the Parquet: as in `detect --json`, empty where a kind knows no such thing.
+# Columns of an interval in the Parquet: as in `detect --json`, null if a kind has no such value.
 INTERVAL_COLUMNS: Mapping[str, type] = {
-    "interval": int,  # its number in the clip, from 0; null in the one row of a clip without any
+    "interval": int,  # number in the clip, from 0; null in the row of a clip without intervals
     "chain": str,
     "parent": str,
     "child": str,
@@ -68,7 +68,7 @@ INTERVAL_COLUMNS: Mapping[str, type] = {
 
 
 def clip_row(record: ClipRecord) -> dict[str, Any]:
-    """:data:`CLIP_COLUMNS` of a clip; None for what is not known of it."""
+    """Return the :data:`CLIP_COLUMNS` of a clip; None for unknown values."""
     row: dict[str, Any] = dict.fromkeys(CLIP_COLUMNS)
     row |= {"clip": record.name, "state": record.state, "source": record.source}
     row |= {"reason": record.reason, "sha256": record.sha256, "corrected": record.corrected}
@@ -90,19 +90,19 @@ def clip_row(record: ClipRecord) -> dict[str, Any]:
 
 
 def clips_csv(records: Iterable[ClipRecord]) -> str:
-    """The clips as CSV, a line each in their order, under a line of names."""
+    """Return the clips as CSV, one line each, with a header."""
     return csv_text(CLIP_COLUMNS, map(clip_row, records))
 
 
 def write_clip_table(path: Path, records: Iterable[ClipRecord]) -> None:
-    """The same as a file; raises OSError."""
+    """Write the clip table as a CSV file; raises OSError."""
     write_atomically(path, encoded(clips_csv(records)))
 
 
 def json_line(record: ClipRecord) -> str:
-    """The result document of a clip with its source, state, reason and what was decided.
+    """Return the result document of a clip with its source, state, reason and decisions.
 
-    A clip without a result has schema, name and SHA-256 alone.
+    A clip without a result has only schema, name and SHA-256 in addition.
     """
     bare = {"schema": "twistcore.batch_clip/1", "clip": record.name, "sha256": record.sha256}
     document = {
@@ -117,16 +117,16 @@ def json_line(record: ClipRecord) -> str:
 
 
 def write_json_lines(path: Path, records: Iterable[ClipRecord]) -> None:
-    """A document a line, one clip each; raises OSError. Never more than a clip is in memory."""
+    """Write one document a line, a clip each; only one is in memory at a time; raises OSError."""
     with writing_atomically(path) as file:
         for record in records:
             file.write(json_line(record).encode() + b"\n")
 
 
 def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
-    """A row an interval with the clip's columns repeated; a clip without any has one all the same.
+    """Yield a row for each interval, with the clip's columns repeated.
 
-    There the columns of an interval are None: no clip is lost, and intervals are counted by theirs.
+    A clip without intervals has one row with None in their columns, so that no clip is lost.
     """
     result = record.result or {}
     of_clip = clip_row(record) | {"quality": json.dumps(result.get("quality", {}), sort_keys=True)}
@@ -140,16 +140,16 @@ def interval_rows(record: ClipRecord) -> Iterator[dict[str, Any]]:
 
 
 def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
-    """:func:`interval_rows` of all clips as Parquet, some rows at a time; raises OSError.
+    """Write :func:`interval_rows` of all clips as Parquet in row groups; raises OSError.
 
-    TwistError where pyarrow is not installed.
+    TwistError if pyarrow is not installed.
     """
     try:
         import pyarrow as pa  # an extra, and half a second
         import pyarrow.parquet as pq
     except ImportError:
         raise TwistError(
-            'Parquet needs pyarrow: expected pip install "twist-inspector[parquet]"'
+            'Parquet needs pyarrow: install it with pip install "twist-inspector[parquet]"'
         ) from None
     types = {str: pa.string(), int: pa.int64(), float: pa.float64(), bool: pa.bool_()}
     columns = {**CLIP_COLUMNS, "quality": str, **INTERVAL_COLUMNS}
@@ -161,5 +161,5 @@ def write_parquet(path: Path, records: Iterable[ClipRecord]) -> None:
 
 
 def _plain(row: Mapping[str, Any]) -> dict[str, Any]:
-    """Bytes that were no UTF-8 are none in Parquet, either."""
+    """Escape bytes that are not UTF-8, which Parquet cannot store."""
     return {k: escaped(v) if isinstance(v, str) else v for k, v in row.items()}

@@ -1,4 +1,4 @@
-"""A run over many clips: what is new is processed, and noted as it comes."""
+"""Run a batch over many clips: new ones are processed and recorded one after another."""
 
 from __future__ import annotations
 
@@ -24,40 +24,40 @@ from twistcore.work.processes import reason
 
 LOCK = "manifest.lock"
 
-# Of processor time; the most restless motion takes some seconds for every megabyte.
+# Processor time; even the most restless motion takes only a few seconds a megabyte.
 _PATIENCE_S, _PER_MEGABYTE_S = 300.0, 60.0
-# To note a clip takes some 8 ms, to note many no more: on a cluster they come faster than that.
+# Recording takes about 8 ms for one clip or for many; a cluster finishes clips faster than that.
 _TOGETHER_S = 0.1
-_IN_VAIN = 20  # clips one after the other that could not be noted: the disk stays full
+_IN_VAIN = 20  # clips in a row that could not be recorded: the disk stays full
 
 
 class CarryOut(Protocol):
-    """Ways of carrying tasks out: processes here, or a cluster."""
+    """A way of carrying out tasks: local processes, or a cluster."""
 
     def __call__(
         self, tasks: Sequence[ClipTask], seconds: Callable[[ClipTask], float]
     ) -> Iterator[tuple[ClipTask, Outcome | Exception]]:
-        """Every task with its outcome, as it comes, or with what kept it from one.
+        """Yield every task with its outcome or exception, in order of completion.
 
-        seconds: of processor time that a task may take. Raises TwistError where no task can be
-        carried out any more.
+        seconds: returns the processor time allowed for a task. Raises TwistError if tasks can no
+        longer be carried out.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What a clip may take.
+    """Limits for a clip.
 
-    seconds: of processor time, None for five minutes, and another for every megabyte; memory: bytes
-    beyond what a clip of its size should need.
+    seconds: of processor time, None for five minutes plus one for every megabyte; memory: bytes
+    allowed beyond the needs of a clip of its size.
     """
 
     seconds: float | None = None
     memory: int = SPARE
 
     def seconds_of(self, task: ClipTask) -> float:
-        """For a task."""
+        """Return the seconds allowed for a task."""
         return (
             _PATIENCE_S + _PER_MEGABYTE_S * task.size / 1e6
             if self.seconds is None
@@ -67,11 +67,11 @@ class Limits:
 
 @dataclass
 class RunSummary:
-    """What a run did.
+    """Summary of a run.
 
-    done: clips that came out; known: that were done before; failed: a sentence for each that did
-    not; unreadable: how many of these for what is in the clip; stopped: why the run ended before
-    all were tried, else ''; left: how many were not tried.
+    done: number of processed clips; known: number processed before; failed: a sentence for each
+    failed clip; unreadable: how many of these failed because of their contents; stopped: why the
+    run ended early, else ''; left: number of clips not tried.
     """
 
     done: int = 0
@@ -82,7 +82,7 @@ class RunSummary:
     left: int = 0
 
 
-Tell = Callable[[Source, bool], None]  # a clip is through; whether it came out
+Tell = Callable[[Source, bool], None]  # called for each finished clip, with True if it succeeded
 
 
 def run_batch(
@@ -95,10 +95,10 @@ def run_batch(
     part: tuple[int, int] = (1, 1),
     begin: Callable[[Plan], Tell] = lambda _plan: lambda _source, _fine: None,
 ) -> RunSummary:
-    """Process the clips that a folder's manifest does not know yet; the folder is made.
+    """Process the clips that a folder's manifest does not have yet; the folder is created.
 
-    part: which of how many shards; begin: told what is to be done, says whom to tell of each clip.
-    Raises TwistError where another run writes into the folder, or its manifest is damaged.
+    part: which of how many shards; begin: called with the plan, returns the function called for
+    each clip. Raises TwistError if another run writes into the folder, or its manifest is damaged.
     """
     with _locked(folder), Manifest.open(folder, create=True) as manifest:
         rows = manifest.rows()
@@ -120,7 +120,7 @@ def run_batch(
 
 
 class _Run:
-    """The run while it lasts: outcomes go into files, then into the manifest, then are told."""
+    """A run in progress: outcomes are written to files, then to the manifest, then reported."""
 
     def __init__(
         self,
@@ -186,20 +186,20 @@ class _Run:
                     self.folder, row, known, outcome.corrected, outcome.companions
                 )
             except (TwistError, OSError) as error:
-                row = _failed(row, _written_not(source.name, error))
-        if known is not None and not row.corrected:  # that file is there, and ours, all the same
+                row = _failed(row, _write_problem(source.name, error))
+        if known is not None and not row.corrected:  # the earlier corrected file is still there
             row = replace(row, corrected_sha256=known.corrected_sha256)
         self.pending.append((source, row, outcome))
 
     def _note(self) -> None:
-        """Put down what came since the last time: all at once, or else what can be."""
+        """Record all pending outcomes together, or else one by one."""
         pending, self.pending = self.pending, []
         try:
             self._put(pending)
             noted = [(source, row) for source, row, _ in pending]
             self.in_vain = 0
         except TwistError:
-            noted = [(one[0], self._noted_alone(one)) for one in pending]
+            noted = [(one[0], self._note_one(one)) for one in pending]
         self.noted = time.monotonic()
         for (source, row), (_, _, outcome) in zip(noted, pending, strict=True):
             fine = row.state == DONE
@@ -210,8 +210,8 @@ class _Run:
                 self.summary.unreadable += outcome.unseen or not row.again
             self.tell(source, fine)
 
-    def _noted_alone(self, one: tuple[Source, ManifestRow, Outcome]) -> ManifestRow:
-        """The row as it is by now: one that could not be put down has failed."""
+    def _note_one(self, one: tuple[Source, ManifestRow, Outcome]) -> ManifestRow:
+        """Record one outcome and return its row, which is failed if it could not be recorded."""
         source, row, _ = one
         try:
             self._put([one])
@@ -241,7 +241,7 @@ def _failed(row: ManifestRow, why: str) -> ManifestRow:
     return replace(row, state=FAILED, reason=" ".join(why.splitlines()), again=True)
 
 
-def _written_not(name: str, error: TwistError | OSError) -> str:
+def _write_problem(name: str, error: TwistError | OSError) -> str:
     if isinstance(error, OSError):
         return f"{name}: the corrected clip cannot be written ({error.strerror})"
     return f"{name}: {error}"
@@ -249,7 +249,7 @@ def _written_not(name: str, error: TwistError | OSError) -> str:
 
 @contextmanager
 def _locked(folder: Path) -> Iterator[None]:
-    """The folder, made if need be, for this run alone."""
+    """Lock the folder, created if needed, for this run."""
     folder.mkdir(parents=True, exist_ok=True)
     handle = os.open(folder / LOCK, os.O_RDWR | os.O_CREAT, 0o666)
     try:

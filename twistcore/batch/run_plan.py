@@ -1,4 +1,4 @@
-"""What of all clips is to be done: what is new, or may end otherwise than last time."""
+"""Plan a run: which clips are new, or failed in a way that may change."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from twistcore.files.marks import sha256_of
 
 @dataclass
 class Plan:
-    """todo: clips to process; known: how many need nothing; failed: rows of failures that stay.
+    """todo: clips to process; known: number of finished clips; failed: rows of permanent failures.
 
-    rows: those of all clips that the manifest had; notes: rows to put down as they are by now.
+    rows: all clips in the manifest; notes: rows to store before the run.
     """
 
     rows: Mapping[str, ManifestRow]
@@ -34,11 +34,11 @@ def make_plan(
     parameters: Parameters,
     intact: Callable[[ManifestRow], bool],
 ) -> Plan:
-    """Look every clip up, by its signature or, where that says nothing, by the hash of its bytes.
+    """Look up every clip by its signature or, if that is unknown, by the hash of its bytes.
 
-    intact: whether what was written of a clip is still there. A clip of other bytes, another
-    version or other parameters is new; bytes that are known under another name are not. A failure
-    that lay in the clip itself stays; one of time, memory or the disk is tried again.
+    intact: returns whether the corrected file of a clip is unchanged. Other bytes, another version
+    or other parameters make a clip new; known bytes under another name do not. A failure caused by
+    the clip itself is permanent; a failure of time, memory or disk is tried again.
     """
     plan = Plan(manifest.rows())
     mark, sizes = parameters.mark, manifest.sizes(parameters.mark)
@@ -62,13 +62,13 @@ def make_plan(
         plan.known += found.state == DONE
         if found != row:
             plan.notes.append(found)
-    # The longest first: a long clip that starts last would keep one core busy and the rest idle.
+    # The largest first: a long clip started last would leave all other cores idle.
     plan.todo.sort(key=lambda source: (-source.size, source.name))
     return plan
 
 
 def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Source]:
-    """The clips of one of so many shards, 1…count, by their names alone."""
+    """Return the clips of one of `count` shards, 1…count, chosen by name only."""
 
     def of(source: Source) -> int:
         return int.from_bytes(hashlib.sha256(source.name.encode("utf-8", "surrogatepass")).digest())
@@ -77,10 +77,10 @@ def shard_sources(sources: Iterable[Source], index: int, count: int) -> list[Sou
 
 
 def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
-    """The row, with the file's signature, if it tells of the bytes that the file has by now."""
+    """Return the row, with the file's signature, if the file's bytes are unchanged."""
     if source.signature and source.signature == row.signature:
         return row
-    if not source.signature:  # gone, or at a URL
+    if not source.signature:  # missing, or at a URL
         return row if "://" in source.path and source.size == row.bytes else None
     if has_companions(source.path) or source.size != row.bytes or _sha256(source) != row.sha256:
         return None
@@ -90,7 +90,7 @@ def _same_bytes(row: ManifestRow, source: Source) -> ManifestRow | None:
 def _of_other_name(
     manifest: Manifest, row: ManifestRow, source: Source, mark: str, sizes: frozenset[int]
 ) -> ManifestRow | None:
-    """The row as done, where the same bytes have a result under whatever name."""
+    """Return the row as done if the same bytes have a result under another name."""
     if not source.signature or has_companions(source.path) or source.size not in sizes:
         return None
     sha256 = _sha256(source)
@@ -104,6 +104,6 @@ def _of_other_name(
 def _sha256(source: Source) -> str:
     path = Path(source.path)
     try:
-        return sha256_of(path) if path.is_file() else ""  # to open a FIFO would wait
-    except OSError:  # who processes it says so
+        return sha256_of(path) if path.is_file() else ""  # opening a FIFO would wait
+    except OSError:  # processing reports the error
         return ""

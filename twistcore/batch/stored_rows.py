@@ -1,4 +1,4 @@
-"""What a manifest has in its rows, looked at as any document that a stranger may have made.
+"""Checks of the values in a manifest's rows, which anyone may have written.
 
 Every function raises FormatError with one sentence.
 """
@@ -36,17 +36,17 @@ _Check = Callable[[Any, str], Any]
 
 
 def _source(value: Any, what: str) -> str:
-    """An absolute path or a URL: it has the name of a file."""
+    """Return the value if it is an absolute path or a URL with a file name."""
     if "://" not in path_text(value, what) and not Path(value).name:
         raise unexpected("a clip's path", what, value)
     return str(value)
 
 
 def _name(value: Any, what: str) -> str:
-    """A place below a folder, which leads nowhere else."""
+    """Return the value if it is a relative path that stays below its folder."""
     path = PurePosixPath(path_text(value, what))
     if not path.name or path.is_absolute() or ".." in path.parts:
-        raise unexpected("a place below a folder", what, value)
+        raise unexpected("a path below a folder", what, value)
     return str(value)
 
 
@@ -66,7 +66,7 @@ def _long(value: Any, what: str) -> int:
     return whole(value, what, 0, 2**63)
 
 
-# What stands in the columns of a clip, as SQLite has it.
+# Checks of the columns of a clip, as SQLite returns them.
 COLUMNS: Mapping[str, _Check] = {
     "source": _source,
     "name": _name,
@@ -81,13 +81,13 @@ COLUMNS: Mapping[str, _Check] = {
 
 
 def column(name: str, value: Any) -> Any:
-    """A value of a column; most hold a text."""
+    """Check and return a value of a column; most are text."""
     check: _Check = COLUMNS.get(name, text)
     return check(value, name)
 
 
 def result_of(document: str) -> dict[str, Any]:
-    """A result, 'twistcore.batch_clip/1' without its clip."""
+    """Parse and check a result, 'twistcore.batch_clip/1' without its clip."""
     known = "frames", "fps", "seconds", "severity", "affected_frames", "applied", "left"
     found = dict(has(parsed_json(document), "schema", *known, *_RESULT, what="a result"))
     text(found["schema"], "schema")
@@ -126,7 +126,7 @@ def _tau(value: Any, what: str) -> None:
 
 
 def _quality(value: Any, what: str) -> None:
-    """Numbers by their names, some of them by names again."""
+    """Check that the values are numbers by name, possibly nested."""
     for key, one in has(value, what=what).items():
         if isinstance(one, Mapping):
             _quality(one, key)
@@ -135,7 +135,7 @@ def _quality(value: Any, what: str) -> None:
 
 
 def _limbs(value: Any, what: str) -> None:
-    """Limbs that were not examined, each with the reason."""
+    """Check the limbs that were not examined, each with the reason."""
     for entry in items(value, what):
         has(entry, "limb", "why", what="a limb")
         for key in ("limb", "why", "side", "person"):
@@ -149,7 +149,7 @@ _RESULT: Mapping[str, _Check] = {
     "degrees": _degrees,
     "tau_deg": _tau,
 }
-# What is not known of every clip, or was not in the first versions.
+# Keys that some clips do not have, or that the first versions did not write.
 _MORE: Mapping[str, _Check] = {
     "applied": whole,
     "left": _listed,
@@ -172,7 +172,7 @@ _OF_INTERVAL: Mapping[str, _Check] = {
 
 
 def _interval(entry: Any, last: int) -> None:
-    """An entry of `detect --json`."""
+    """Check an entry of `detect --json`."""
     known = "chain", "start", "stop", "kind", "delta_deg", "confidence", "open"
     has(entry, *known, what="an interval")
     frames(entry, last)
@@ -182,48 +182,48 @@ def _interval(entry: Any, last: int) -> None:
     for key, check in _OF_INTERVAL.items():
         if entry.get(key) is not None:
             check(entry[key], key)
-    if entry.get("turn_deg") is not None:  # of a lone jump, which is told with these
+    if entry.get("turn_deg") is not None:  # a lone jump also has these
         text(has(entry, "joint", "speed_deg_s")["joint"], "joint")
         number(entry["speed_deg_s"], "speed_deg_s")
 
 
 def parameters_of(document: str) -> dict[str, Any]:
-    """What clips were processed with, as :meth:`Parameters.to_json` has it.
+    """Parse and check processing parameters, as from :meth:`Parameters.to_json`.
 
-    What this version knows nothing of is left out.
+    Keys that this version does not know are left out.
     """
     usual = Parameters().to_json()
     given = has(parsed_json(document), what="parameters")
-    told = {key: given.get(key, value) for key, value in usual.items()}
-    text(told["method"], "method")
+    values = {key: given.get(key, value) for key, value in usual.items()}
+    text(values["method"], "method")
     for key in ("kinds", "chains", "people"):
-        texts(told[key], key)
-    for kind in told["kinds"]:
+        texts(values[key], key)
+    for kind in values["kinds"]:
         one_of(kind, "kinds", _KINDS)
     for key in ("refine", "include_open"):
-        flag(told[key], key)
+        flag(values[key], key)
     for key in ("tau_deg", "fps", "min_confidence"):
-        if told[key] is not None:
-            _amount(told[key], key)
-    if told["profile_rad"] is not None:
-        for radians in has(told["profile_rad"], what="profile_rad").values():
+        if values[key] is not None:
+            _amount(values[key], key)
+    if values["profile_rad"] is not None:
+        for radians in has(values["profile_rad"], what="profile_rad").values():
             number(radians, "profile_rad", 0.0, math.pi)
-    if told["rig"] is not None:
-        rig_from_json(told["rig"])
-    return told
+    if values["rig"] is not None:
+        rig_from_json(values["rig"])
+    return values
 
 
 _OF_DECISIONS = "accepted", "rejected", "undecided", "reviewers", "session", "at"
 
 
 def decisions_of_clip(document: str) -> dict[str, Any]:
-    """How far a review is, as :meth:`Manifest.note_decisions` was given it."""
-    told = has(parsed_json(document), what="decisions")
+    """Parse and check the progress of a review, as given to :meth:`Manifest.note_decisions`."""
+    values = has(parsed_json(document), what="decisions")
     for key in ("accepted", "rejected", "undecided"):
-        whole(told.get(key, 0), key)
-    texts(told.get("reviewers", []), "reviewers")
+        whole(values.get(key, 0), key)
+    texts(values.get("reviewers", []), "reviewers")
     for key in ("session", "at"):
-        text(told.get(key, ""), key)
-    if told.get("session"):
-        path_text(told["session"], "session")
-    return {key: told[key] for key in _OF_DECISIONS if key in told}  # they are written again
+        text(values.get(key, ""), key)
+    if values.get("session"):
+        path_text(values["session"], "session")
+    return {key: values[key] for key in _OF_DECISIONS if key in values}  # these are stored again

@@ -1,1 +1,1 @@
-"""What leaves the program: the corrected clip, what differs in it, markers."""
+"""Output of the program: corrected clips, comparisons, markers and scripts."""

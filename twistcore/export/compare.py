@@ -1,4 +1,4 @@
-"""What differs between two clips, in joints, frames and degrees, and nothing else."""
+"""Compare two clips by joint, frame and degrees."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.work.frozen import dataclass
 
 _SAME = np.radians(1e-9)
-_MOVED = 1e-3  # of the height: angles written with two decimals move a hand by a tenth of it
+_MOVED = 1e-3  # of the height: ten times the effect of writing angles with two decimals
 
 
 @dataclass(frozen=True)
 class JointDifference:
-    """Frames [start, stop) in which a joint's local rotation differs, and by how much at most."""
+    """Frames [start, stop) in which a joint's local rotation differs, with the largest angle."""
 
     joint: str
     start: int
@@ -27,9 +27,9 @@ class JointDifference:
 
 @dataclass(frozen=True)
 class JointMove:
-    """By how much a joint's place differs at most, and in how many frames it does.
+    """The largest change of a joint's position, and the number of frames with a change.
 
-    largest: the file's unit; of_height: the same as a share of the skeleton's height.
+    largest: in the file's unit; of_height: as a share of the skeleton's height.
     """
 
     joint: str
@@ -40,10 +40,10 @@ class JointMove:
 
 @dataclass(frozen=True)
 class Difference:
-    """All joints that differ; the largest change of a global rotation and of a joint's place.
+    """All differences between two motions, by joint.
 
-    moved: joints that stand elsewhere by more than a file's decimals can do; rest_of_height: the
-    largest change of place among the others, a share of the height.
+    moved: joints whose position changed by more than the file's decimals explain; rest_of_height:
+    the largest change of position among the other joints, a share of the height.
     """
 
     joints: tuple[JointDifference, ...]
@@ -55,12 +55,12 @@ class Difference:
 
     @property
     def frames(self) -> int:
-        """Number of frames in which anything rotates otherwise."""
+        """Number of frames with any different rotation."""
         return len({t for j in self.joints for t in range(j.start, j.stop)})
 
 
 def compare(a: Motion, b: Motion) -> Difference:
-    """Compare two motions of one skeleton; ClipMismatchError where they are not comparable."""
+    """Compare two motions of one skeleton; ClipMismatchError if they are not comparable."""
     if a.skeleton.names != b.skeleton.names or (a.skeleton.parents != b.skeleton.parents).any():
         raise ClipMismatchError("the two clips have different skeletons")
     if a.frames != b.frames:
@@ -98,7 +98,7 @@ def compare(a: Motion, b: Motion) -> Difference:
 
 
 def move_to_json(move: JointMove) -> dict[str, Any]:
-    """A joint that moved, in the file's unit and as a share of the height."""
+    """Return a moved joint as JSON data, in the file's unit and as a share of the height."""
     return {
         "joint": move.joint,
         "max": move.largest,
@@ -108,7 +108,7 @@ def move_to_json(move: JointMove) -> dict[str, Any]:
 
 
 def difference_to_json(difference: Difference, a: str, b: str) -> dict[str, Any]:
-    """The comparison as a JSON document."""
+    """Return the comparison as a JSON document."""
     return {
         "schema": "twistcore.diff/1",
         "a": a,

@@ -1,6 +1,6 @@
-"""Corrected clips that this program wrote beside their sources, told from clips of their own.
+"""Tell corrected clips that this program wrote next to their sources from original clips.
 
-What starts without numpy asks this for every clip of a folder, so names decide as far as they can.
+Programs without numpy call this for every clip of a folder, so names decide as far as possible.
 """
 
 from __future__ import annotations
@@ -17,19 +17,19 @@ from pathlib import Path, PurePath
 from twistcore.files.kinds import PICKLE, kind_of
 from twistcore.files.wide_text import narrow_head
 
-EXPORT_MARK = "_refined"  # behind a clip's name, where a person gives no other
-REPLAY_SUFFIX = ".replay.json"  # what an export did: never a review that goes on
+EXPORT_MARK = "_refined"  # added to a clip's name by default
+REPLAY_SUFFIX = ".replay.json"  # session of an export, never a review to continue
 _REPORT_SUFFIX = ".report.json"
 _DOCUMENTS = (REPLAY_SUFFIX, _REPORT_SUFFIX)
-_HEAD = 200_000  # bytes: more than the skeletons that there are need
+_HEAD = 200_000  # bytes: more than any known skeleton needs
 
 
 def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
-    """Those of the clips that this program wrote, and the file name of what each is from.
+    """Return the clips that this program wrote, with the file name of the source of each.
 
-    The session that replays it, or its report, tells; else the name that exports get by default,
-    where all before the motion is the source's. One whose source is not among those clips that lie
-    in its folder is a clip.
+    The session that replays it, or its report, names the source. Without these, the default name of
+    exports decides, if the file equals the source up to the motion. A clip whose source is not
+    among the clips of its folder is not an export.
     """
     by_folder: dict[Path, list[str]] = defaultdict(list)
     for path in clips:
@@ -42,16 +42,16 @@ def exports_among(clips: Iterable[Path]) -> dict[Path, str]:
 
 
 def without_exports(clips: Iterable[Path]) -> list[Path]:
-    """The clips less what :func:`exports_among` tells, in their order."""
+    """Return the clips in their order, without the exports of :func:`exports_among`."""
     paths = list(clips)
     exported = exports_among(paths)
     return [path for path in paths if path not in exported]
 
 
 def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
-    """As :func:`exports_among`, of clips in one folder by their names.
+    """Return the exports of :func:`exports_among` for clips in one folder, by name.
 
-    Only clips with such a document beside them, or with such a name, are looked at.
+    Only clips with such a document or name are examined.
     """
     names, found = frozenset(clips), {}
     try:
@@ -62,13 +62,13 @@ def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
     for name in clips:
         stem, suffix = os.path.splitext(name)  # noqa: PTH122 of a million names
         source = stem.removesuffix(EXPORT_MARK) + suffix
-        told = ""
+        documented = ""
         for document in _documents_of(name, stem):
-            if document in documents and not told:
-                told = _told_source(os.path.join(folder, document), name)  # noqa: PTH118
-        if told:
-            if told != name and told in names:
-                found[name] = told
+            if document in documents and not documented:
+                documented = _documented_source(os.path.join(folder, document), name)  # noqa: PTH118
+        if documented:
+            if documented != name and documented in names:
+                found[name] = documented
         elif source != name and source in names:
             head = _head(os.path.join(folder, name))  # noqa: PTH118
             if head == _head(os.path.join(folder, source)):  # noqa: PTH118
@@ -77,7 +77,7 @@ def exports_in(folder: Path | str, clips: Collection[str]) -> dict[str, str]:
 
 
 def clip_of_session(session: Path) -> str:
-    """The file name of the clip that a session says it is of, '' where it says none."""
+    """Return the file name of the clip that a session belongs to, '' if it names none."""
     with suppress(OSError):
         status = session.stat()
         if stat.S_ISREG(status.st_mode):
@@ -94,40 +94,40 @@ def _read_clip(session: Path, modified: int, size: int) -> str:
 
 
 def _documents_of(name: str, stem: str) -> Iterator[str]:
-    """Names of what may tell of an export.
+    """Yield names of documents that may describe an export.
 
-    They begin with its whole name or, as those of every BVH do, with its stem.
+    They begin with its whole name or, for a BVH, with its stem.
     """
     for suffix in _DOCUMENTS:
         yield name + suffix
         yield stem + suffix
 
 
-def _told_source(document: str, export: str) -> str:
-    """The name of the clip that a document says an export beside it is from, '' for none."""
+def _documented_source(document: str, export: str) -> str:
+    """Return the name of an export's source clip according to a document, '' if there is none."""
     with suppress(OSError):
         status = os.stat(document)  # noqa: PTH116
-        if stat.S_ISREG(status.st_mode):  # to open a FIFO would wait for somebody
+        if stat.S_ISREG(status.st_mode):  # opening a FIFO would wait for its writer
             return _read_source(document, export, status.st_mtime_ns, status.st_size)
     return ""
 
 
 @lru_cache(maxsize=10_000)
 def _read_source(document: str, export: str, modified: int, size: int) -> str:
-    del modified, size  # by them it is read again when it was written again
+    del modified, size  # part of the cache key, so that a changed file is read again
     with suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
         content = json.loads(Path(document).read_bytes())
         source = PurePath(content["clip"])
         if document.endswith(_REPORT_SUFFIX) and export not in content["files"]:
             return ""
-        # An export is of its source's format: x.amc is not what lies in x.replay.json of x.bvh.
+        # An export has its source's format: x.replay.json of x.bvh does not describe x.amc.
         same = source.suffix.lower() == PurePath(export).suffix.lower()
         return source.name if same else ""
     return ""
 
 
 def _head(clip: str) -> bytes:
-    """What a clip has before its motion, b'' where it cannot be told."""
+    """Return the part of a clip before its motion, b'' if it cannot be read."""
     with suppress(OSError):
         status = os.stat(clip)  # noqa: PTH116
         if stat.S_ISREG(status.st_mode):
@@ -138,13 +138,13 @@ def _head(clip: str) -> bytes:
 @lru_cache(maxsize=10_000)
 def _read_head(clip: str, modified: int, size: int) -> bytes:
     del modified
-    import zipfile  # takes a while, and few need it
+    import zipfile  # slow to load, and few calls need it
 
     with Path(clip).open("rb") as file:
         if not zipfile.is_zipfile(file):
             file.seek(0)
             head = narrow_head(file.read(_HEAD))
-            if kind_of(head) is PICKLE:  # whose arrays are replaced by others of their size
+            if kind_of(head) is PICKLE:  # an export replaces its arrays by others of equal size
                 return str(size).encode() + head.partition(b"smpl_poses")[0]
             return head.partition(b"MOTION")[0]
         with suppress(zipfile.BadZipFile), zipfile.ZipFile(file) as archive:

@@ -1,4 +1,4 @@
-"""What differs between two folders of clips: two deliveries of the same captures."""
+"""Compare two folders of clips: two deliveries of the same captures."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from twistcore.work.progress import Counter, uncounted
 
 @dataclass(frozen=True)
 class FolderDifference:
-    """Two folders clip by clip, each named by its path in its folder; all in order of names.
+    """Two folders compared clip by clip; clips are named by relative path and sorted by name.
 
-    only_a, only_b: clips that the other has not; identical: the same bytes; same_motion: other
-    bytes, in which nothing moves otherwise; different: what does; failed: why two could not be
+    only_a, only_b: clips missing in the other folder; identical: equal bytes; same_motion: other
+    bytes but equal motion; different: other motion; failed: the reasons why clips could not be
     compared.
     """
 
@@ -34,21 +34,21 @@ class FolderDifference:
 
     @property
     def compared(self) -> int:
-        """How many clips are in both and could be compared."""
+        """Number of clips that are in both folders and could be compared."""
         return len(self.identical) + len(self.same_motion) + len(self.different)
 
 
 def compare_folders(
     a: Path, b: Path, *, workers: int = 1, counter: Counter = uncounted
 ) -> FolderDifference:
-    """Compare all clips of two folders and those below them; TwistError where one has none.
+    """Compare all clips of two folders and their subfolders; TwistError if one has none.
 
-    counter: makes of their number what is told the name of each that is through.
+    counter: called with the number of clips; returns the function called with each finished name.
     """
     of_a, of_b = clips_by_name(a), clips_by_name(b)
     both = sorted(of_a.keys() & of_b.keys())
     found: dict[str, Difference | None] = {}
-    odd = no_files_in(b) | no_files_in(a)  # to open a FIFO would wait for its writer
+    odd = no_files_in(b) | no_files_in(a)  # opening a FIFO would wait for its writer
     failed = {
         name: f"{path}: expected a file, found a FIFO, a socket or a device"
         for name, path in odd.items()
@@ -74,7 +74,7 @@ def compare_folders(
 
 
 def _compared(a: Path, b: Path, name: str) -> Difference | None:
-    """None for the same bytes, be they a clip or not."""
+    """Compare one clip of both folders; None for equal bytes, even if they are not a clip."""
     path_a, path_b = a / name, b / name
     if _read(path_a) == _read(path_b):
         return None
@@ -97,7 +97,7 @@ def _is_same(difference: Difference) -> bool:
 
 
 def folder_difference_to_json(found: FolderDifference, a: str, b: str) -> dict[str, Any]:
-    """The comparison as a JSON document."""
+    """Return the comparison as a JSON document."""
     return {
         "schema": "twistcore.folder_diff/1",
         "a": a,
@@ -129,5 +129,5 @@ def _clip_to_json(name: str, difference: Difference) -> dict[str, Any]:
 
 
 def largest_degrees(difference: Difference) -> float:
-    """The largest angle between two rotations of a joint, 0 where none differs."""
+    """Return the largest angle between two rotations of a joint, 0 if none differs."""
     return max((j.max_degrees for j in difference.joints), default=0.0)

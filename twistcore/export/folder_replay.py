@@ -1,4 +1,4 @@
-"""The sessions of a folder replayed, each on its clip, into a folder of their own."""
+"""Replay the sessions of a folder on their clips, into a separate folder."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ from twistcore.formats.clip_files import clips_by_name
 from twistcore.tuning.folder_sessions import read_sessions
 from twistcore.work.frozen import dataclass
 
-WRITTEN = "applied.jsonl"  # in the folder written into: what this command wrote there
+WRITTEN = "applied.jsonl"  # in the output folder: list of the files this command wrote
 _SCHEMA = "twistcore.applied/1"
 
 
 @dataclass(frozen=True)
 class SessionClip:
-    """A session and its clip; name: the clip's path in its folder, with '/' between."""
+    """A session and its clip; name: the clip's relative path with '/' as separator."""
 
     session: Path
     clip: Path
@@ -37,10 +37,10 @@ class SessionClip:
 
 @dataclass(frozen=True)
 class Pairs:
-    """What belongs together; problems: sessions that cannot be replayed, a sentence each.
+    """Sessions paired with their clips; problems: one sentence for each session that has no clip.
 
-    older: sessions of a clip that has a later one; alone: clips without a session, less exports of
-    others.
+    older: sessions of a clip that has a later one; alone: clips without a session, except exports
+    of others.
     """
 
     pairs: tuple[SessionClip, ...]
@@ -51,10 +51,10 @@ class Pairs:
 
 @dataclass(frozen=True)
 class Replayed:
-    """What became of a clip; sha256: of its corrected bytes; new: whether they were not there yet.
+    """The result for a clip; sha256: of its corrected bytes; new: True if they were not there yet.
 
-    applied, repairable: intervals; jumps: of channels, that could not be avoided; left, beside: as
-    :func:`twistcore.export.replay.uncorrected_sentences`.
+    applied, repairable: numbers of intervals; jumps: unavoidable jumps of channels; left, beside:
+    as returned by :func:`twistcore.export.replay.uncorrected_sentences`.
     """
 
     sha256: str
@@ -67,12 +67,12 @@ class Replayed:
 
 
 def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
-    """Every session of a folder, and those below it, with the clip that it was made on.
+    """Pair every session in a folder and its subfolders with the clip that it was made on.
 
-    That is the clip of its name with its bytes, else one of other name with its bytes; of several
-    the one whose folder lies in that of the clips as the session's does in that of the sessions.
-    An export beside its source is meant only where no other fits. Of several sessions of a clip the
-    latest. What lies in `output` is no clip. TwistError where there is no clip, or no session.
+    That is the clip with its name and bytes, or one of another name with its bytes. Of several, the
+    one in the matching subfolder is taken. An export next to its source is taken only if no other
+    clip fits. Of several sessions of a clip, the latest is used. Clips in `output` are ignored.
+    TwistError if there is no clip or no session.
     """
     there = clips_by_name(clips)
     if (inside := real_path(output)).is_relative_to(real_path(clips)):
@@ -94,7 +94,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
         except TwistError as error:
             problems.append(str(error))
     if not (found or problems):
-        raise TwistError(f"{sessions}: expected a folder with sessions, found none")
+        raise TwistError(f"{sessions}: expected a folder with sessions, but it has none")
     ordered = {name: sorted(found[name], key=_written) for name in sorted(found)}
     return Pairs(
         tuple(SessionClip(of_clip[-1], there[name], name) for name, of_clip in ordered.items()),
@@ -105,7 +105,7 @@ def pair_sessions(sessions: Path, clips: Path, output: Path) -> Pairs:
 
 
 class _Clips:
-    """Clips by their names and by their bytes; these are read where a name says nothing."""
+    """Clips by name and by bytes; the bytes are read only if names do not decide."""
 
     def __init__(self, paths: Mapping[str, Path], exports: Collection[str]) -> None:
         self._paths, self._exports = paths, exports
@@ -114,22 +114,23 @@ class _Clips:
             self._named[path.name].append(name)
 
     def of(self, session: Path, clip: str, sha256: str, folder: PurePath) -> str:
-        """The name of the clip of a session in such a folder; TwistError where there is none."""
+        """Return the name of the clip of a session in the given subfolder; TwistError if none."""
         named = self._named.get(clip, [])
         same = [name for name in named if self._mark(name) == sha256]
         same = same or self._by_bytes.get(sha256, [])
         same = [name for name in same if name not in self._exports] or same
-        beside = [name for name in same if PurePath(name).parent == folder]
-        if len(beside or same) == 1:
-            return (beside or same)[0]
+        matching = [name for name in same if PurePath(name).parent == folder]
+        if len(matching or same) == 1:
+            return (matching or same)[0]
         if same:
             raise TwistError(
-                f"{session}: expected one clip that it was made on, found {' and '.join(same)}"
+                f"{session}: several clips have the bytes it was made on: {' and '.join(same)}; "
+                "keep one of them"
             )
         if named:
             raise TwistError(
-                f"{session}: expected the clip that it was made on; {' and '.join(named)} is "
-                "another version (SHA-256 differs)"
+                f"{session}: the clip that it was made on is missing; {' and '.join(named)} is "
+                "another version (its SHA-256 differs)"
             )
         raise TwistError(f"{session}: no clip is called {clip!r}, and none has its bytes")
 
@@ -147,10 +148,10 @@ class _Clips:
 
 
 def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Replayed:
-    """Write a clip corrected as its session says: the bytes of `apply` on the two alone.
+    """Write a clip corrected by its session: the same bytes as from `apply` on the two.
 
-    own: SHA-256 by name of what this command wrote into the folder. TwistError, and nothing
-    written, where something else is there; also as :func:`twistcore.export.replay.replayed`.
+    own: SHA-256 by name of the files that this command wrote into the folder. TwistError, with
+    nothing written, if another file is there; also as :func:`twistcore.export.replay.replayed`.
     """
     replay = replayed(pair.session, pair.clip)
     patch = rewritten(replay.clip, replay.motion)
@@ -159,7 +160,10 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
     if is_there(path) or path.is_symlink():
         before = file_mark(path)
         if before not in (mark, own.get(pair.name)):
-            raise TwistError(f"{path}: expected nothing there, or what this command wrote")
+            raise TwistError(
+                f"{path}: there is a file that this command did not write; move it, or choose "
+                "another folder"
+            )
     if before != mark:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_companions(replay.clip.companions, path.parent)
@@ -172,14 +176,16 @@ def replay_into(output: Path, own: Mapping[str, str], pair: SessionClip) -> Repl
 
 
 def read_written(output: Path) -> dict[str, str]:
-    """SHA-256 by name of what this command wrote into a folder; TwistError, FormatError."""
+    """Return SHA-256 by name of the files this command wrote into a folder; TwistError,
+    FormatError.
+    """
     path, own = output / WRITTEN, dict[str, str]()
     if not is_there(path):
         return own
     lines = bytes_of(path).decode("utf-8", errors="replace").split("\n")
     for number, line in enumerate(lines):
         entry = None
-        with suppress(FormatError):  # a line cut short: what it told of is not known as ours
+        with suppress(FormatError):  # an incomplete line: its file is treated as foreign
             entry = parsed_json(line)
         if not number and not (isinstance(entry, dict) and entry.get("schema") == _SCHEMA):
             raise FormatError(f"{path}: expected a document with schema {_SCHEMA!r}")
@@ -189,13 +195,13 @@ def read_written(output: Path) -> dict[str, str]:
 
 
 def note_written(output: Path, name: str, sha256: str) -> None:
-    """Remember that this command wrote a clip; raises OSError."""
+    """Record that this command wrote a clip; raises OSError."""
     path = output / WRITTEN
     new = not is_there(path)
     head = json_text({"schema": _SCHEMA}, indent=None)
     line = json_text({"clip": name, "sha256": sha256}, indent=None)
     with path.open("a", encoding="utf-8") as file:
-        file.write(f"{head}\n{line}\n" if new else f"\n{line}\n")  # the last may be cut short
+        file.write(f"{head}\n{line}\n" if new else f"\n{line}\n")  # the last line may be cut short
 
 
 def _written(path: Path) -> tuple[int, Path]:

@@ -1,4 +1,4 @@
-"""The intervals as time-line markers for other programs."""
+"""Intervals as timeline markers for other programs."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 from twistcore.detection import Kind
 from twistcore.review.model import Judged
 
-_BLENDER = '''"""Time-line markers of {clip}: run this in Blender's text editor."""
+_BLENDER = '''"""Timeline markers of {clip}: run this in Blender's text editor."""
 
 import bpy
 
@@ -27,9 +27,9 @@ def blender_markers(
     intervals: Iterable[Judged],
     verdict: Callable[[Judged], str] = lambda judged: judged.verdict,
 ) -> str:
-    """A Python script for Blender that sets two markers an interval; rejected ones are left out.
+    """Return a Blender script that sets two markers for each interval that is not rejected.
 
-    verdict: what is told of an interval.
+    verdict: returns the text for an interval.
     """
     rows = [
         (
@@ -41,12 +41,12 @@ def blender_markers(
         if j.decision.value != "rejected"
     ]
     listed = "[\n" + "".join(f"    ({n!a}, {a}, {b}),\n" for n, a, b in rows) + "]"
-    # The clip's name stands in a docstring: nothing in it may end that, or turn what is read there.
+    # The clip's name is put into a docstring: it must not end it or change its direction.
     safe = ascii(clip)[1:-1].replace("\\", "/").replace('"', "'")
     return _BLENDER.format(clip=safe, intervals=listed)
 
 
 def _what(judged: Judged) -> str:
-    """The chain's name, with the kind where that is not the usual one."""
+    """Return the chain's name, followed by the kind if it is not a counter-twist."""
     kind = judged.interval.kind
     return judged.interval.chain + ("" if kind == Kind.COUNTER_TWIST else f" {kind}")

@@ -1,4 +1,4 @@
-"""A review replayed on its clip: the same motion from the program and from the command line."""
+"""Replay a review on its clip: the same motion from the program and the command line."""
 
 from __future__ import annotations
 
@@ -23,10 +23,9 @@ from twistcore.work.progress import Tell
 def accepted_motion(
     clip: Clip, chains: Sequence[Chain], state: ReviewState, *, tell: Tell | None = None
 ) -> Motion:
-    """The motion corrected by the accepted intervals, then tracked: what an export writes.
+    """Return the motion corrected by the accepted intervals and then tracked, as exported.
 
-    chains: the limbs too, for their flips; tell: called with the share of the tracking that is
-    done.
+    chains: include limbs, for their flips; tell: called with the share of the tracking done.
     """
     refined = refine(clip.motion, chains, state.chosen())
     return refined if state.tracking is None else tracked_motion(refined, state.tracking, tell)
@@ -34,7 +33,7 @@ def accepted_motion(
 
 @dataclass(frozen=True, eq=False)
 class Replay:
-    """A session on its clip: the chains and limbs that it names, and the corrected motion."""
+    """A session on its clip: the chains and limbs it names, and the corrected motion."""
 
     session: Session
     clip: Clip
@@ -43,7 +42,7 @@ class Replay:
 
 
 def replayed(session_path: Path, clip_path: Path) -> Replay:
-    """Read a session and its clip and correct this; raises TwistError of either, OSError."""
+    """Read a session and its clip and correct the clip; raises TwistError for either, OSError."""
     session = read_session(session_path)
     clip = read_clip(clip_path, fps=session.fps)
     chains = chains_of(session, clip)
@@ -53,23 +52,27 @@ def replayed(session_path: Path, clip_path: Path) -> Replay:
 def uncorrected_sentences(
     clip: Clip, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Sentences: what the file lets nobody correct, and what moved that lies beside the axis."""
-    left = tuple(f"{clip.path}: {said}" for said in chains_left(clip.motion, chains, chosen))
-    beside = []
+    """Return sentences on chains that could not be corrected, and on joints moved along.
+
+    The second list names joints off a chain's axis, which moved with it.
+    """
+    sentences = chains_left(clip.motion, chains, chosen)
+    left = tuple(f"{clip.path}: {sentence}" for sentence in sentences)
+    moved: list[str] = []
     used = {interval.chain for interval in chosen}
     for chain in (chain for chain in chains if chain.name in used):
         for name, distance in children_off_axis(clip.motion, chain).items():
             share = 2.0 * distance / clip.motion.skeleton.height
             if share > 1e-6:
-                beside.append(
+                moved.append(
                     f"{clip.path}: {name} is not on the axis of {chain.name} and moves with "
                     f"it by up to {share:.1e} of the height"
                 )
-    return left, tuple(beside)
+    return left, tuple(moved)
 
 
 def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
-    """A sentence where intervals were accepted of kinds that this version does not know."""
+    """Return a sentence if intervals of kinds unknown to this version were accepted."""
     accepted = (j.interval.kind for j in state.intervals if j.decision == Decision.ACCEPTED)
     unknown = [kind for kind in accepted if not kind.known]
     if not unknown:
@@ -82,7 +85,7 @@ def left_to_later_versions(clip: Clip, state: ReviewState) -> tuple[str, ...]:
 def chains_left(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[str, ...]:
-    """A sentence for each chain of which some of the intervals cannot be corrected."""
+    """Return a sentence for each chain with intervals that cannot be corrected."""
     left = []
     for chain in chains:
         if joints := stuck_joints(motion, chain, chosen):
@@ -98,13 +101,13 @@ def chains_left(
 def correctable(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Interval]
 ) -> tuple[Interval, ...]:
-    """Those of the intervals that :func:`accepted_motion` takes out."""
+    """Return the intervals that :func:`accepted_motion` corrects."""
     by_name = {chain.name: chain for chain in chains}
     return tuple(i for i in chosen if not stuck_joints(motion, by_name[i.chain], [i]))
 
 
 def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
-    """The clip's chains and limbs, by the session's rig; raises as :func:`check_belongs`."""
+    """Return chains and limbs of the clip by the session's rig; raises as :func:`check_belongs`."""
     check_bytes(session, clip)
     try:
         chains = session.state.rig.chains(clip.motion)
@@ -115,7 +118,7 @@ def chains_of(session: Session, clip: Clip) -> tuple[Chain, ...]:
 
 
 def check_bytes(session: Session, clip: Clip) -> None:
-    """Raise ClipMismatchError unless the session was made on these very bytes."""
+    """Raise ClipMismatchError unless the session was made on exactly these bytes."""
     if session.sha256 != clip.sha256:
         raise ClipMismatchError(
             f"{clip.path}: the session was made on another version of this clip (SHA-256 differs)"
@@ -123,9 +126,9 @@ def check_bytes(session: Session, clip: Clip) -> None:
 
 
 def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None:
-    """Raise ClipMismatchError unless the session was made on these very bytes.
+    """Raise ClipMismatchError unless the session fits the clip: bytes, chains, frames, tracking.
 
-    chains: the chains and limbs that the clip has.
+    chains: the chains and limbs of the clip.
     """
     check_bytes(session, clip)
     by_name = {chain.name: chain for chain in chains}

@@ -1,10 +1,10 @@
-"""What is keyed in a scene that the clip came from, and by what the scene is known to be that one.
+"""Keys for the scene that a clip came from, and references that identify the scene.
 
-A scene turns the axes of its joints as its importer, its rig and its bind pose want it. With A the
-rotation between the worlds, G a joint's global rotation in the clip and S in the scene, S = A·G·B
-with B constant, so that a joint's local rotation in the scene is PRE·q·POST with q its rotation in
-the clip, PRE = S_above⁻¹·A·G_above and POST = G⁻¹·A⁻¹·S. All of it is measured in the scene in
-frames that no correction touches; a correction is then the turn POST⁻¹·q⁻¹·q'·POST, done last.
+The axes of a scene's joints depend on its importer, rig and bind pose. With A the rotation between
+the worlds, G a joint's global rotation in the clip and S in the scene, S = A·G·B with B constant. A
+joint's local rotation in the scene is then PRE·q·POST with q its rotation in the clip, PRE =
+S_above⁻¹·A·G_above and POST = G⁻¹·A⁻¹·S. All of it is measured in the scene in frames without
+corrections; a correction is then the rotation POST⁻¹·q⁻¹·q'·POST, applied last.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ from twistcore.skeleton.motion import Motion, forward_kinematics
 from twistcore.skeleton.rotation import Array, geodesic_angle
 
 MOST_REFERENCES = 5
-_SAME = 1e-7  # radians: a global rotation that a correction left as it was
+_SAME = 1e-7  # radians: limit for an unchanged global rotation
 
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """A frame in which joints are as they were: where everything is, in the clip's axes.
+    """A frame with uncorrected joints: positions and rotations in the clip's axes.
 
-    positions: (joints, 3), the file's length unit; joints: of the keyed joints that are untouched
-    here, by index, the global rotations of what is above (the identity for a root) and their own,
+    positions: (joints, 3), the file's length unit; joints: for each keyed joint that is uncorrected
+    here, by index, the global rotations of its parent (the identity for a root) and its own,
     quaternions (w, x, y, z).
     """
 
@@ -39,10 +39,10 @@ class Reference:
 
 @dataclass(frozen=True, eq=False)
 class SceneKeys:
-    """The corrections of a clip as keys: by joint the frames (n,) and q and q', each (n, 4).
+    """A clip's corrections as keys: for each joint the frames (n,) and q and q', each (n, 4).
 
-    unseen: joints that are corrected in every frame, of which no frame tells how the scene turns
-    their axes but by what the scene shows before anything was keyed.
+    unseen: joints corrected in every frame, so that no frame shows their axes in the scene except
+    the scene before any key was set.
     """
 
     frames: Mapping[int, NDArray[np.intp]]
@@ -53,9 +53,9 @@ class SceneKeys:
 
 
 def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
-    """The local rotations that differ, and up to five frames of reference for each joint.
+    """Return the local rotations that differ, and up to five reference frames for each joint.
 
-    Raises TwistError where nothing differs.
+    Raises TwistError if nothing differs.
     """
     changed = (motion.rotations != corrected.rotations).any(axis=2)
     joints = np.flatnonzero(changed.any(axis=0)).tolist()
@@ -96,9 +96,9 @@ def scene_keys(motion: Motion, corrected: Motion) -> SceneKeys:
 def _chosen(
     free: Mapping[int, NDArray[np.bool_]], frames: int
 ) -> tuple[list[int], tuple[int, ...]]:
-    """Frames of reference, and the joints that have none of their own.
+    """Return the reference frames, and the joints that have none.
 
-    Best are frames in which every joint is free; where there is none, each joint gets its own.
+    Best are frames in which every joint is uncorrected. If there is none, each joint gets its own.
     """
     unseen = tuple(j for j, own in free.items() if not own.any())
     seen = [own for j, own in free.items() if j not in unseen]
@@ -109,7 +109,7 @@ def _chosen(
 
 
 def _spread(free: NDArray[np.bool_]) -> list[int]:
-    """Up to five of the frames, far apart."""
+    """Return up to five of the frames, far apart."""
     at = np.flatnonzero(free)
     picked = np.linspace(0, len(at) - 1, min(len(at), MOST_REFERENCES)).round().astype(int)
     return sorted(set(at[picked].tolist()))

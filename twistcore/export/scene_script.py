@@ -1,8 +1,8 @@
-"""The corrections as a script that keys them on the named joints of the scene the clip came from.
+"""Write the corrections as a script that sets keys in the scene that the clip came from.
 
-The scene, with its rig, meshes and namespaces, stays what it is. The script stands alone: numbers,
-arithmetic (plain Python, since not every program brings numpy) and one of three short parts that
-speak to the program.
+The scene, with its rig, meshes and namespaces, is kept. The script needs no other file: it has
+numbers, arithmetic (plain Python, since not every program includes numpy) and one of three short
+parts that talk to the program.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ _IMPORTS = {
     "motionbuilder": "import pyfbsdk as fb",
 }
 PROGRAMS = tuple(_IMPORTS)
-_FITS = 0.01  # of the height: more than rounding, less than another pose
+_FITS = 0.01  # of the height: above rounding, below the difference to another pose
 _TOLERANCE = 0.5  # degrees
 
 _HEADER = '''"""Corrections of {clip}: run this in {program}, in the scene that the clip came from.
 
-It keys the rotations of the joints in KEYS at the frames listed there and nothing else, once it has
-seen that the scene moves as the clip does. Set DRY_RUN to True to be told only. SCENE_FPS and START
-say where the clip's frames lie in the scene: frame f is at START + f · SCENE_FPS / CLIP_FPS.
+The script first checks that the scene moves like the clip. Then it sets keys for the rotations of
+the joints in KEYS at the frames listed there, and nothing else. With DRY_RUN = True it only
+reports. Frame f of the clip is at START + f · SCENE_FPS / CLIP_FPS in the scene.
 """
 
 import math
@@ -54,12 +54,12 @@ TOLERANCE = {tolerance:g}  # degrees
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """Where in which scene the clip is.
+    """The scene, and the clip's frames in it.
 
-    program: one of PROGRAMS; namespace: put before every name with ':', '' to take off what the
-    clip's names have, None for names as they are; take: that must be the present one (in Blender
-    the action); fps: of the scene, None for the clip's; start: the scene's frame of frame 0, None
-    for what the program's importers use; dry_run: tell only.
+    program: one of PROGRAMS; namespace: put before every name with ':', '' removes the clip's own,
+    None keeps names; take: the take (in Blender the action) that must be active; fps: of the scene,
+    None for the clip's; start: the scene's frame of frame 0, None for the default of the program's
+    importers; dry_run: only report.
     """
 
     program: str
@@ -77,12 +77,12 @@ def scene_script(
     intervals: Iterable[Judged],
     options: SceneOptions,
 ) -> str:
-    """The script's text; clip: the file's name; intervals: told by the script, for people.
+    """Return the script's text; clip: the file's name; intervals: listed by the script.
 
-    Raises TwistError where nothing is corrected, or a name is not one of one joint.
+    Raises TwistError if nothing is corrected, or a name does not belong to exactly one joint.
     """
     if options.program == "maya" and options.take is not None:
-        raise TwistError("--take: a Maya scene has no takes, expected it with another program")
+        raise TwistError("--take: a Maya scene has no takes; leave the option out")
     keys = scene_keys(motion, corrected)
     names = _names(motion.skeleton.names, options.namespace)
     start = options.start
@@ -105,7 +105,7 @@ def scene_script(
             fits=_FITS,
             tolerance=_TOLERANCE,
         ),
-        _told(intervals, [names[j] for j in keys.unseen]),
+        _interval_lines(intervals, [names[j] for j in keys.unseen]),
         _data(keys, names),
         _template(options.program),
         _template("common"),
@@ -114,19 +114,21 @@ def scene_script(
 
 
 def _names(names: Sequence[str], namespace: str | None) -> list[str]:
-    """What the joints are called in the scene."""
+    """Return the names of the joints in the scene."""
     if namespace is None:
         return list(names)
     if namespace == "":
         bare = [name.rpartition(":")[2] for name in names]
         if len(set(bare)) < len(bare):
-            raise TwistError("--namespace: without theirs two joints would have one name")
+            raise TwistError(
+                "--namespace: without their namespaces two joints would have the same name"
+            )
         return bare
     return [f"{namespace.removesuffix(':')}:{name}" for name in names]
 
 
-def _told(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
-    """Lines that the script prints: the intervals, by whom they were accepted."""
+def _interval_lines(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
+    """Return the lines that the script prints: the intervals, and who accepted them."""
     lines = []
     for judged in intervals:
         i = judged.interval
@@ -135,14 +137,14 @@ def _told(intervals: Iterable[Judged], unseen: Sequence[str]) -> str:
         lines.append(f"{i.chain} {i.kind}, frames {i.start}-{i.stop}, {size}, {judged.verdict}{by}")
     if unseen:
         lines.append(
-            f"{', '.join(unseen)}: corrected in every frame, so that the script cannot see whether "
-            "it was run before: run it once only"
+            f"{', '.join(unseen)}: corrected in every frame, so the script cannot detect whether "
+            "it was run before; run it only once"
         )
     return "INTERVALS = [\n" + "".join(f"    {line!a},\n" for line in lines) + "]\n"
 
 
 def _data(keys: SceneKeys, names: Sequence[str]) -> str:
-    lines = ["# by joint: (frame of the clip, its rotation as it is, as it shall be), w x y z"]
+    lines = ["# by joint: (frame of the clip, rotation before, rotation after), w x y z"]
     lines.append("KEYS = {")
     for joint, at in keys.frames.items():
         lines.append(f"    {names[joint]!a}: [")
@@ -151,7 +153,7 @@ def _data(keys: SceneKeys, names: Sequence[str]) -> str:
         lines.append("    ],")
     lines += [
         "}",
-        "# frames that no correction touches: what tells the scene's axes from the clip's",
+        "# frames without corrections, which show the scene's axes",
     ]
     lines.append("REFERENCES = [")
     for reference in keys.references:

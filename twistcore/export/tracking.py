@@ -1,4 +1,4 @@
-"""What a review tracks with QuaMo once the twist errors are out, and what the tracker did there."""
+"""Track a review's joints with QuaMo after the twist correction, and return the traces."""
 
 from __future__ import annotations
 
@@ -46,11 +46,11 @@ DEMONSTRATION = (
 
 @dataclass(frozen=True, eq=False)
 class Traces:
-    """What the tracker did at its steps, one row a step.
+    """The tracker's values, one row a step.
 
-    frames: when, in frames of the clip, (n,); gains: κP, κD, κA, means over the three axes, (n,
-    joints, 3); parts: sizes of the P, D, bias and acceleration parts, rad/s², (n, joints, 4);
-    names: of the joints. Both ways gains and parts are means of the two directions.
+    frames: time of each step in frames of the clip, (n,); gains: κP, κD, κA, means over the three
+    axes, (n, joints, 3); parts: sizes of the P, D, bias and acceleration parts, rad/s², (n, joints,
+    4); names: of the joints. With both directions, gains and parts are means of the two.
     """
 
     frames: Array
@@ -61,7 +61,7 @@ class Traces:
 
 @cache
 def weights_mark() -> str:
-    """By what a session knows the shipped networks again: 16 digits of their SHA-256."""
+    """Return the mark of the shipped networks in sessions: 16 digits of their SHA-256."""
     return hashlib.sha256(weights_file().read_bytes()).hexdigest()[:16]
 
 
@@ -71,7 +71,7 @@ def _network() -> Network:
 
 
 def knows_learned(motion: Motion) -> bool:
-    """Whether the networks know the skeleton and how long its unit is."""
+    """True if the networks know the skeleton and the length of its unit."""
     try:
         topology = find_topology(motion.skeleton)
         metres_per_unit(motion.skeleton)
@@ -81,7 +81,7 @@ def knows_learned(motion: Motion) -> bool:
 
 
 def check_tracking(motion: Motion, tracking: Tracking) -> None:
-    """TwistError in one sentence where this tracking cannot be done in this motion."""
+    """Raise TwistError with one sentence if this tracking is impossible in this motion."""
     joints = _joints(motion, tracking)
     if tracking.place:
         check_place(motion, learned=tracking.learned)
@@ -99,9 +99,9 @@ def check_tracking(motion: Motion, tracking: Tracking) -> None:
 
 
 def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None) -> Motion:
-    """The motion with the joints tracked; frames of a T-pose at the start stay.
+    """Return the motion with the joints tracked; T-pose frames at the start are kept.
 
-    tell: called with the share that is done. Raises TwistError as :func:`check_tracking`.
+    tell: called with the share done. Raises TwistError like :func:`check_tracking`.
     """
     return _tracked(motion, tracking, tell or nobody, keep_steps=False).motion
 
@@ -109,7 +109,7 @@ def tracked_motion(motion: Motion, tracking: Tracking, tell: Tell | None = None)
 def traced_motion(
     motion: Motion, tracking: Tracking, tell: Tell | None = None
 ) -> tuple[Motion, Traces]:
-    """The same motion, and what the tracker did at every step of that run."""
+    """Return the tracked motion, and the tracker's values at every step."""
     found = _tracked(motion, tracking, tell or nobody, keep_steps=True)
     joints = _joints(motion, tracking)
     own = found.joints.tolist()
@@ -117,7 +117,7 @@ def traced_motion(
     names = tuple(motion.skeleton.names[j] for j in joints)
     rows = [_rows(steps, columns) for steps in found.passes or ((),)]
     gains, parts, seen = (np.sum(x, axis=0) for x in zip(*rows, strict=True))
-    there = seen > 0  # where a pass begins is the start itself, not a step
+    there = seen > 0  # the first frame of a pass is not a step
     share = seen[there, None, None]
     return found.motion, Traces(found.at[there], gains[there] / share, parts[there] / share, names)
 
@@ -142,15 +142,15 @@ def _tracked(motion: Motion, tracking: Tracking, tell: Tell, *, keep_steps: bool
 
 
 def _joints(motion: Motion, tracking: Tracking) -> NDArray[np.int64]:
-    if not tracking.joints:  # the place alone
+    if not tracking.joints:  # only the position is tracked
         return np.zeros(0, dtype=np.int64)
     return chosen_joints(motion.skeleton, tracking.joints)
 
 
 def _gains(tracking: Tracking, dt: float) -> Gains:
-    """Those of the review; of the place, which nobody chooses, those that go with the rate.
+    """Return the review's gains; the gains of the position follow from the frame rate.
 
-    Where no joint is tracked, those of joints are of nothing and may be any.
+    If no joint is tracked, the gains of joints have no effect.
     """
     usual = Gains.by_hand(dt, causal=tracking.causal)
     if not tracking.joints:
@@ -159,7 +159,7 @@ def _gains(tracking: Tracking, dt: float) -> Gains:
 
 
 def _rows(steps: Sequence[Step], shown: NDArray[np.intp]) -> tuple[Array, Array, NDArray[np.int64]]:
-    """Gains and parts of one pass, 0 where it begins, and whether there is a step."""
+    """Return gains and parts of one pass, 0 at its start, and whether there is a step."""
     gains = np.zeros((len(steps), len(shown), 3))
     parts = np.zeros((len(steps), len(shown), 4))
     seen = np.zeros(len(steps), dtype=np.int64)

@@ -1,1 +1,1 @@
-"""Files read and written safely: kinds, text, documents, locks, and who wrote them."""
+"""Safe reading and writing of files: kinds, text encodings, documents, locks and checksums."""

@@ -1,4 +1,7 @@
-"""Files that are either the old or the new, never half of one; what is no file is written into."""
+"""Atomic writing: a file is either the old or the new one, never half of one.
+
+Streams and devices cannot be replaced and are written into.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,13 @@ from twistcore.errors import TwistError
 from twistcore.files.lock import is_sure, lock
 from twistcore.files.ordinary import is_there, read_file
 
-STANDARD_OUTPUT = Path("/dev/stdout")  # by this name also on systems that have no such file
+STANDARD_OUTPUT = Path("/dev/stdout")  # also on systems that have no such file
 
-_LONGEST_NAME, _SPARE = 255, 10  # bytes; spare: of a number in between
+_LONGEST_NAME, _SPARE = 255, 10  # bytes; _SPARE leaves room for a number in the name
 _TRIES = 8
 _BINARY = getattr(os, "O_BINARY", 0)
-_HELD_TO_THE_END = os.name == "posix"  # Windows moves no file that is open
-_MOST_LINKS = 40  # as many as Linux follows
+_HELD_TO_THE_END = os.name == "posix"  # Windows cannot rename an open file
+_MOST_LINKS = 40  # the limit of Linux
 _STREAMS = (stat.S_IFIFO, stat.S_IFCHR)
 _REFUSED = {
     stat.S_IFDIR: (errno.EISDIR, "a folder"),
@@ -30,18 +33,19 @@ _REFUSED = {
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Put data where a path leads: all of it or nothing.
+    """Write data to a path: all of it or nothing.
 
-    A file is replaced: what is new is written beside it under a temporary name, fsynced, renamed,
-    and the folder fsynced. Links are followed and stay. The new file has the old one's permissions,
-    and its owner and group where we may give it away (root); else it is ours, as with any program
-    that saves by renaming. Other hard links of the old file keep the old bytes: they may be
-    somebody's backup, and whole is worth more than shared.
+    A regular file is replaced: the new bytes are written next to it under a temporary name, fsynced
+    and renamed, and the folder is fsynced. Links are followed and kept. The new file has the old
+    one's permissions, and its owner and group if this process may change them (root). Without that
+    right the file belongs to the user, as with any program that saves by renaming. Other hard links
+    of the old file keep the old bytes: they may be somebody's backup, and a complete file is worth
+    more than a shared one.
 
     Open descriptors of this process (STANDARD_OUTPUT, /dev/fd/N), FIFOs and character devices are
-    written into and stay what they are; to open a FIFO waits for its reader.
+    written into and not replaced. Opening a FIFO waits for its reader.
 
-    Raises OSError, BrokenPipeError where a reader has gone; a file is then as it was.
+    Raises OSError, and BrokenPipeError if the reader has gone. The old file is then unchanged.
     """
     with writing_atomically(path) as file:
         file.write(data)
@@ -49,10 +53,10 @@ def write_atomically(path: Path, data: bytes) -> None:
 
 @contextlib.contextmanager
 def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
-    """A file to write into bit by bit, which ends where a path leads once all is in it.
+    """Yield a file to write into piece by piece; it replaces the file at the path once complete.
 
-    As :func:`write_atomically`, for what is larger than memory should hold. What is raised inside
-    leaves the file as it was; of a stream, with what had been written by then.
+    Like :func:`write_atomically`, for data too large to hold in memory. An exception in the block
+    leaves the file unchanged; a stream keeps the bytes written before the exception.
     """
     try:
         descriptor = _descriptor_to_write(path)
@@ -62,14 +66,15 @@ def writing_atomically(path: Path) -> Iterator[IO[bytes]]:
         else:
             with os.fdopen(descriptor, "wb") as file:
                 yield file
-    except OSError as error:  # the person knows this name, not a temporary one or a link's end
+    except OSError as error:  # name the path the user gave, not a temporary or linked one
         raise OSError(error.errno, error.strerror, str(path)) from None
 
 
 def move_into_place(part: Path, end: Path) -> None:
-    """Give a finished file, in the folder of a :func:`destination`, that one's name.
+    """Rename a finished file to `end`, which is in the same folder (see :func:`destination`).
 
-    Permissions and owner are the replaced file's, as with :func:`write_atomically`. Raises OSError.
+    The file gets the permissions and the owner of the replaced file, as in
+    :func:`write_atomically`. Raises OSError.
     """
     _settle(part, end)
     part.replace(end)
@@ -77,11 +82,11 @@ def move_into_place(part: Path, end: Path) -> None:
 
 
 def destination(path: Path) -> Path:
-    """What a path leads to over all links, there or not.
+    """Return the path behind all links; nothing need exist there.
 
-    An open descriptor of this process is an end, though Linux shows it as a link. Raises OSError
-    for a loop of links, and for what can be neither replaced nor written into: a folder, a block
-    device, a socket.
+    An open descriptor of this process is not followed, though Linux shows it as a link. Raises
+    OSError for a loop of links, and for a folder, a block device or a socket, which can be neither
+    replaced nor written into.
     """
     end = path
     for _ in range(_MOST_LINKS):
@@ -98,13 +103,13 @@ def destination(path: Path) -> Path:
 
 
 def is_stream(path: Path) -> bool:
-    """Whether bytes go into what is there, which nothing can replace; raises OSError."""
+    """True if the path is written into because it cannot be replaced; raises OSError."""
     end = destination(path)
     return descriptor_number(end) is not None or _kind(path) in _STREAMS
 
 
 def is_standard_output(path: Path) -> bool:
-    """Whether bytes written to a path come out where `print` prints."""
+    """True if the path leads to the standard output, where `print` writes."""
     try:
         return descriptor_number(destination(path)) == 1
     except OSError:
@@ -112,12 +117,12 @@ def is_standard_output(path: Path) -> bool:
 
 
 def same_file(a: Path, b: Path) -> bool:
-    """Whether both lead to one file that is there, by links of either kind or other spellings."""
+    """True if both paths lead to the same existing file, through links or different spellings."""
     return is_there(a) and is_there(b) and a.samefile(b)
 
 
 def descriptor_number(end: Path) -> int | None:
-    """Of an open descriptor of this process by its path without links, else None."""
+    """Return the number of this process's open descriptor at a path without links, or None."""
     if end == STANDARD_OUTPUT:
         return 1
     folders = ("/dev/fd", f"/proc/{os.getpid()}/fd")
@@ -125,17 +130,17 @@ def descriptor_number(end: Path) -> int | None:
 
 
 def _descriptor_to_write(path: Path) -> int | None:
-    """A descriptor to write into and close, or None where a file is to be replaced."""
+    """Return a descriptor to write into and close, or None if the file is replaced instead."""
     if not is_stream(path):
         return None
     number = descriptor_number(destination(path))
-    if number is not None:  # the same opening: opened anew, a file would be written from its start
+    if number is not None:  # a second open() would write from the start of the file
         return os.dup(number)
     return os.open(path, os.O_WRONLY | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0))
 
 
 def _kind(path: Path) -> int:
-    """The type bits of what is there over links, 0 where nothing is."""
+    """Return the file type bits (links followed), 0 if nothing exists there."""
     try:
         return stat.S_IFMT(path.stat().st_mode)
     except (FileNotFoundError, NotADirectoryError):
@@ -143,9 +148,9 @@ def _kind(path: Path) -> int:
 
 
 def part_name(end: Path, suffix: str = "") -> Path:
-    """Where a file is written before it has its name: always there, so that a leftover is found.
+    """Return the temporary name for writing a file, always the same so that a leftover is found.
 
-    One of a name that would be too long has a part of it and a mark of the whole.
+    A name that would be too long is shortened and gets a hash of the full name.
     """
     name, mark = end.name, f".twist.part{suffix}"
     if len(os.fsencode(name)) + len(mark) + _SPARE > _LONGEST_NAME:
@@ -156,10 +161,10 @@ def part_name(end: Path, suffix: str = "") -> Path:
 
 
 def take_part(part: Path) -> tuple[int, Path]:
-    """A new file to write into, under this name or one like it, and locked while it is written.
+    """Create, open and lock a new file with this name, or a similar one if the name is taken.
 
-    What a killed program left under the name is removed: a file of ours that nobody holds. What
-    else is there stays, and another name is taken. Raises OSError.
+    A leftover of a killed program is removed: a file of this user that no process holds. Anything
+    else is kept, and another name is used. Raises OSError.
     """
     for _ in range(_TRIES):
         _remove_left(part)
@@ -167,7 +172,7 @@ def take_part(part: Path) -> tuple[int, Path]:
             handle = os.open(part, os.O_RDWR | os.O_CREAT | os.O_EXCL | _BINARY, 0o600)
             if lock(handle) and _is_at(part, handle):
                 return handle, part
-            os.close(handle)  # another took it for a leftover before it was locked
+            os.close(handle)  # another process took it for a leftover before it was locked
             continue
         break
     import tempfile  # slow to load; few files need another name
@@ -195,7 +200,7 @@ def _replacing(end: Path) -> Iterator[IO[bytes]]:
 
 
 def _remove_left(part: Path) -> None:
-    """Remove what a killed program left there; never a link, another's, or what somebody holds."""
+    """Remove the leftover of a killed program, but never a link or a file of others or in use."""
     try:
         status = part.lstat()
         if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1 or not _is_mine(status):
@@ -222,7 +227,7 @@ def _is_at(path: Path, handle: int) -> bool:
 
 
 def _settle(part: Path, end: Path) -> None:
-    """Permissions and owner of the file that is replaced, or of any that a person creates."""
+    """Give the new file the replaced file's permissions and owner, or the defaults if none."""
     try:
         old = end.stat()
     except FileNotFoundError:
@@ -239,10 +244,10 @@ def _settle(part: Path, end: Path) -> None:
 
 
 def sync_folder(folder: Path) -> None:
-    """See to it that a new name is on the disk, not the file's bytes alone."""
+    """Flush a folder to disk, so that a new file name survives a crash."""
     if os.name != "posix":  # Windows does not open folders
         return
-    with contextlib.suppress(OSError):  # some file systems know no such thing
+    with contextlib.suppress(OSError):  # some file systems do not support this
         handle = os.open(folder, os.O_RDONLY)
         try:
             os.fsync(handle)
@@ -251,7 +256,7 @@ def sync_folder(folder: Path) -> None:
 
 
 def free_name(path: Path, suffix: str = "") -> Path:
-    """The first of NAME, NAME-2, NAME-3 … beside `path` (with `suffix`) that is not taken."""
+    """Return the first of NAME, NAME-2, NAME-3 … next to `path` (with `suffix`) that is free."""
     wanted = path.with_name(path.name + suffix)
     free, number = wanted, 2
     while os.path.lexists(free):
@@ -260,9 +265,9 @@ def free_name(path: Path, suffix: str = "") -> Path:
 
 
 def write_companions(companions: Mapping[str, bytes], folder: Path) -> None:
-    """Put files into a folder, but those that are there.
+    """Write files into a folder, except files that already exist there.
 
-    Raises TwistError where one has other bytes there, before any is written; OSError.
+    Raises TwistError, before anything is written, if an existing file has different bytes; OSError.
     """
     missing = {name: data for name, data in companions.items() if not is_there(folder / name)}
     for name in companions.keys() - missing.keys():

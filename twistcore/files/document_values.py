@@ -1,7 +1,7 @@
-"""What a document that was read must hold: looked at before anything is made of it.
+"""Checks of the values in a parsed document, made before any object is built from it.
 
-A stranger's document may hold any value in any place. These functions return what is expected there
-or raise FormatError with one short sentence: what was expected, where, and what was found.
+A document from elsewhere may hold any value in any place. Each function returns the expected value
+or raises FormatError with one short sentence: what was expected, where, and what was found.
 """
 
 from __future__ import annotations
@@ -20,30 +20,30 @@ from typing import Any, TypeVar
 from twistcore.errors import FormatError, TwistError
 from twistcore.files.ordinary import open_to_read
 
-MOST_FRAMES = 20_000_000  # of a clip, two days at 115 fps: beyond them a number is damaged
-DEGREES = 1e6  # of an angle, either way: beyond them it is damaged
-LARGEST = 1e300  # of any number: none of ours comes near
-_MOST_DIGITS = 30  # of a whole number: longer ones are slow to read
-_MOST_BYTES = 256_000_000  # of a file: a long clip's session with an offset a frame has 100 MB
-_MOST_TOML = 1_000_000  # bytes; ours have some kilobytes
-_MOST_DOTS = 20  # in the keys of a line of TOML: a reader's time goes with their square
+MOST_FRAMES = 20_000_000  # in a clip (two days at 115 fps); larger numbers are damaged
+DEGREES = 1e6  # largest angle in both directions; larger ones are damaged
+LARGEST = 1e300  # of any number; real values come nowhere near
+_MOST_DIGITS = 30  # of an integer: longer ones are slow to parse
+_MOST_BYTES = 256_000_000  # of a file: the session of a long clip with dense offsets has 100 MB
+_MOST_TOML = 1_000_000  # bytes; real files have a few kilobytes
+_MOST_DOTS = 20  # in the keys of a line of TOML: parsing time grows with their square
 _QUOTED = re.compile(r""""(?:[^"\\\n]|\\.)*"|'[^'\n]*'|#[^\n]*""")
-_LONGEST_PATH = 32_767  # letters; of Windows, the longest there is
+_LONGEST_PATH = 32_767  # characters: the limit of Windows, the highest of all systems
 
 _Value = TypeVar("_Value")
 _SHOWN = reprlib.Repr()
 _SHOWN.maxstring = _SHOWN.maxlong = _SHOWN.maxother = 50
 _SHOWN.maxlevel, _SHOWN.maxlist, _SHOWN.maxdict = 2, 4, 3
-_HALF = 100  # letters of what is longer all the same: lists of objects
+_HALF = 100  # characters kept at each end of a text that is still too long
 
 
 def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
-    """The bytes of a document's file; TwistError where it cannot be read or has too many."""
+    """Return the bytes of a file; TwistError if it is unreadable or larger than `most` bytes."""
     try:
         with open_to_read(path) as file:
             status = os.fstat(file.fileno())
             whole_file = stat.S_ISREG(status.st_mode) and status.st_size <= most
-            # To read so many bytes at most takes the room for them, however few there are.
+            # read(most) allocates `most` bytes, however few there are.
             data = file.read() if whole_file else file.read(most + 1)
     except OSError as error:
         raise TwistError(f"{path}: cannot be read ({error.strerror})") from None
@@ -55,7 +55,7 @@ def bytes_of(path: Path, most: int = _MOST_BYTES) -> bytes:
 
 
 def parsed_toml(data: bytes) -> dict[str, Any]:
-    """What TOML text holds."""
+    """Parse TOML bytes; FormatError if they are not valid."""
     import tomllib  # slow to load; few commands need it
 
     if len(data) > _MOST_TOML:
@@ -72,7 +72,7 @@ def parsed_toml(data: bytes) -> dict[str, Any]:
 
 
 def parsed_json(data: bytes | str) -> Any:
-    """What JSON text holds; NaN and infinity are no numbers of JSON."""
+    """Parse JSON; FormatError if it is not valid or has NaN or infinity."""
     try:
         return json.loads(data, parse_int=_whole, parse_float=_finite, parse_constant=_no_number)
     except RecursionError:
@@ -83,7 +83,7 @@ def parsed_json(data: bytes | str) -> Any:
 
 def _whole(digits: str) -> int:
     if len(digits) > _MOST_DIGITS:
-        raise ValueError(f"a number of {len(digits)} digits")
+        raise ValueError(f"a number with {len(digits)} digits is too long")
     return int(digits)
 
 
@@ -98,28 +98,25 @@ def _no_number(word: str) -> float:
 
 
 def shown_value(value: object) -> str:
-    """A value in a sentence: short, on one line, with what cannot be printed escaped."""
-    told = _SHOWN.repr(value)
-    return told if len(told) <= 2 * _HALF else f"{told[:_HALF]}…{told[-_HALF:]}"
+    """Return a value as text for a message: short, on one line, unprintable characters escaped."""
+    shown = _SHOWN.repr(value)
+    return shown if len(shown) <= 2 * _HALF else f"{shown[:_HALF]}…{shown[-_HALF:]}"
 
 
 def shown_words(said: object) -> str:
-    """What another program says of a document: short, on one line, what cannot be printed escaped.
-
-    It may quote the document.
-    """
+    """Return another program's message, which may quote the document: short and printable."""
     words = "".join(c if c.isprintable() else ascii(c)[1:-1] for c in str(said)[:200])
     return words if len(str(said)) <= 200 else f"{words}…"
 
 
 def unexpected(expected: str, what: str, value: object) -> FormatError:
-    """What to raise where something else is found."""
+    """Return the FormatError that names the expected and the found value."""
     return FormatError(f"expected {expected} for {what}, found {shown_value(value)}")
 
 
 @contextmanager
 def saying(place: object) -> Iterator[None]:
-    """Say of what a sentence is."""
+    """Put `place` in front of the message of a FormatError raised in the block."""
     try:
         yield
     except FormatError as error:
@@ -127,24 +124,24 @@ def saying(place: object) -> Iterator[None]:
 
 
 def has(document: Any, *keys: str, what: str = "the document") -> Mapping[str, Any]:
-    """An object that has these keys."""
+    """Return the document if it is an object with these keys."""
     if not isinstance(document, Mapping):
         raise unexpected("an object", what, document)
     for key in keys:
         if key not in document:
-            raise FormatError(f"expected {key}, which is missing")
+            raise FormatError(f"the key {key} is missing")
     return document
 
 
 def text(value: Any, what: str) -> str:
-    """A text."""
+    """Return the value if it is text."""
     if not isinstance(value, str):
         raise unexpected("a text", what, value)
     return value
 
 
 def path_text(value: Any, what: str) -> str:
-    """A path, which a file system may have; bytes that are no UTF-8 are escaped in it."""
+    """Return the value if it can be a path; in it, bytes that are not UTF-8 are escaped."""
     try:
         good = isinstance(value, str) and len(value) <= _LONGEST_PATH and "\0" not in value
         if good:
@@ -156,14 +153,14 @@ def path_text(value: Any, what: str) -> str:
 
 
 def flag(value: Any, what: str) -> bool:
-    """True or false, no number."""
+    """Return the value if it is true or false, not a number."""
     if not isinstance(value, bool):
         raise unexpected("true or false", what, value)
     return value
 
 
 def number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) -> float:
-    """A finite number, no truth, from `low` to `high`."""
+    """Return the value as a float if it is a finite number (not a bool) from `low` to `high`."""
     good = isinstance(value, int | float) and not isinstance(value, bool)
     if not (good and low <= value <= high):
         raise unexpected(f"a number{_bounds(low, high, LARGEST)}", what, value)
@@ -171,14 +168,14 @@ def number(value: Any, what: str, low: float = -LARGEST, high: float = LARGEST) 
 
 
 def above_zero(value: Any, what: str) -> float:
-    """A finite number above 0."""
+    """Return the value as a float if it is a finite number above 0."""
     if not (number(value, what) > 0.0):
         raise unexpected("a number above 0", what, value)
     return float(value)
 
 
 def whole(value: Any, what: str, low: int = 0, high: int = 2**53) -> int:
-    """A whole number, no truth, from `low` to `high`."""
+    """Return the value if it is an integer (not a bool) from `low` to `high`."""
     if not (isinstance(value, int) and not isinstance(value, bool) and low <= value <= high):
         raise unexpected(f"a whole number{_bounds(low, high, 2**53)}", what, value)
     return value
@@ -191,28 +188,28 @@ def _bounds(low: float, high: float, most: float) -> str:
 
 
 def one_of(value: Any, what: str, known: Collection[str]) -> str:
-    """One of these words."""
+    """Return the value if it is one of the known words."""
     if not (isinstance(value, str) and value in known):
         raise unexpected(" or ".join(map(repr, known)), what, value)
     return value
 
 
 def items(value: Any, what: str) -> list[Any]:
-    """A list."""
+    """Return the value as a list if it is one."""
     if not isinstance(value, list | tuple):
         raise unexpected("a list", what, value)
     return list(value)
 
 
 def texts(value: Any, what: str) -> tuple[str, ...]:
-    """A list of texts."""
+    """Return the value as a tuple if it is a list of texts."""
     if not all(isinstance(one, str) for one in items(value, what)):
         raise unexpected("a list of texts", what, value)
     return tuple(value)
 
 
 def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Value, ...]:
-    """A list of things, each of which is read by itself; a sentence says of which it is."""
+    """Read every item of a list with `read`; an error names the number of the item."""
     found = []
     for k, one in enumerate(items(value, what), start=1):
         with saying(f"{what}, number {k}"):
@@ -221,6 +218,6 @@ def read_each(value: Any, what: str, read: Callable[[Any], _Value]) -> tuple[_Va
 
 
 def frames(entry: Mapping[str, Any], last: int = MOST_FRAMES) -> tuple[int, int]:
-    """The half-open span from `start` to `stop` of an entry, not empty and not beyond `last`."""
+    """Return `start` and `stop` of an entry: a half-open span, not empty and not beyond `last`."""
     start = whole(entry["start"], "start", 0, last - 1)
     return start, whole(entry["stop"], "stop", start + 1, last)

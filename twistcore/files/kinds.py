@@ -1,4 +1,4 @@
-"""What a file is by its first bytes: for a sentence where another kind of file was expected."""
+"""Recognise the kind of a file from its first bytes, for messages about unexpected files."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from twistcore.files.wide_text import narrow_head
 
-LOOKED_AT = 512  # bytes: all that is needed of a file's beginning
+LOOKED_AT = 512  # bytes at the start of a file that suffice to recognise it
 
 _CONVERT = "convert it to BVH with `twistcore convert`"
 _UNPACK = "unpack it first"
@@ -15,13 +15,13 @@ _SOLVE = "markers have no joints: solve them onto a skeleton first and export th
 
 
 class FileKind(NamedTuple):
-    """words: 'an FBX file (binary)'; advice: what to do with it, '' where there is nothing."""
+    """A kind of file (`words`: 'an FBX file (binary)') and `advice`, '' if there is none."""
 
     words: str
     advice: str = ""
 
 
-# What can be read or is ours. A reader passes over its own kind.
+# Formats that can be read, and formats of this project. A reader ignores its own kind.
 BVH = FileKind("a BVH file", "give it a name that ends in .bvh")
 NPZ = FileKind("an .npz", "give it a name that ends in .npz")
 AMC = FileKind("an AMC file", "give it a name that ends in .amc")
@@ -78,9 +78,9 @@ _BEGINNINGS: tuple[tuple[bytes, FileKind], ...] = (
 
 
 def kind_of(head: bytes) -> FileKind | None:
-    """What begins with these bytes, of which the first 512 suffice; None where they do not tell.
+    """Return the kind of a file from its first bytes (512 suffice); None if unknown.
 
-    A text may be in UTF-16 or UTF-32.
+    The text may be in UTF-16 or UTF-32.
     """
     head = narrow_head(head)
     for beginning, kind in _BEGINNINGS:
@@ -90,21 +90,21 @@ def kind_of(head: bytes) -> FileKind | None:
 
 
 def found_instead(head: bytes, *expected: FileKind) -> str | None:
-    """'expected a BVH file, but this is a PNG picture'; None for what is expected or unknown.
+    """Return 'expected a BVH file, but this is a PNG picture'; None for expected or unknown kinds.
 
-    expected: what the reader takes, the first of which is named.
+    expected: the kinds the reader accepts; the message names the first.
     """
     kind = kind_of(head)
     if kind is None or kind in expected:
         return None
-    clips = (BVH, NPZ, AMC)  # another name helps where a clip is meant, and only there
+    clips = (BVH, NPZ, AMC)  # renaming the file helps only where a clip is expected
     helps = kind.advice and (kind not in clips or expected[0] in clips)
     sentence = f"expected {expected[0].words}, but this is {kind.words}"
     return f"{sentence}; {kind.advice}" if helps else sentence
 
 
 def _zip(head: bytes) -> FileKind | None:
-    """By the name of the first member, which stands behind 30 bytes."""
+    """Recognise a ZIP archive or .npz by the name of its first member, which follows 30 bytes."""
     if not head.startswith(b"PK\x03\x04"):
         return None
     name = head[30 : 30 + int.from_bytes(head[26:28], "little")]
@@ -123,14 +123,14 @@ def _film(head: bytes) -> FileKind | None:
 
 
 def _c3d(head: bytes) -> FileKind | None:
-    """The second byte is 0x50, the first the block of its parameters, mostly the second."""
+    """Recognise a C3D: byte 2 is 0x50, byte 1 the parameter block, usually block 2."""
     if len(head) > 2 and head[1] == 0x50 and 2 <= head[0] < 0x20:
         return FileKind("a C3D file of markers", _SOLVE)
     return None
 
 
 def _pickle(head: bytes) -> FileKind | None:
-    """Protocols 2 to 5, which every Python since 2003 writes unless it is asked for another."""
+    """Recognise pickle protocols 2 to 5, the default of every Python since 2003."""
     return PICKLE if head[:1] == b"\x80" and head[1:2] in (b"\2", b"\3", b"\4", b"\5") else None
 
 

@@ -1,4 +1,4 @@
-"""The operating system's lock on an open file: it ends with the program that holds it."""
+"""Operating system locks on open files; a lock ends with the program that holds it."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ if sys.platform == "win32":
 else:
     import fcntl
 
-_AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # to open a FIFO would wait for its writer
-_FAR = 1 << 40  # Windows locks bytes, not files: one that nobody reads
+_AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # opening a FIFO would wait for its writer
+_FAR = 1 << 40  # Windows locks bytes, not files: lock a byte that nobody reads
 
 
 def lock(handle: int) -> bool:
-    """Lock an open file; False if another opening of it holds the lock.
+    """Lock an open file; False if another open file holds the lock.
 
-    True on a file system that knows no locks.
+    True on a file system without locks.
     """
     try:
         _lock(handle)
@@ -30,7 +30,7 @@ def lock(handle: int) -> bool:
 
 
 def is_sure(handle: int) -> bool:
-    """Lock an open file; False also where that cannot be: on a file system that knows no locks."""
+    """Lock an open file; False also on a file system without locks."""
     try:
         _lock(handle)
     except OSError:
@@ -39,7 +39,7 @@ def is_sure(handle: int) -> bool:
 
 
 def is_held(path: Path) -> bool:
-    """Whether a living program has locked the file; False for one that cannot be opened."""
+    """True if a running program has locked the file; False if the file cannot be opened."""
     try:
         handle = os.open(path, os.O_RDONLY | _AT_ONCE)
     except OSError:

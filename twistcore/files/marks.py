@@ -1,4 +1,4 @@
-"""SHA-256 of files, read once for each state of a file: its size, its time and its number."""
+"""SHA-256 of files, computed once for each state of a file (size, time and inode)."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from pathlib import Path
 
 from twistcore.files.ordinary import open_to_read
 
-_LONG = 50_000_000  # bytes, some 50 ms: less is read before a person notices
-_MOST = 1000  # files; those looked at first go first
+_LONG = 50_000_000  # bytes, about 50 ms: smaller files are read before a person notices
+_MOST = 1000  # files; the oldest entries are dropped first
 
 _State = tuple[int, int, int]
 _marks: dict[Path, tuple[_State, str]] = {}
 
 
 def sha256_of(path: Path) -> str:
-    """SHA-256 of a file's bytes, which are read in any case; raises OSError."""
+    """Return the SHA-256 of a file, always reading it; raises OSError."""
     with open_to_read(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def file_mark(path: Path) -> str:
-    """The same, read where the file is new or its state another. Safe to call in any thread."""
+    """Return the SHA-256 of a file, read again only if the file changed. Thread-safe."""
     state = _state(path)
     known = _marks.get(path)
     if known is not None and known[0] == state:
         return known[1]
     mark = sha256_of(path)
-    _marks[path] = state, mark  # of the state before: changed meanwhile, it is read again
+    _marks[path] = state, mark  # the state before reading: a change meanwhile is noticed
     for oldest in tuple(_marks)[:-_MOST]:
         _marks.pop(oldest, None)
     return mark
 
 
 def takes_long(path: Path) -> bool:
-    """Whether the file's mark is a matter for a thread; False for one that is not there."""
+    """True if computing the file's mark takes long enough for a thread; False if it is missing."""
     with suppress(OSError):
         state, known = _state(path), _marks.get(path)
         return path.is_file() and state[0] > _LONG and (known is None or known[0] != state)
@@ -44,7 +44,7 @@ def takes_long(path: Path) -> bool:
 
 
 def forget_marks(paths: Iterable[Path]) -> None:
-    """Read these again, whatever their state says."""
+    """Forget the marks of these files, so that they are read again."""
     for path in paths:
         _marks.pop(path, None)
 

@@ -1,4 +1,4 @@
-"""Files as they are read: whole, and never what would wait for somebody or has no end."""
+"""Reading of regular files only: never of anything that would block or has no end."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from contextlib import suppress
 from io import BufferedReader
 from pathlib import Path
 
-_AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # to open a FIFO would wait for its writer
+_AT_ONCE = getattr(os, "O_NONBLOCK", 0)  # opening a FIFO would wait for its writer
 _REFUSED = {
     stat.S_IFIFO: (errno.EINVAL, "is a FIFO, expected a file"),
     stat.S_IFCHR: (errno.EINVAL, "is a device, expected a file"),
@@ -21,26 +21,26 @@ _REFUSED = {
 
 
 def read_file(path: Path | str) -> bytes:
-    """All bytes of a file; raises OSError as :func:`open_to_read`."""
+    """Return all bytes of a file; raises OSError like :func:`open_to_read`."""
     with open_to_read(path) as file:
         return file.read()
 
 
 def read_text_file(path: Path | str) -> str:
-    """The same as UTF-8, with or without Windows' mark in front; also UnicodeDecodeError."""
+    """Return a UTF-8 file as text, without a byte order mark; OSError, UnicodeDecodeError."""
     return read_file(path).decode("utf-8-sig")
 
 
 def open_to_read(path: Path | str) -> BufferedReader:
-    """A file to read from; raises OSError, also for what is none: a FIFO, a socket, a device.
+    """Open a file for reading; raises OSError also for a FIFO, a socket or a device.
 
-    What this process was given open (/dev/stdin, /dev/fd/N, so a shell's `<(…)`) is read whatever
-    it is: somebody is at its other end.
+    Descriptors that this process was given open (/dev/stdin, /dev/fd/N, so also a shell's `<(…)`)
+    are read whatever their type: somebody is at the other end.
     """
     path = Path(path)
     if _was_given(path):
         return path.open("rb")
-    check_ordinary(path, path.stat().st_mode)  # before: some devices take an opening for an order
+    check_ordinary(path, path.stat().st_mode)  # before open(), which has effects on some devices
     file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | _AT_ONCE))  # noqa: SIM115
     try:
         check_ordinary(path, os.fstat(file.fileno()).st_mode)
@@ -51,23 +51,23 @@ def open_to_read(path: Path | str) -> BufferedReader:
 
 
 def is_there(path: Path | str) -> bool:
-    """Whether a path leads to something; False where that cannot be told.
+    """True if the path exists; False also if that cannot be found out.
 
-    Which `Path.exists` raises: of a name that is too long, of a folder that may not be looked into.
+    `Path.exists` raises for a name that is too long and for a folder without access.
     """
     return os.path.exists(path)  # noqa: PTH110
 
 
 def is_file(path: Path | str) -> bool:
-    """Whether a path leads to a file; False where that cannot be told."""
+    """True if the path leads to a file; False also if that cannot be found out."""
     return os.path.isfile(path)  # noqa: PTH113
 
 
 def own_folder(find: Callable[[], Path]) -> Path:
-    """A folder of the person's own; where nobody knows a home, one that nothing can be put into.
+    """Return a folder of the user's, or, without a home, a path where nothing can be created.
 
-    find: of platformdirs; without a home it raises or, an older one, gives a path that begins with
-    '~', which would be made wherever the program was started.
+    find: a function of platformdirs. Without a home it raises, or in older versions returns a path
+    that begins with '~', which would be created in the current folder.
     """
     with suppress(RuntimeError):
         if (folder := find()).is_absolute():
@@ -76,9 +76,9 @@ def own_folder(find: Callable[[], Path]) -> Path:
 
 
 def real_path(path: Path) -> Path:
-    """Absolute and without links, as far as it can be told.
+    """Return the absolute path without links, as far as possible.
 
-    `Path.resolve` raises where links lead in a circle; here such a link is its own end.
+    `Path.resolve` raises for a loop of links; here the path of such a link itself is returned.
     """
     return Path(os.path.realpath(path))
 
@@ -91,7 +91,7 @@ def _was_given(path: Path) -> bool:
 
 
 def check_ordinary(path: Path, mode: int) -> None:
-    """Raise OSError for what is no file by its mode."""
+    """Raise OSError if the mode is not the mode of a regular file."""
     if refused := _REFUSED.get(stat.S_IFMT(mode)):
         code, why = refused
         raise OSError(code, why, str(path))

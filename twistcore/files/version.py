@@ -1,3 +1,3 @@
-"""The one version of both packages; pyproject.toml reads it."""
+"""The version of both packages; pyproject.toml reads it."""
 
 __version__ = "0.2.0"

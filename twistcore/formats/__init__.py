@@ -1,4 +1,4 @@
-"""The formats that clips come in: one way to read them all, and a folder for each."""
+"""File formats of clips: one way to read them all, and a folder for each."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -26,7 +26,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded when first asked for: what a name ends in is known without any reader, or numpy.
+    # Loaded when first used: the suffix of a name is known without any reader or numpy.
     _HOMES = {
         "clip": "Clip write_clip",
         "reading": "CLIP_PATTERNS is_clip is_other_data own_name read_clip same_format",

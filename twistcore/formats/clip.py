@@ -1,4 +1,4 @@
-"""A clip as it was read from a file: its bytes, its motion, and how its numbers are rewritten."""
+"""A clip as read from a file: its bytes, its motion, and how its numbers are rewritten."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ from twistcore.skeleton.notation import angle_step
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-SHORTEST, LONGEST = 1e-4, 1.0  # seconds: frame times that can be meant
+SHORTEST, LONGEST = 1e-4, 1.0  # seconds: range of plausible frame times
 _WARNINGS = 40
-_POSES = 1 << 20  # of joints, in all frames, that are read whatever numbers there are
-_JOINTS_A_NUMBER = 2  # above that; a figure has nearly three numbers a joint
+_POSES = 1 << 20  # joints × frames that are always read
+_JOINTS_A_NUMBER = 2  # the limit for larger files; a figure has nearly three numbers a joint
 
 
 @dataclass(frozen=True)
 class ClipWarning:
-    """What was read with an assumption: a sentence, and the line (from 1) if it has one."""
+    """An assumption made while reading: a sentence, and its line in the file (from 1) if any."""
 
     text: str
     line: int | None = None
@@ -38,17 +38,17 @@ class ClipWarning:
 
 
 def some_of(warnings: Sequence[ClipWarning]) -> list[ClipWarning]:
-    """The first of them, and how many more there are: a damaged file has thousands."""
+    """Return the first warnings and the number left out: a damaged file has thousands."""
     if (left := len(warnings) - _WARNINGS) <= 1:
         return list(warnings)
     return [*warnings[:_WARNINGS], ClipWarning(f"{left} more warnings are not shown.")]
 
 
 def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
-    """What is expected where next to no joint has numbers; None where there is room for all.
+    """Return a message if a file has far too few numbers for its joints; None if it is fine.
 
-    A line of a joint and a line of a frame take a few bytes each, and a pose of every joint in
-    every frame the product of both.
+    A line of a joint and a line of a frame take a few bytes each, but the poses of all joints in
+    all frames take the product of both.
     """
     if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
         return None
@@ -62,8 +62,8 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
 class ChannelJump:
     """A step of more than 180° in a written channel, which no equivalent angles could avoid.
 
-    frame: the later one of the step; channel: such as 'Zrotation'. The pose is right in every
-    frame; only who interpolates the channels between frames sees a spin.
+    frame: the later frame of the step; channel: such as 'Zrotation'. The pose is right in every
+    frame; only a program that interpolates the channels between frames shows a spin.
     """
 
     joint: str
@@ -76,7 +76,7 @@ class ChannelJump:
 
 @dataclass(frozen=True, eq=False)
 class Patch:
-    """The bytes to write and the jumps that stayed in them."""
+    """The bytes to write and the remaining jumps."""
 
     data: bytes = field(repr=False)
     jumps: tuple[ChannelJump, ...] = ()
@@ -84,14 +84,14 @@ class Patch:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Clip(ABC):
-    """A motion file as it was read; `read_clip` makes one.
+    """A motion file as returned by `read_clip`.
 
-    Every format has a class of its own, which knows how its numbers are rewritten.
+    Every format has its own subclass, which rewrites the numbers of that format.
 
     Parameters
     ----------
     path : Path
-        The file, as opened.
+        The file that was read.
     data : bytes
         Its contents, never changed.
     skeleton : Skeleton
@@ -99,7 +99,7 @@ class Clip(ABC):
     frame_time : float
         Seconds from one frame to the next.
     warnings : tuple of ClipWarning
-        What was read with an assumption.
+        Assumptions made while reading.
     declared_frames : int, optional
         How many frames the file's header declares; None if the format has no such number.
 
@@ -113,7 +113,7 @@ class Clip(ABC):
     (344, 120, 2.87, 'bvh')
     """
 
-    format: ClassVar[str]  # in small letters, as files of it end
+    format: ClassVar[str]  # in lower case, like the file suffix
 
     path: Path
     data: bytes = field(repr=False)
@@ -133,7 +133,7 @@ class Clip(ABC):
 
     @property
     def companions(self) -> Mapping[str, bytes]:
-        """Files without which it cannot be read, by name: they lie beside it."""
+        """Files in the same folder that are needed to read this one, by name."""
         return {}
 
     @property
@@ -153,44 +153,45 @@ class Clip(ABC):
 
     @property
     def missing_frames(self) -> int:
-        """How many of the frames that the header declares are not in the file."""
+        """Number of frames that the header declares but the file does not have."""
         return max(0, (self.declared_frames or 0) - self.frames)
 
     @property
     @abstractmethod
     def columns(self) -> int:
-        """Numbers of motion in a frame."""
+        """Number of motion values in a frame."""
 
     @cached_property
     def motion(self) -> Motion:
-        """What the bytes mean; computed when first asked for."""
+        """The motion in the file, computed when first used."""
         angles = (self.angles(joint) for joint in range(len(self.skeleton)))
         return replace(self.read_motion(), angle_step=angle_step(angles))
 
     @abstractmethod
     def read_motion(self) -> Motion:
-        """The motion of :attr:`motion`, computed."""
+        """Compute the motion for :attr:`motion`."""
 
     @cached_property
     def sha256(self) -> str:
-        """Hash of the bytes: what a session remembers its clip by."""
+        """Hash of the bytes, by which a session recognises its clip."""
         import hashlib  # slow to load; few commands need it
 
         return hashlib.sha256(self.data).hexdigest()
 
     @abstractmethod
     def angles(self, joint: int) -> Array:
-        """A joint's rotation as the file has it, degrees, (frames, its channels)."""
+        """Return a joint's rotation channels as written, degrees, (frames, channels)."""
 
     @abstractmethod
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Letters of a joint's Euler angles and these, radians, (frames, 3); None without three.
+        """Return a joint's Euler order and angles, radians, (frames, 3); None without three
+        channels.
 
-        About the axes of :meth:`as_written`.
+        The axes are those of :meth:`as_written`.
         """
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """A joint's rotation q, (…, 4), about the axes that :meth:`euler` has its angles of."""
+        """Return a joint's rotation q, (…, 4), about the axes of the angles of :meth:`euler`."""
         del joint
         return q
 
@@ -198,37 +199,37 @@ class Clip(ABC):
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """The bytes with the rotations at `changed` (frames, joints) taken from `motion`.
+        """Return the bytes with the rotations at `changed` (frames, joints) taken from `motion`.
 
-        positions: also its positions where they differ. Every other byte stays. ValueError for a
+        positions: also write the positions that differ. All other bytes are kept. ValueError for a
         joint that the file cannot turn about three axes.
         """
 
 
 def changed_rotations(clip: Clip, motion: Motion) -> NDArray[np.bool_]:
-    """Which local rotations differ from the clip's, bit for bit, shape (frames, joints)."""
+    """Return which local rotations differ from the clip's, bit for bit, shape (frames, joints)."""
     if motion.rotations is clip.motion.rotations:
         return np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     differs = motion.rotations != clip.motion.rotations
-    # Four flags seen as one number: several times faster than any() along so short an axis.
+    # Four flags viewed as one number: several times faster than any() along such a short axis.
     changed: NDArray[np.bool_] = differs.view(np.uint32)[..., 0] != 0
     return changed
 
 
 def rewritten(clip: Clip, motion: Motion) -> Patch:
-    """The clip's bytes with the rotations and positions of `motion`; only what differs is other."""
+    """Return the clip's bytes with the rotations and positions of `motion` where they differ."""
     check_motion(motion)
     moved = motion.positions is not clip.motion.positions
     return clip.patched(motion, changed_rotations(clip, motion), positions=moved)
 
 
 def check_ending(clip: Clip, path: Path) -> None:
-    """TwistError where a file's name says that it is of another format than the clip's."""
+    """Raise TwistError if the name has the suffix of another format than the clip's."""
     if refused := not_written(path, f".{clip.format}"):
         raise TwistError(f"{path}: {refused}")
     if clip_suffix(path) not in ("", f".{clip.format}"):
         raise TwistError(
-            f"{path}: expected a name that ends in .{clip.format}, since {clip.name} is written "
+            f"{path}: expected a name that ends in .{clip.format}, because {clip.name} is written "
             "in its own format"
         )
 
@@ -238,8 +239,8 @@ def write_clip(
 ) -> tuple[ChannelJump, ...]:
     """Write a clip with other rotations and positions, in its own format.
 
-    Only numbers that differ are rewritten; every other byte stays. The file is written atomically,
-    and files without which it cannot be read are put next to it.
+    Only numbers that differ are rewritten; all other bytes are kept. The file is written
+    atomically, and the files needed to read it are put next to it.
 
     Parameters
     ----------
@@ -248,9 +249,9 @@ def write_clip(
     motion : Motion
         Its rotations and positions, as :func:`refine` returns them.
     path : str or Path
-        Where to write. A file there is replaced.
+        The file to write. An existing file is replaced.
     replace_source : bool
-        True to allow that `path` is the file that the clip was read from.
+        True to allow overwriting the file that the clip was read from.
 
     Returns
     -------
@@ -260,17 +261,17 @@ def write_clip(
     Raises
     ------
     TypeError
-        If `motion` is no motion.
+        If `motion` is not a Motion.
     TwistError
-        If the clip's own source would be replaced, or `path` has the ending of another format.
+        If the clip's own source would be replaced, or `path` has the suffix of another format.
     ValueError
-        If a joint was turned that the file cannot turn about three axes.
+        If a changed joint cannot be turned about three axes in the file.
     OSError
         If the file cannot be written.
 
     See Also
     --------
-    write_motion : Write a motion that was read from no file.
+    write_motion : Write a motion that does not come from a file.
 
     Examples
     --------

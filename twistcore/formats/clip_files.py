@@ -1,4 +1,4 @@
-"""The clips of a folder: which files are taken for motion."""
+"""Find the clips in a folder."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from twistcore.files.ordinary import is_file, is_there
 from twistcore.formats.reading import is_other_data
 from twistcore.formats.suffixes import CLIP_SUFFIXES
 
-BVH = (".bvh",)  # for studies, whose figures are of BVH files
+BVH = (".bvh",)  # for studies, which use BVH files only
 
 
 def clips_in(
     folder: Path, *, below: bool = False, suffixes: Sequence[str] = CLIP_SUFFIXES
 ) -> list[Path]:
-    """The clips of a folder, sorted; none where it is no folder or may not be read.
+    """Return the clips of a folder, sorted; none if it is not a folder or may not be read.
 
-    below: those of the folders below it, too; suffixes: of their names, which may have them in
-    capitals. A link that leads nowhere is a clip: whoever reads it says so. Folders and devices are
-    none, whatever their names, nor is an .npz of other data.
+    below: include subfolders; suffixes: suffixes of clips, matched in any case. A broken link
+    counts as a clip, so that reading it reports the error. Folders and devices do not count,
+    whatever their names, nor does an .npz with other data.
     """
     if not folder.is_dir():
         return []
@@ -31,7 +31,7 @@ def clips_in(
 
 
 def no_files_in(folder: Path) -> dict[str, Path]:
-    """What bears a clip's name in a folder, or below it, and is a FIFO, a socket or a device."""
+    """Return the FIFOs, sockets and devices in a folder or below that are named like clips."""
     named = (path for path in folder.rglob("*") if path.suffix.lower() in CLIP_SUFFIXES)
     odd = (path for path in sorted(named) if is_there(path) and not _is_file_or_folder(path))
     return {path.relative_to(folder).as_posix(): path for path in odd}
@@ -42,9 +42,9 @@ def _is_file_or_folder(path: Path) -> bool:
 
 
 def clips_by_name(folder: Path, *, suffixes: Sequence[str] = CLIP_SUFFIXES) -> dict[str, Path]:
-    """The clips of a folder and of those below it, by their path in it with '/' between.
+    """Return the clips in a folder and its subfolders, by relative path with '/' as separator.
 
-    Raises TwistError where there is none.
+    Raises TwistError if there is none.
     """
     found = clips_in(folder, below=True, suffixes=suffixes)
     if not found:
@@ -53,11 +53,11 @@ def clips_by_name(folder: Path, *, suffixes: Sequence[str] = CLIP_SUFFIXES) -> d
 
 
 def kinds_of_clips(suffixes: Sequence[str] = CLIP_SUFFIXES) -> str:
-    """'BVH', 'BVH or NPZ': for a sentence about what was expected."""
+    """Return 'BVH' or 'BVH or NPZ', for messages about what was expected."""
     return " or ".join(suffix[1:].upper() for suffix in suffixes)
 
 
 def _is_clip(path: Path) -> bool:
-    with suppress(OSError):  # a folder that tells names, and nothing of what bears them
+    with suppress(OSError):  # a folder whose names can be listed but not examined
         return (is_file(path) and not is_other_data(path)) or not is_there(path)
     return True

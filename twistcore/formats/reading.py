@@ -1,4 +1,4 @@
-"""The formats that clips come in: one way to read them all."""
+"""Read a clip of any format."""
 
 from __future__ import annotations
 
@@ -13,75 +13,75 @@ from twistcore.formats.clip import Clip
 from twistcore.formats.suffixes import CLIP_SUFFIXES, FormatInfo, clip_suffix, known_formats
 from twistcore.work.progress import Tell
 
-CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # as file dialogs have them
+CLIP_PATTERNS = " ".join(f"*{suffix}" for suffix in CLIP_SUFFIXES)  # for file dialogs
 
 
 def is_clip(path: str | Path) -> bool:
-    """Whether a file is a clip by its name, in capitals or not."""
+    """True if the name has a clip's suffix, in any case."""
     return bool(clip_suffix(path))
 
 
 def own_name(path: str | Path) -> str:
-    """How the names of files about a clip begin, so that no two clips of a folder share them.
+    """Return the beginning of the names of files about a clip, unique among a folder's clips.
 
-    A BVH's name without its ending; of another format the whole, since a BVH may lie beside it:
-    05_05.bvh has 05_05.twist.json, 05_05.amc has 05_05.amc.twist.json. A BVH called
-    05_05.amc.bvh keeps its ending, too.
+    For a BVH this is the name without its suffix; for another format the whole name, since a BVH
+    may be in the same folder: 05_05.bvh has 05_05.twist.json, 05_05.amc has 05_05.amc.twist.json. A
+    BVH called 05_05.amc.bvh keeps its suffix, too.
     """
     path = Path(path)
     return path.stem if _format(path) is _format("") and not is_clip(path.stem) else path.name
 
 
 def same_format(one: str | Path, other: str | Path) -> bool:
-    """Whether two files are of one format by their names."""
+    """True if two files have the same format, judged by their names."""
     return _format(one) is _format(other)
 
 
 def _format(path: str | Path) -> FormatInfo:
-    """Return the format of a name; BVH where the name says nothing."""
+    """Return the format of a name; BVH if the suffix is unknown."""
     formats = known_formats()
     return formats.get(Path(path).suffix.lower(), formats[".bvh"])
 
 
 def _named(function: str) -> Callable[..., Any]:
-    """Return a function by 'module:function', loaded when it is needed."""
+    """Load and return the function 'module:function'."""
     module, _, name = function.partition(":")
     found: Callable[..., Any] = getattr(import_module(module), name)
     return found
 
 
 def is_other_data(path: str | Path) -> bool:
-    """Whether a file named as a clip holds none: a body's shape in an .npz, say, or a model.
+    """True if a file named like a clip has no motion: for example an .npz with a body's shape.
 
-    Reads an archive's directory and a pickle's beginning; a damaged archive is none, so that
-    reading it says what is wrong, and no device is, which to open might wait for good.
+    Only the archive's directory or the pickle's beginning is read. A damaged archive gives False,
+    so that reading it reports the error; so does a device, which might block forever when opened.
     """
-    asked = _format(path).without_motion
-    return bool(asked) and is_file(path) and bool(_named(asked)(Path(path)))
+    test = _format(path).without_motion
+    return bool(test) and is_file(path) and bool(_named(test)(Path(path)))
 
 
 def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> Clip:
-    """Read a motion file: BVH, AMASS and SMPL (.npz, .pkl) or ASF/AMC, by the name's ending.
+    """Read a motion file: BVH, AMASS and SMPL (.npz, .pkl) or ASF/AMC, by its suffix.
 
     Parameters
     ----------
     path : str or Path
-        The file; a BVH if its ending is unknown.
+        The file; a BVH if its suffix is unknown.
     fps : float, optional
         Frames a second in place of the rate in the file.
     tell : callable, optional
-        Called now and then with the share of the work that is done, 0…1.
+        Called now and then with the share of the work done, 0…1.
 
     Returns
     -------
     Clip
-        The clip. What was assumed without harm is in its `warnings`.
+        The clip. Harmless assumptions are listed in its `warnings`.
 
     Raises
     ------
     TwistError
-        If the file cannot be read without a guess that would move a joint. The format's own error,
-        with the line where there is one.
+        If the file cannot be read without a guess that would move a joint. A subclass of the
+        format, with the line if known.
 
     See Also
     --------
@@ -96,7 +96,9 @@ def read_clip(path: str | Path, *, fps: float | None = None, tell: Tell | None =
     5.733333333333333
     """
     if Path(path).suffix.lower() == ".asf":
-        raise AmcError(str(path), "expected a clip, found a skeleton without motion; open its .amc")
+        raise AmcError(
+            str(path), "expected a clip, found a skeleton without motion; open its .amc instead"
+        )
     if Path(path).is_dir():
         raise ClipError(str(path), "expected a clip, found a folder; use `batch` for folders")
     clip: Clip = _named(_format(path).read)(path, fps=fps, tell=tell)

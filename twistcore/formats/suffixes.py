@@ -1,4 +1,4 @@
-"""How files of each format end: known without loading any reader, or numpy."""
+"""Suffixes of all formats, known without loading a reader or numpy."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class FormatInfo:
-    """A format of clips, as its file in `known/` announces it.
+    """A clip format, as registered by its file in `known/`.
 
     Parameters
     ----------
     suffix : str
-        How its names end, in small letters, with the dot.
+        Suffix of its files, in lower case, with the dot.
     read : str
         The reader as 'module:function'; it takes a path, `fps` and `tell`, and returns a Clip.
     place : int
-        Where it comes in lists, from the usual to the rare.
+        Rank in lists, from common to rare.
     without_motion : str
-        As 'module:function', what tells of a file of this name whether it holds other data; ""
-        for a format whose files are all clips.
+        As 'module:function', a test whether a file with this suffix has other data; "" for a
+        format whose files are all clips.
     companion : str
         The suffix of a file in the same folder that belongs to a clip; "" for none.
     """
@@ -40,7 +40,7 @@ class FormatInfo:
 
 @cache
 def known_formats() -> Mapping[str, FormatInfo]:
-    """Return all formats by suffix: those of the files of `known/`."""
+    """Return all registered formats by suffix, in order of rank."""
     folder = import_module("twistcore.formats.known")
     names = [module.name for module in iter_modules(folder.__path__)]
     infos = [import_module(f"{folder.__name__}.{name}").FORMAT for name in names]
@@ -48,7 +48,7 @@ def known_formats() -> Mapping[str, FormatInfo]:
 
 
 CLIP_SUFFIXES = tuple(known_formats())
-# Other files of motion, by name: none of them is written, whatever is asked for.
+# Other motion formats, by suffix: none of them can be written.
 _OTHERS: Mapping[str, str] = MappingProxyType(
     {
         ".fbx": "FBX",
@@ -76,20 +76,20 @@ _OTHERS: Mapping[str, str] = MappingProxyType(
 
 
 def clip_suffix(name: PurePath | str) -> str:
-    """The suffix of a clip's name, in small letters; '' where it is none of a clip."""
+    """Return the suffix of a clip's name in lower case; '' for other names."""
     suffix = PurePath(name).suffix.lower()
     return suffix if suffix in CLIP_SUFFIXES else ""
 
 
 def other_format(name: PurePath | str) -> str:
-    """Name of the format that a file ends as and that is not written here; '' for any other."""
+    """Return the name of an unsupported motion format by suffix; '' for any other suffix."""
     return _OTHERS.get(PurePath(name).suffix.lower(), "")
 
 
 def not_written(name: PurePath | str, endings: str) -> str:
-    """A sentence for a name that ends as a format that is not written; '' for any other name.
+    """Return a message for a name with the suffix of an unsupported format; '' for other names.
 
-    endings: those that are expected, such as '.bvh'.
+    endings: the expected suffixes, such as '.bvh'.
     """
     kind = other_format(name)
     return kind and (

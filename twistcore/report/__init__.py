@@ -1,1 +1,1 @@
-"""What is told of clips once they are done: a page of one, and one of a whole folder."""
+"""Reports: a page for one clip, and a page for a whole folder."""

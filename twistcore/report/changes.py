@@ -1,4 +1,4 @@
-"""What a correction changed, by how much, and what it left alone: measured, not taken on trust."""
+"""Measure what a correction changed, by how much, and what it left unchanged."""
 
 from __future__ import annotations
 
@@ -29,12 +29,13 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import geodesic_angle
 from twistcore.work.frozen import dataclass
 
-_ROWS = 4096  # frames looked at together
+_ROWS = 4096  # frames compared at a time
 
 
 @dataclass(frozen=True)
 class JointChange:
-    """How a joint's own rotation was changed: in how many frames, by how many degrees.
+    """Change of a joint's own rotation: the number of frames, the largest angle and the RMS,
+    degrees.
 
     rms: over the frames in which it changed.
     """
@@ -47,12 +48,12 @@ class JointChange:
 
 @dataclass(frozen=True)
 class FidelityCheck:
-    """What a written file has of its source, as it was read again.
+    """Comparison of a written file, read again, with its source.
 
     what: 'columns' of numbers, compared byte for byte, or 'joints', whose rotations are compared
-    bit for bit; total: how many there are; same: those in which nothing differs; outside: what
-    differs in frames that nothing was corrected in; head: whether all that stands before the
-    numbers is the same bytes, None where the format has no such thing.
+    bit for bit; total: their number; same: the number without any difference; outside: differences
+    in frames without a correction; head: True if the bytes before the numbers are equal, None if
+    the format has no such part.
     """
 
     name: str
@@ -67,8 +68,9 @@ class FidelityCheck:
 class MeasureSum:
     """One protected measure over all corrections.
 
-    measured: corrections that it was taken of; better, worse: of these; most: by how much it grew
-    at most, 0 where it never did; rows: those that got worse, by chain and frames.
+    measured: corrections with this measure; better, worse: how many of them improved or worsened
+    it; most: the largest growth, 0 if there is none; rows: corrections that made it worse, by chain
+    and frames.
     """
 
     name: str
@@ -82,7 +84,7 @@ class MeasureSum:
 
 @dataclass(frozen=True)
 class WorseRow:
-    """A correction that made a measure worse at a joint: chain, frames [start, stop), numbers."""
+    """A correction that made a measure worse at a joint: chain, frames [start, stop), values."""
 
     chain: str
     start: int
@@ -98,9 +100,10 @@ def protected_sums(
     applied: Sequence[Interval],
     finds: Sequence[Interval],
 ) -> tuple[MeasureSum, ...]:
-    """What the corrections changed in the limbs and their neighbours, a sum for each measure.
+    """Return how the corrections changed the limbs and their neighbours, a sum for each measure.
 
-    applied: each is measured with the others corrected as well; finds: all intervals of the clip.
+    applied: each is measured with the other corrections also applied; finds: all intervals of the
+    clip.
     """
     hinges = Hinges(motion, finds)
     every: dict[str, list[tuple[Interval, ProtectedMeasure]]] = {name: [] for name in NAMES}
@@ -111,7 +114,7 @@ def protected_sums(
 
 
 def _sum_of(name: str, found: Sequence[tuple[Interval, ProtectedMeasure]]) -> MeasureSum:
-    least = 1e-6  # of any unit: less is rounding
+    least = 1e-6  # in any unit: smaller changes are rounding errors
     return MeasureSum(
         name,
         UNITS[name],
@@ -128,7 +131,7 @@ def _sum_of(name: str, found: Sequence[tuple[Interval, ProtectedMeasure]]) -> Me
 
 
 def joint_changes(before: Motion, after: Motion, difference: Difference) -> tuple[JointChange, ...]:
-    """Of every joint that turns otherwise, by its name in the skeleton's order."""
+    """Return the changes of all joints that rotate differently, in the skeleton's order."""
     spans: dict[str, list[tuple[int, int]]] = {}
     for run in difference.joints:
         spans.setdefault(run.joint, []).append((run.start, run.stop))
@@ -144,8 +147,8 @@ def joint_changes(before: Motion, after: Motion, difference: Difference) -> tupl
     return tuple(out)
 
 
-def kept_in(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
-    """Read what was written and compare it with its source; raises TwistError."""
+def check_fidelity(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
+    """Read the written file and compare it with its source; raises TwistError."""
     again = read_clip(written)
     head: bool | None = None
     if isinstance(clip, BvhClip) and isinstance(again, BvhClip):
@@ -154,7 +157,7 @@ def kept_in(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
     elif again.motion.rotations.shape == clip.motion.rotations.shape:
         what, differs = "joints", (again.motion.rotations != clip.motion.rotations).any(axis=-1)
     else:
-        raise TwistError(f"{written}: expected the frames and joints of {clip.name}")
+        raise TwistError(f"{written}: its frames or joints differ from those of {clip.name}")
     corrected = changed_rotations(clip, refined).any(axis=1)
     corrected |= (clip.motion.positions != refined.positions).any(axis=(1, 2))
     same = int((~differs.any(axis=0)).sum())
@@ -163,10 +166,10 @@ def kept_in(clip: Clip, refined: Motion, written: Path) -> FidelityCheck:
 
 
 def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
-    """Which numbers are written alike, byte for byte, (frames, columns)."""
+    """Return which numbers are written identically, byte for byte, (frames, columns)."""
     shape = one.values.shape
     if other.values.shape != shape:
-        raise TwistError(f"{other.path}: expected the frames and columns of {one.name}")
+        raise TwistError(f"{other.path}: its frames or columns differ from those of {one.name}")
     texts = [np.frombuffer(clip.text, np.uint8) for clip in (one, other)]
     spans = [clip.token_spans for clip in (one, other)]
     same = np.empty(shape[0] * shape[1], np.bool_)
@@ -186,7 +189,7 @@ def _same_numbers(one: BvhClip, other: BvhClip) -> NDArray[np.bool_]:
 
 
 def remaining_detection(refined: Motion, chains: Sequence[Chain], state: ReviewState) -> Detection:
-    """What is found in the corrected motion by the same detector at the same τ."""
+    """Detect errors in the corrected motion with the same detector and τ."""
     analysis = ClipAnalysis(refined, chains, rig=state.rig)
     found = analysis.detect(state.method, tau_radians=dict(state.tau))
     known = {name: t for name, t in found.tau.items() if name in state.tau}

@@ -1,4 +1,4 @@
-"""The page of one clip: worst finds with pictures, curves, decisions, what changed and what not."""
+"""The page of one clip: worst intervals with pictures, curves, decisions and changes."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from twistcore.errors import TwistError
 from twistcore.export.compare import compare
 from twistcore.export.detection_json import intervals_to_json
 from twistcore.report.changes import (
+    check_fidelity,
     joint_changes,
-    kept_in,
     remaining_detection,
 )
 from twistcore.report.curve_drawing import ClipCurves, weight
-from twistcore.report.document import Report, moves_to_tell
+from twistcore.report.document import Report, reported_moves
 from twistcore.report.page_templates import rendered
 from twistcore.report.picture_job import SIZE, Drawn, Figure, draw_figures, figure_of
 from twistcore.review.model import Decision, Judged
@@ -30,12 +30,12 @@ from twistcore.skeleton.notes import NOT_EXAMINED, UNEXAMINED
 from twistcore.skeleton.rotation import largest_and_rms
 from twistcore.work.frozen import dataclass
 
-WORST = 3  # finds that are shown in pictures
+WORST = 3  # intervals shown in pictures
 
 
 @dataclass(frozen=True)
 class Home:
-    """The folder's page that a clip's belongs to; address: relative to this one's."""
+    """The folder page that a clip's page belongs to; address: relative to the clip's page."""
 
     title: str
     address: str
@@ -47,9 +47,9 @@ def clip_page(
     drawn: Drawn | None = None,
     home: Home | None = None,
 ) -> str:
-    """The page; document: of :func:`document.report_to_json`; drawn: pictures of the worst.
+    """Return the page as HTML; document: from :func:`document.report_to_json`; drawn: pictures.
 
-    Without `drawn` nothing is said of pictures.
+    Without `drawn` the page does not mention pictures.
     """
     analysis = report.analysed
     state, corrected = report.state, Corrected(analysis)
@@ -75,34 +75,34 @@ def clip_page(
         ],
         not_corrected=report.not_corrected,
         parameters=dict(report.parameters),
-        **moves_to_tell(document, report),
-        **_evidence(report),
+        **reported_moves(document, report),
+        **_changes(report),
     )
 
 
 def figure_of_worst(report: Report) -> Figure | None:
-    """What the pictures of a page show, None where there is nothing to show."""
+    """Return the figure for the pictures of a page; None if there is nothing to show."""
     worst = _worst(report)
     if not worst:
         return None
     motion = report.clip.motion
     chosen = [j.interval for j in worst]
-    after = refine(motion, report.chains, _applied_with(report, *chosen))
-    wanted = [(i.chain, _telling_frame(i)) for i in chosen]
+    after = refine(motion, report.chains, _applied_and(report, *chosen))
+    wanted = [(i.chain, _pictured_frame(i)) for i in chosen]
     return figure_of(motion, after, report.chains, wanted)
 
 
 def pictures_of(report: Report) -> Drawn:
-    """The pictures of a page, drawn now."""
+    """Draw the pictures of a page."""
     figure = figure_of_worst(report)
     return draw_figures([figure])[0] if figure else Drawn()
 
 
-# -- the worst finds -------------------------------------------------------------------------------
+# -- the worst intervals ---------------------------------------------------------------------------
 
 
 def _worst(report: Report) -> list[Judged]:
-    """Up to WORST that can be repaired and that nobody rejected, by degrees times frames."""
+    """Return up to WORST repairable intervals that are not rejected, by degrees times frames."""
     names = {chain.name for chain in report.chains}
     may = [
         j
@@ -112,13 +112,13 @@ def _worst(report: Report) -> list[Judged]:
     return sorted(may, key=lambda j: (-weight(j), j.interval.start))[:WORST]
 
 
-def _applied_with(report: Report, *also: Interval) -> list[Interval]:
-    """What is applied, and these."""
+def _applied_and(report: Report, *also: Interval) -> list[Interval]:
+    """Return the applied intervals and these."""
     return [*(i for i in report.applied if all(i is not own for own in also)), *also]
 
 
-def _telling_frame(interval: Interval) -> int:
-    """The middle one of the frames in which nearly all of the largest offset is there."""
+def _pictured_frame(interval: Interval) -> int:
+    """Return the middle of the frames with at least 90 % of the largest offset."""
     size = np.abs(interval.offset)
     there = np.flatnonzero(size >= 0.9 * size.max())
     return interval.start + int(there[len(there) // 2])
@@ -133,7 +133,7 @@ def _finds(
     for k, judged in enumerate(worst):
         interval, chain = judged.interval, chains[judged.interval.chain]
         alone = Corrected(analysis)
-        alone.take(_applied_with(report, interval))
+        alone.take(_applied_and(report, interval))
         stuck = report.stuck.get(judged.id, ())
         find: dict[str, Any] = {
             "label": chain.label,
@@ -141,8 +141,8 @@ def _finds(
             "kind": interval.kind.value,
             "interval": interval,
             "degrees": float(np.degrees(interval.shown)),
-            "frame": _telling_frame(interval),
-            "seconds": _telling_frame(interval) / report.clip.motion.fps,
+            "frame": _pictured_frame(interval),
+            "seconds": _pictured_frame(interval) / report.clip.motion.fps,
             "verdict": report.verdict(judged),
             "applied": judged.decision == Decision.ACCEPTED,
             "stuck": stuck,
@@ -150,7 +150,7 @@ def _finds(
             "pictures": None,
         }
         if drawn is not None and k < len(drawn.pictures):
-            # Nothing is taken out of what cannot be corrected: there is no picture of it done.
+            # An interval that cannot be corrected has no picture of the corrected pose.
             pictures = drawn.pictures[k][:1] if stuck else drawn.pictures[k]
             find["pictures"] = [_as_address(picture) for picture in pictures]
         out.append(find)
@@ -161,13 +161,13 @@ def _as_address(picture: bytes) -> str:
     return f"data:image/jpeg;base64,{base64.b64encode(picture).decode()}"
 
 
-# -- what was decided, what changed and what did not -----------------------------------------------
+# -- decisions and changes -------------------------------------------------------------------------
 
 
 def _decisions(
     document: Mapping[str, Any], report: Report
 ) -> list[tuple[Mapping[str, Any], dict[str, Any]]]:
-    """Every interval as the document has it, with what only the page tells."""
+    """Return every interval as in the document, with data that only the page shows."""
     out = []
     for row, one in zip(document["intervals"], report.state.intervals, strict=True):
         largest, rms = largest_and_rms(one.interval.offset)
@@ -186,13 +186,13 @@ def _decisions(
     return out
 
 
-def _evidence(report: Report) -> dict[str, Any]:
+def _changes(report: Report) -> dict[str, Any]:
     motion = report.clip.motion
     changes = joint_changes(motion, report.refined, compare(motion, report.refined))
     kept, trouble = None, ""
     if report.written is not None:
         try:
-            kept = kept_in(report.clip, report.refined, report.written)
+            kept = check_fidelity(report.clip, report.refined, report.written)
         except TwistError as error:
             trouble = str(error)
     left = report.left
@@ -201,32 +201,34 @@ def _evidence(report: Report) -> dict[str, Any]:
         left = intervals_to_json(remaining_detection(report.refined, report.chains, report.state))
     if left is not None:
         left = [
-            {**e, "before": _before(e, report), "lone": not Kind(e["kind"]).repairable}
+            {**e, "before": _earlier_verdict(e, report), "lone": not Kind(e["kind"]).repairable}
             for e in left
         ]
     return {"changes": changes, "kept": kept, "trouble": trouble, "left": left}
 
 
 def _strength_by(analysis: ClipAnalysis, method: str) -> str:
-    """The detector of a review, or the default one where it is missing or fails on the clip."""
+    """Return the review's detector, or the default one if it is missing or fails on the clip."""
     with suppress(TwistError):
         analysis.by(DETECTORS.usable(method))
     return analysis.usable(method)
 
 
 def _not_usable(analysis: ClipAnalysis, method: str) -> Iterator[str]:
-    """A sentence on a review whose detector is missing or fails on the clip."""
+    """Yield a note on a review whose detector is missing or fails on the clip."""
     if analysis.usable(method) != method:
         why = analysis.failure(method)
         why = f"fails on the clip ({why})" if why else "is not installed here"
         yield (
-            f"The review's detector, {method!r}, {why}: the strength is that of "
+            f"The review's detector, {method!r}, {why}: the strength shown is from "
             f"{DEFAULT_METHOD!r}, and the corrected clip was not searched again."
         )
 
 
-def _before(entry: Mapping[str, Any], report: Report) -> str:
-    """What was decided of what is left, an entry of `detect --json`; 'new' if it was not found."""
+def _earlier_verdict(entry: Mapping[str, Any], report: Report) -> str:
+    """Return the earlier verdict on a remaining interval of `detect --json`; 'new' if there is
+    none.
+    """
     name = entry.get("limb") or entry["chain"]
     same = [
         j

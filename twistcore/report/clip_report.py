@@ -1,4 +1,4 @@
-"""The files of a clip's report: one HTML page, the intervals as CSV, everything as JSON."""
+"""The files of a clip's report: an HTML page, the intervals as CSV, everything as JSON."""
 
 from __future__ import annotations
 
@@ -20,12 +20,13 @@ from twistcore.report.document import SCHEMA, Report, intervals_csv, report_to_j
 
 
 def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -> tuple[Path, ...]:
-    """Write the report into `folder`, made if missing; returns the paths.
+    """Write the report into `folder`, created if missing; return the paths.
 
-    NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender. The JSON lists
-    the SHA-256 of the other three and of what was written with it, and until they are there also of
-    what they replace: a program that is killed meanwhile leaves no file that the next one takes for
-    somebody else's. Raises TwistError as :func:`check_report`, OSError.
+    The files are NAME.report.html and .json, NAME.intervals.csv, and NAME.markers.py for Blender.
+    The JSON lists the SHA-256 of the other three and of the files in `report.files`. While they are
+    being written it also lists the SHA-256 of the files they replace, so that after a crash the
+    next run still recognises the files as its own. Raises TwistError as :func:`check_report`,
+    OSError.
     """
     name = report.name or own_name(report.clip.path)
     check_report(folder, name, None if report.name else report.clip)
@@ -48,10 +49,10 @@ def write_clip_report(folder: Path, report: Report, *, pictures: bool = False) -
 
 
 def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
-    """TwistError where a file of somebody else, or another clip's, lies in a report's place.
+    """Raise TwistError if a report would replace a file of another program or clip.
 
-    clip: whose report it is to be, where `name` is its own. A clip of the same name with other
-    bytes is a new version of the one that was reported.
+    clip: the clip to report, if `name` is its own name. A clip of the same name with other bytes is
+    a new version of the reported one.
     """
     *others, listing = report_files(folder, name)
     marks = report_marks(listing)
@@ -75,32 +76,32 @@ def check_report(folder: Path, name: str, clip: Clip | None = None) -> None:
 
 
 def _other_clip(listing: Path, clip: Clip) -> str:
-    """The name of another clip that a report's JSON tells of, else ''."""
+    """Return the name of the other clip in a report's JSON, or ''."""
     document = _listed(listing)
     of, mark = (str(document.get(key, "")) for key in ("clip", "sha256"))
     return of if of != clip.name and mark != clip.sha256 else ""
 
 
 def reports_other_bytes(folder: Path, name: str, clip: Clip) -> bool:
-    """Whether the report there is of a clip of this name with other bytes.
+    """True if the existing report is of a clip of this name with other bytes.
 
-    That may be an earlier version of it, or a clip of another folder: nobody can tell.
+    The other clip may be an earlier version or a clip from another folder; nothing tells which.
     """
     mark = _listed(report_files(folder, name)[-1]).get("sha256")
     return mark is not None and mark != clip.sha256
 
 
 def report_files(folder: Path, name: str) -> tuple[Path, ...]:
-    """Where the files of a report are: HTML, CSV, markers, and the JSON that lists them."""
+    """Return the paths of a report's files: HTML, CSV, markers, and the JSON that lists them."""
     endings = ("report.html", "intervals.csv", "markers.py", "report.json")
     return tuple(folder / f"{name}.{ending}" for ending in endings)
 
 
 def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
-    """What a report's JSON lists, by name: the SHA-256 a file has, or one of two as it is replaced.
+    """Return the SHA-256 values in a report's JSON by file name: one, or two during a replacement.
 
-    Names and values are whatever stands there. Empty for no file or anything else; raises
-    TwistError for one that cannot be read.
+    Names and values are not checked. Empty if the file is missing or is not a report; TwistError if
+    it cannot be read.
     """
     document = _listed(listing)
     try:
@@ -111,7 +112,7 @@ def report_marks(listing: Path) -> dict[str, tuple[object, ...]]:
 
 
 def _listed(listing: Path) -> dict[str, Any]:
-    """A report's JSON; empty for no file or anything else, TwistError if it cannot be read."""
+    """Return a report's JSON; empty if missing or not a report, TwistError if unreadable."""
     try:
         document = parsed_json(read_file(listing))
         return dict(document) if document["schema"] == SCHEMA else {}

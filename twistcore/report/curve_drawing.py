@@ -1,8 +1,8 @@
-"""Curves of a chain or limb for a page: paths so small that a page of many stays small.
+"""Curves of a chain or limb as small SVG paths, so that a page of many stays small.
 
-A path has one point or two for a column of the picture, the lowest and the highest value that the
-column's frames have, so that no jump of a single frame is lost. x counts columns, y goes down from
-0 to HEIGHT; the page stretches both.
+A path has one or two points for each column of the picture: the lowest and the highest value of the
+column's frames, so that a jump of a single frame remains visible. x counts columns, y goes down
+from 0 to HEIGHT; the page stretches both.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 HEIGHT = 100
-MOST_PANELS = 8  # chains drawn of a clip, worst first
+MOST_PANELS = 8  # chains drawn for a clip, worst first
 _MOST_COLUMNS = 480
-_MOST_BYTES = 46_000  # of all curves of a clip, about
-_BYTES = 9.0  # of a column of a curve
+_MOST_BYTES = 46_000  # for all curves of a clip, approximately
+_BYTES = 9.0  # for a column of a curve
 _ROWS = 3
-_SAME = np.radians(0.05)  # curves that differ by less are one
-_AROUND = 0.5  # seconds before and behind an interval that is drawn large
+_SAME = np.radians(0.05)  # curves that differ by less are drawn as one
+_AROUND = 0.5  # seconds before and after an enlarged interval
 
 
 @dataclass(frozen=True)
 class CurvePath:
-    """One path; look: 'same', 'before', 'after' or 'strength'."""
+    """One path with its look: 'same', 'before', 'after' or 'strength'."""
 
     look: str
     path: str
@@ -42,7 +42,7 @@ class CurvePath:
 class CurveRow:
     """One quantity over time: its symbol, the values at the bottom and the top, degrees.
 
-    tau: where the threshold is, 0 at the top to HEIGHT, None where the quantity has none.
+    tau: y of the threshold, from 0 at the top to HEIGHT; None for a quantity without one.
     """
 
     symbol: str
@@ -55,7 +55,7 @@ class CurveRow:
 
 @dataclass(frozen=True)
 class Band:
-    """An interval in a panel: columns from x on, so wide, and its decision."""
+    """An interval in a panel: first column x, width in columns, and its decision."""
 
     x: float
     width: float
@@ -80,7 +80,7 @@ class Panel:
 class ClipCurves:
     """The curves of a clip under review.
 
-    tau: radians by the name of a chain or limb; verdict: what is told of an interval.
+    tau: radians by name of a chain or limb; verdict: returns the text for an interval.
     """
 
     def __init__(
@@ -96,15 +96,15 @@ class ClipCurves:
         self._by_chain: dict[str, list[Judged]] = {}
         for one in judged:
             self._by_chain.setdefault(one.interval.chain, []).append(one)
-        # Without any error an angle seldom jumps by half a turn: there its turns are counted.
+        # An angle without errors seldom jumps by half a turn, so full turns are counted there.
         self._expected = Corrected(analysis)
         sound = [j.interval for j in judged if j.decision != Decision.REJECTED]
         self._expected.take(i for i in sound if i.repairable)
 
     def panels(self, corrected: Corrected) -> tuple[tuple[Panel, ...], int]:
-        """Panels of what has intervals, worst first, and how many were left out.
+        """Return panels of chains with intervals, worst first, and the number of chains left out.
 
-        corrected: has taken what is applied.
+        corrected: with the accepted intervals applied.
         """
         every = self._analysis.chains_and_limbs
         known = [c for c in every if c.name in self._by_chain and c.name in self._tau]
@@ -120,16 +120,18 @@ class ClipCurves:
             )
             limit = float(np.degrees(self._tau[chain.name]))
             rows = [
-                _two(symbol, meaning, before, after, columns)
+                _angle_row(symbol, meaning, before, after, columns)
                 for symbol, meaning, before, after in self._angles(corrected, chain)
             ]
-            rows.append(_strength(symbol, what, strength, limit, columns))
+            rows.append(_strength_row(symbol, what, strength, limit, columns))
             own = self._by_chain[chain.name]
             drawn.append(self._panel(chain, (0, frames), columns, rows, own))
         return tuple(drawn), len(known) - len(worst)
 
     def near(self, corrected: Corrected, judged: Judged) -> Panel | None:
-        """One interval and what is around it, drawn large; None where its chain is not there."""
+        """Return an enlarged panel of one interval and its surroundings; None if its chain is
+        missing.
+        """
         interval, motion = judged.interval, self._analysis.motion
         every = self._analysis.chains_and_limbs
         chain = next((c for c in every if c.name == interval.chain), None)
@@ -140,7 +142,7 @@ class ClipCurves:
         columns = max(1, min(_MOST_COLUMNS // 3, span[1] - span[0]))
         symbol, meaning, *angles = self._angles(corrected, chain)[0]
         before, after = (angle[slice(*span)] for angle in angles)
-        row = _two(symbol, meaning, before, after, columns)
+        row = _angle_row(symbol, meaning, before, after, columns)
         return self._panel(chain, span, columns, [row], [judged])
 
     def _panel(
@@ -166,41 +168,49 @@ class ClipCurves:
         return Panel(chain.name, chain.label, *span, columns, tuple(rows), bands, tau)
 
     def _angles(self, corrected: Corrected, chain: Chain) -> list[tuple[str, str, Array, Array]]:
-        """Symbol, meaning, and values before and after, radians, without turns at ±180°."""
+        """Return symbol, meaning, and unwrapped angles before and after, radians."""
         expected = self._expected
         if isinstance(chain, Limb):
             was = self._analysis.flips.limbs[chain.name].swivel.angle
             now = [c.swivel(chain) for c in (corrected, expected)]
-            return [("φ", "swivel of the limb", *_whole(was, *now))]
+            return [("φ", "swivel of the limb", *_unwrapped(was, *now))]
         signals = self._analysis.signals[chain.name]
         after, sound = (c.angles(chain) for c in (corrected, expected))
         return [
-            ("θp", "twist of the parent", *_whole(signals.theta_p, after.theta_p, sound.theta_p)),
-            ("θc", "azimuth of the child", *_whole(signals.theta_c, after.theta_c, sound.theta_c)),
+            (
+                "θp",
+                "twist of the parent",
+                *_unwrapped(signals.theta_p, after.theta_p, sound.theta_p),
+            ),
+            (
+                "θc",
+                "azimuth of the child",
+                *_unwrapped(signals.theta_c, after.theta_c, sound.theta_c),
+            ),
         ]
 
 
-def _whole(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
-    """Angles without turns at ±180°: those of `expected` are counted on, the others lie near it."""
+def _unwrapped(before: Array, after: Array, expected: Array) -> tuple[Array, Array]:
+    """Unwrap angles along `expected`, so that both stay within half a turn of it."""
     way = np.unwrap(expected)
     return way + wrap(before - expected), way + wrap(after - expected)
 
 
 def weight(judged: Judged) -> float:
-    """How bad an interval is: degrees times frames; what has no offset by its angle."""
+    """Return how bad an interval is: degrees times frames, or its angle if it has no offset."""
     interval = judged.interval
     if not interval.repairable:
         return float(abs(np.degrees(interval.residual)))
     return float(np.degrees(np.abs(interval.offset)).sum())
 
 
-def _two(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> CurveRow:
-    """A row of one curve where nothing changes, and of two where something does."""
+def _angle_row(symbol: str, meaning: str, before: Array, after: Array, columns: int) -> CurveRow:
+    """Return a row with one curve, and two where the correction changes it."""
     every = np.degrees(np.concatenate([before, after]))
     low, high = _range(float(every.min()), float(every.max()))
     edges = _edges(len(before), columns)
     differs = np.logical_or.reduceat(np.abs(after - before) > _SAME, edges)
-    wide = differs.copy()  # one column more on either side: the lines meet
+    wide = differs.copy()  # one more column on each side, so that the lines meet
     wide[1:] |= differs[:-1]
     wide[:-1] |= differs[1:]
     plain = _levels(np.degrees(before), low, high)
@@ -213,8 +223,10 @@ def _two(symbol: str, meaning: str, before: Array, after: Array, columns: int) -
     return CurveRow(symbol, meaning, low, high, tuple(line for line in lines if line.path))
 
 
-def _strength(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> CurveRow:
-    """On a square-root scale: τ is seen beside peaks a hundred times as high."""
+def _strength_row(symbol: str, meaning: str, values: Array, tau: float, columns: int) -> CurveRow:
+    """Return a row on a square-root scale, so that τ is visible next to peaks a hundred times
+    higher.
+    """
     _, high = _range(0.0, max(float(values.max(initial=0.0)), 1.4 * tau))
     roots = _levels(np.sqrt(np.abs(values)), 0.0, float(np.sqrt(high)))
     path = _path(roots, _edges(len(values), columns), np.ones(columns, np.bool_))
@@ -223,18 +235,18 @@ def _strength(symbol: str, meaning: str, values: Array, tau: float, columns: int
 
 
 def _range(low: float, high: float) -> tuple[float, float]:
-    """A range with some air that is never so small that noise fills it, whole degrees."""
+    """Return a range of whole degrees with a margin, large enough that noise does not fill it."""
     air = max(0.06 * (high - low), 1.0)
     return float(np.floor(low - air * (low != 0.0))), float(np.ceil(high + air))
 
 
 def _edges(count: int, columns: int) -> NDArray[np.intp]:
-    """Where the frames of each column begin, (columns,)."""
+    """Return the first frame of each column, (columns,)."""
     return (np.arange(columns) * count // columns).astype(np.intp)
 
 
 def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
-    """Degrees as y."""
+    """Convert degrees to y."""
     levels: NDArray[np.int64] = np.rint(HEIGHT * (high - values) / (high - low)).astype(np.int64)
     return levels
 
@@ -242,7 +254,7 @@ def _levels(values: Array, low: float, high: float) -> NDArray[np.int64]:
 def _path(
     levels: NDArray[np.int64], edges: NDArray[np.intp], shown: NDArray[np.bool_]
 ) -> str:  # fmt: skip
-    """A path through the lowest and highest of every column that is shown; '' for none."""
+    """Return a path through the extremes of all shown columns; '' for none."""
     least, most = np.minimum.reduceat(levels, edges), np.maximum.reduceat(levels, edges)
     first = levels[edges]
     parts: list[str] = []

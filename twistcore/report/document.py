@@ -1,4 +1,4 @@
-"""A report of one clip as data: one JSON document, and its intervals as CSV."""
+"""A clip's report as data: one JSON document, and its intervals as CSV."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from twistcore.skeleton.notes import NOT_EXAMINED, Note
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.report/1"
-_TRACKED = "tracking"  # why a joint moved
-NOT_CORRECTABLE = "not correctable"  # what was accepted, but is still in the clip
-# Columns of an interval: what stands there, by the interval and frames a second; `decision` and
-# `stuck` are told by the report.
+_TRACKED = "tracking"  # reason why a joint moved
+NOT_CORRECTABLE = "not correctable"  # verdict of an accepted interval that is still in the clip
+# Columns of an interval: functions of the interval and the frames a second. The report fills in
+# `decision` and `stuck`.
 _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
     "id": lambda j, _: j.id,
     "chain": lambda j, _: j.interval.chain,
@@ -58,14 +58,13 @@ _COLUMNS: Mapping[str, Callable[[Judged, float], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Report:
-    """What is reported: the clip, the review, the motion before and after.
+    """The data of a report: the clip, the review, the motion before and after.
 
-    chains: those and the limbs that were looked at; name: of the report's files, of the clip's
-    file if empty; files: SHA-256 by name of what was written with it; by: who had it written;
-    at: when, ISO 8601; analysis: of the clip, by these chains, where there is one already; written:
-    the corrected clip's file, to be read again and compared; parameters: of the run, as they were
-    given; left: what was found in the corrected clip, as `detect --json` lists it, where it was
-    looked for already.
+    chains: the examined chains and limbs; name: of the report's files, the clip file's name if
+    empty; files: SHA-256 by name of other files written with the report; by: who requested it; at:
+    when, ISO 8601; analysis: an existing analysis of the clip with these chains; written: the
+    corrected clip's file, which is read again and compared; parameters: of the run, as given; left:
+    intervals already found in the corrected clip, as in `detect --json`.
     """
 
     clip: Clip
@@ -83,25 +82,25 @@ class Report:
 
     @cached_property
     def analysed(self) -> ClipAnalysis:
-        """The clip's analysis: the given one, or a new one of these chains."""
+        """The clip's analysis: the given one, or a new one with these chains."""
         return self.analysis or ClipAnalysis(
             self.clip.motion, self.chains, self.clip.name, self.state.rig
         )
 
     @property
     def not_examined(self) -> str:
-        """Why nothing could be found in the clip: a clause, or '' where that means something."""
+        """The reason why nothing could be found in the clip, as a clause; '' if it was examined."""
         return "" if self.state.intervals else self.analysed.not_examined
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """What people should know about the clip."""
+        """Notes on the clip for people."""
         notes = self.analysed.notes
         return tuple(n for n in notes if n.kind != NOT_EXAMINED or self.not_examined)
 
     @cached_property
     def stuck(self) -> Mapping[int, tuple[str, ...]]:
-        """Joints without three rotation channels by the id of an interval that they keep in."""
+        """Joints without three rotation channels, by id of the interval they prevent correcting."""
         by_name, motion = {chain.name: chain for chain in self.chains}, self.clip.motion
         found = {
             j.id: stuck_joints(motion, by_name[j.interval.chain], [j.interval])
@@ -112,7 +111,7 @@ class Report:
 
     @property
     def applied(self) -> tuple[Interval, ...]:
-        """What was taken out: of what was accepted, all that can be."""
+        """The accepted intervals that could be corrected."""
         accepted = (j for j in self.state.intervals if j.decision == Decision.ACCEPTED)
         return tuple(
             j.interval for j in accepted if j.interval.repairable and j.id not in self.stuck
@@ -120,31 +119,31 @@ class Report:
 
     @cached_property
     def protected(self) -> tuple[MeasureSum, ...]:
-        """What the corrections changed in the limbs and their neighbours, by measure."""
+        """How the corrections changed the limbs and their neighbours, by measure."""
         finds = [j.interval for j in self.state.intervals if j.interval.repairable]
         return protected_sums(self.clip.motion, self.chains, self.applied, finds)
 
     @property
     def not_corrected(self) -> tuple[str, ...]:
-        """Sentences: what was accepted and could not be taken out. No folder is named in them."""
-        told, _ = uncorrected_sentences(self.clip, self.chains, self.state.chosen())
-        told += left_to_later_versions(self.clip, self.state)
-        return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in told)
+        """Sentences on accepted intervals that could not be corrected, without folder names."""
+        sentences, _ = uncorrected_sentences(self.clip, self.chains, self.state.chosen())
+        sentences += left_to_later_versions(self.clip, self.state)
+        return tuple(sentence.removeprefix(f"{self.clip.path}: ") for sentence in sentences)
 
     def verdict(self, judged: Judged) -> str:
-        """What was decided, as it is told; of what was accepted in vain that it could not be."""
+        """Return the verdict as shown; 'not correctable' for an accepted interval that stays."""
         if judged.decision == Decision.ACCEPTED and judged.id in self.stuck:
             return NOT_CORRECTABLE
         return judged.verdict
 
 
 def report_to_json(report: Report) -> dict[str, Any]:
-    """The report as one document; degrees, seconds and frames.
+    """Return the report as one document; degrees, seconds and frames.
 
-    tracking: what was tracked with QuaMo after the correction, as in a session, or null; changed:
-    frames in which anything turns otherwise or has other position channels, joints that turn, and
-    joints that moved, by how much and why; protected: the measures that a correction must not make
-    worse, over all of them.
+    tracking: joints tracked with QuaMo after the correction, as in a session, or null; changed:
+    frames in which anything rotates differently or has other position channels, joints that rotate
+    differently, and joints that moved, by how much and why; protected: the measures that a
+    correction must not make worse, over all corrections.
     """
     motion, state = report.clip.motion, report.state
     difference = compare(motion, report.refined)
@@ -201,7 +200,7 @@ def report_to_json(report: Report) -> dict[str, Any]:
 
 
 def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
-    """Who decided how many intervals, from when to when; '' for a person without a name."""
+    """Return who decided how many intervals, from when to when; '' for a person without a name."""
     by_name: dict[str, list[str]] = {}
     for judged in state.intervals:
         if judged.decision != Decision.UNDECIDED and (judged.reviewer or judged.decided_at):
@@ -218,7 +217,7 @@ def _reviewers(state: ReviewState) -> list[dict[str, Any]]:
 
 
 def intervals_csv(report: Report) -> str:
-    """One line an interval, the columns of the table; degrees and seconds.
+    """Return one line an interval, the columns of the table; degrees and seconds.
 
     tracked_after: joints of the interval's chain that were tracked after the correction.
     """
@@ -238,37 +237,37 @@ def _tracked(judged: Judged, report: Report) -> str:
 
 
 def _end(interval: Interval) -> str:
-    """What became of the limb's end in a flip: it turned along, or not."""
+    """Return whether a flip carried the limb's end along; '' for other kinds."""
     if interval.kind != Kind.LIMB_FLIP:
         return ""
     return "carried" if interval.carried else "kept"
 
 
 def _speed(interval: Interval, fps: float) -> float | None:
-    """How fast a lone jump is; None for what is none."""
+    """Return the speed of a lone jump, degrees a second; None for other kinds."""
     if interval.kind != Kind.LONE_JUMP:
         return None
     return round(abs(float(np.degrees(interval.size))) * fps, 1)
 
 
 def _frames_changed(report: Report, difference: Difference) -> int:
-    """In how many frames a row is another one: turned otherwise, or with other positions."""
+    """Return the number of frames with different rotations or positions."""
     turned = {t for j in difference.joints for t in range(j.start, j.stop)}
     before, after = report.clip.motion.positions, report.refined.positions
     placed = np.flatnonzero((before != after).any(axis=(1, 2)))
     return len(turned.union(placed.tolist()))
 
 
-def _placed(report: Report) -> list[str]:
-    """Joints whose position channels have other numbers, in words."""
+def _replaced_positions(report: Report) -> list[str]:
+    """Return phrases for joints whose position channels have changed."""
     motion = report.clip.motion
     other = (motion.positions != report.refined.positions).any(axis=(0, 2))
     joints = np.array(motion.positioned, dtype=np.intp)[other]
-    return [f"the place of {motion.skeleton.names[j]}" for j in joints]
+    return [f"the position of {motion.skeleton.names[j]}" for j in joints]
 
 
-def _above(report: Report, joint: str) -> set[int]:
-    """All joints that a joint hangs on."""
+def _ancestors(report: Report, joint: str) -> set[int]:
+    """Return all ancestors of a joint."""
     skeleton, above = report.clip.motion.skeleton, set[int]()
     parent = int(skeleton.parents[skeleton.index(joint)])
     while parent >= 0:
@@ -277,30 +276,30 @@ def _above(report: Report, joint: str) -> set[int]:
     return above
 
 
-def _hangs_on_tracked(report: Report, joint: str) -> bool:
-    """Whether a joint hangs on one whose rotation was tracked."""
+def _is_below_tracked(report: Report, joint: str) -> bool:
+    """True if a joint is below one whose rotation was tracked."""
     tracking, index = report.state.tracking, report.clip.motion.skeleton.index
     tracked = map(index, tracking.joints) if tracking else ()
-    return not _above(report, joint).isdisjoint(tracked)
+    return not _ancestors(report, joint).isdisjoint(tracked)
 
 
-def _goes_with_place(report: Report, joint: str) -> bool:
-    """Whether a joint is the one whose place was tracked, or hangs on it."""
+def _follows_place(report: Report, joint: str) -> bool:
+    """True if a joint is the one whose position was tracked, or is below it."""
     tracking, motion = report.state.tracking, report.clip.motion
     if tracking is None or not tracking.place:
         return False
-    return placed_joint(motion) in {motion.skeleton.index(joint), *_above(report, joint)}
+    return placed_joint(motion) in {motion.skeleton.index(joint), *_ancestors(report, joint)}
 
 
 def _why_moved(report: Report, joint: str) -> str:
-    """Kinds of errors whose correction moves a joint, and tracking; '' for none of them."""
+    """Return the kinds of errors whose correction moves a joint, and tracking; '' for neither."""
     chosen, why = report.applied, []
-    at, above = report.clip.motion.skeleton.index(joint), _above(report, joint)
+    at, above = report.clip.motion.skeleton.index(joint), _ancestors(report, joint)
     for chain in report.chains:
         own = [i for i in chosen if i.chain == chain.name]
         if own and _moves(report.clip.motion, chain, own, at, above):
             why.append(own[0].kind.value)
-    if _hangs_on_tracked(report, joint) or _goes_with_place(report, joint):
+    if _is_below_tracked(report, joint) or _follows_place(report, joint):
         why.append(_TRACKED)
     return ", ".join(dict.fromkeys(why))
 
@@ -308,46 +307,48 @@ def _why_moved(report: Report, joint: str) -> str:
 def _moves(
     motion: Motion, chain: Chain, chosen: Sequence[Interval], joint: int, above: set[int]
 ) -> bool:
-    """Whether correcting a chain or limb moves a joint; above: all that the joint hangs on.
+    """True if correcting a chain or limb moves a joint; above: all ancestors of the joint.
 
-    A flip moves what hangs on P, but not E, and what hangs on E only where that was carried.
+    A flip moves joints below P, but not E, and joints below E only if E was carried along.
     """
     if isinstance(chain, Limb):
         below = chain.end in above and not any(i.carried for i in chosen)
         return chain.parent in above and joint != chain.end and not below
-    beside = children_off_axis(motion, chain)
-    return any(motion.skeleton.names[j] in beside for j in (joint, *above))
+    off_axis = children_off_axis(motion, chain)
+    return any(motion.skeleton.names[j] in off_axis for j in (joint, *above))
 
 
 def _row(judged: Judged, report: Report) -> dict[str, Any]:
     fps = report.clip.motion.fps
     row = {name: of(judged, fps) for name, of in _COLUMNS.items()}
-    told = {"decision": report.verdict(judged), "stuck": " ".join(report.stuck.get(judged.id, ()))}
+    row["decision"] = report.verdict(judged)
+    row["stuck"] = " ".join(report.stuck.get(judged.id, ()))
     if person := next((c.person for c in report.chains if c.name == judged.interval.chain), ""):
-        told["person"] = person
-    return row | told
+        row["person"] = person
+    return row
 
 
-def moves_to_tell(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
-    """Moved joints as sentences have them: those that a tracked place carries along are one.
+def reported_moves(document: Mapping[str, Any], report: Report) -> dict[str, Any]:
+    """Return the moved joints for sentences; joints carried along by a tracked position are one
+    entry.
 
-    placed: joints whose position channels have other numbers; along: the joint whose place was
-    tracked, by how much at most and in how many frames those that only go with it move, or None.
+    placed: joints whose position channels have changed; along: the joint whose position was
+    tracked, with the largest move and number of frames of the joints that only follow it, or None.
     """
     moved = document["changed"]["moved"]
     along = [
         move
         for move in moved
         if move["why"] == _TRACKED
-        and _goes_with_place(report, move["joint"])
-        and not _hangs_on_tracked(report, move["joint"])
+        and _follows_place(report, move["joint"])
+        and not _is_below_tracked(report, move["joint"])
     ]
-    told: dict[str, Any] = {
-        "placed": _placed(report),
+    moves: dict[str, Any] = {
+        "placed": _replaced_positions(report),
         "moved": [move for move in moved if move not in along],
         "along": None,
     }
-    if along:  # the joint whose place it is comes first
+    if along:  # the tracked joint comes first
         most = {key: max(move[key] for move in along) for key in ("max_of_height", "frames")}
-        told["along"] = {"joint": along[0]["joint"], **most}
-    return told
+        moves["along"] = {"joint": along[0]["joint"], **most}
+    return moves

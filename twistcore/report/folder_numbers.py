@@ -1,4 +1,4 @@
-"""A batch in numbers: what is found where, in how much of the captures, and how large it is."""
+"""A batch in numbers: how many intervals where, how many frames they affect, and their size."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _BINS = 180 // BIN
 
 @dataclass(frozen=True)
 class ClipRow:
-    """A line of the table of clips; of one that was not processed only name, state and reason.
+    """A line of the table of clips; a clip that was not processed has only name, state and reason.
 
     counts: intervals by kind; severity, max_deg, rms_deg: degrees; affected: frames; missing:
-    frames that the file's header declares and the file does not have; unexamined: limbs that no
-    chain examines, each with the reason; left:
-    intervals found after the correction, None where nothing was corrected; decided, of: how many
-    of all intervals a person decided, None where nobody reviewed it.
+    frames that the file's header declares but the file does not have; unexamined: limbs that no
+    chain examines, each with the reason; left: intervals found after the correction, None if
+    nothing was corrected; decided, of: number of decided and of all intervals, None if nobody
+    reviewed the clip.
     """
 
     name: str
@@ -49,12 +49,12 @@ class ClipRow:
 
     @property
     def found(self) -> int:
-        """Intervals of all kinds."""
+        """Number of intervals of all kinds."""
         return sum(self.counts.values())
 
     @property
     def share(self) -> float:
-        """Percent of the frames that are affected."""
+        """Percentage of affected frames."""
         return percent_affected(self.affected, self.frames)
 
 
@@ -62,10 +62,10 @@ class ClipRow:
 class FolderNumbers:
     """Sums over all clips, added one at a time.
 
-    joints: intervals by the name of a chain, limb or joint and by kind; sizes: repairable intervals
-    by kind in bins of BIN degrees; missing: frames that headers declare and files do not have; cut:
-    clips with such; in_part: clips with limbs that no chain examines; how: versions and parameters
-    that clips were processed with.
+    joints: intervals by name of a chain, limb or joint and by kind; sizes: repairable intervals by
+    kind in bins of BIN degrees; missing: frames that headers declare but files do not have; cut:
+    clips with such frames; in_part: clips with limbs that no chain examines; how: versions and
+    parameters used for processing.
     """
 
     states: Counter[str] = field(default_factory=Counter)
@@ -87,7 +87,7 @@ class FolderNumbers:
     how: Counter[str] = field(default_factory=Counter)
 
     def add(self, record: ClipRecord) -> ClipRow:
-        """Count a clip; its line of the table."""
+        """Add a clip and return its line of the table."""
         self.states[record.state] += 1
         result = record.result
         if record.state != "done" or result is None:
@@ -109,14 +109,14 @@ class FolderNumbers:
         self.decided += row.decided or 0
         self.reviewers.update(row.reviewers)
         self._add_intervals(result["intervals"])
-        told = [f"twistcore {record.version}", f"detector {result['method']}"]
-        told += [_told(k, v) for k, v in given(record.parameters).items() if k != "method"]
-        self.how[", ".join(told)] += 1
+        how = [f"twistcore {record.version}", f"detector {result['method']}"]
+        how += [_parameter(k, v) for k, v in given(record.parameters).items() if k != "method"]
+        self.how[", ".join(how)] += 1
         return row
 
     def _add_intervals(self, intervals: Iterable[Mapping[str, Any]]) -> None:
         for entry in intervals:
-            name, kind = _where(entry), entry["kind"]
+            name, kind = _place_name(entry), entry["kind"]
             self.joints.setdefault(name, Counter())[kind] += 1
             if Kind(kind).repairable:
                 at = min(int(abs(entry["delta_deg"]) // BIN), _BINS - 1)
@@ -124,31 +124,31 @@ class FolderNumbers:
 
     @property
     def clips(self) -> int:
-        """How many there are, processed or not."""
+        """Number of clips, processed or not."""
         return self.states.total()
 
     @property
     def intervals(self) -> int:
-        """How many there are, of all kinds."""
+        """Number of intervals of all kinds."""
         return self.kinds.total()
 
     @property
     def share(self) -> float:
-        """Percent of the frames that are affected."""
+        """Percentage of affected frames."""
         return percent_affected(self.affected, self.frames)
 
     def an_hour(self, kind: str) -> float:
-        """Intervals of a kind an hour of capture."""
+        """Return the number of intervals of a kind in an hour of capture."""
         return 3600.0 * self.kinds[kind] / self.seconds if self.seconds else 0.0
 
 
 def given(parameters: Mapping[str, Any]) -> dict[str, Any]:
-    """Parameters that somebody gave: those that are empty are left out."""
+    """Return the parameters that were set, without empty ones."""
     return {k: v for k, v in parameters.items() if v not in (None, [], "", False)}
 
 
 def worst_first(rows: Iterable[ClipRow]) -> list[ClipRow]:
-    """What was not processed first, then worst first."""
+    """Sort rows: clips that were not processed, then the worst first."""
     return sorted(rows, key=lambda r: (r.state == "done", -r.severity, -r.found, r.name))
 
 
@@ -176,13 +176,13 @@ def _row(record: ClipRecord, result: Mapping[str, Any]) -> ClipRow:
     )
 
 
-def _told(name: str, value: Any) -> str:
+def _parameter(name: str, value: Any) -> str:
     words = name.replace("_", " ")
     if value is True:
         return words
     return f"{words} {', '.join(map(str, value)) if isinstance(value, list) else value}"
 
 
-def _where(entry: Mapping[str, Any]) -> str:
-    """The joint that jumps, the limb, or the chain of an entry of `detect --json`."""
+def _place_name(entry: Mapping[str, Any]) -> str:
+    """Return the jumping joint, the limb, or the chain of an entry of `detect --json`."""
     return str(entry.get("joint") or entry.get("limb") or entry["chain"])

@@ -1,4 +1,4 @@
-"""The page of a batch folder, and that of a clip of which only the manifest tells."""
+"""The page of a batch folder, and the page of a clip known only from the manifest."""
 
 from __future__ import annotations
 
@@ -16,27 +16,27 @@ from twistcore.report.page_templates import GENERATOR, rendered
 
 __all__ = ["GENERATOR", "folder_page", "known_page"]
 
-MOST_ROWS = 5000  # of the table: a browser sorts as many at once
+MOST_ROWS = 5000  # of the table: a browser can still sort them at once
 _MOST_JOINTS = 60
 
 
 @dataclass(frozen=True)
 class HistogramBar:
-    """One bin of the histogram: degrees from, how many by kind, and in all."""
+    """One bin of the histogram: first degree, and counts by kind."""
 
     start: int
     counts: tuple[int, ...]
 
     @property
     def total(self) -> int:
-        """Of all kinds."""
+        """Count of all kinds."""
         return sum(self.counts)
 
 
 def folder_page(
     title: str, rows: Sequence[ClipRow], numbers: FolderNumbers, broken: Sequence[Broken]
 ) -> str:
-    """The page; rows: in the order of the table without scripts, what was not processed first."""
+    """Return the page; rows: in the order of the table, clips that were not processed first."""
     done = [row for row in rows if row.state == "done"]
     joints = sorted(numbers.joints.items(), key=lambda j: (-j[1].total(), j[0]))
     return rendered(
@@ -60,7 +60,7 @@ def folder_page(
 
 
 def known_page(record: ClipRecord, why: str, home: Home) -> str:
-    """A clip's page without its curves and pictures; why: there are none."""
+    """Return a clip's page without curves and pictures; why: the reason for that."""
     numbers = FolderNumbers()
     return rendered(
         "known.html",
@@ -74,12 +74,12 @@ def known_page(record: ClipRecord, why: str, home: Home) -> str:
 
 
 def _kinds(numbers: FolderNumbers) -> tuple[str, ...]:
-    """The kinds that have a column: faults of the capture only where there are any."""
+    """Return the kinds with a column; capture faults only if there are any."""
     return tuple(kind for kind in KINDS if numbers.kinds[kind] or not Kind(kind).of_capture)
 
 
 def _bars(numbers: FolderNumbers) -> list[HistogramBar]:
-    """The histogram, empty where there is nothing to count."""
+    """Return the histogram, empty if there are no intervals."""
     if not numbers.sizes:
         return []
     count = len(next(iter(numbers.sizes.values())))

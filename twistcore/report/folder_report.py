@@ -1,4 +1,4 @@
-"""The report of a batch folder: a page of all clips, and a page of each."""
+"""The report of a batch folder: an overview page, and a page for each clip."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from twistcore.work.progress import Counter, uncounted
 Made = TypeVar("Made")
 
 INDEX = "index.html"
-_TOGETHER = 12  # clips that one process draws: to start it takes longer than to draw one
-_LONGEST = 250  # bytes of a name that an ending is put behind
-_HEAD = 2048  # bytes in which a page says who wrote it
+_TOGETHER = 12  # clips drawn by one process: starting it takes longer than drawing a clip
+_LONGEST = 250  # bytes of a name that gets a suffix
+_HEAD = 2048  # bytes at the start of a page that include its generator
 
 
 @dataclass(frozen=True)
 class FolderReport:
-    """What was written: the page of all, pages of clips, and why some have not all they might."""
+    """The written pages, and the reasons why some are incomplete."""
 
     index: Path
     pages: int
@@ -52,13 +52,13 @@ def write_folder_report(
     records: Sequence[ClipRecord] | None = None,
     counter: Counter = uncounted,
 ) -> FolderReport:
-    """Write index.html and clips/NAME.html into `target`, made if missing.
+    """Write index.html and clips/NAME.html into `target`, created if missing.
 
-    folder: of the batch; most_pages: pages of so many clips only, the worst; broken: rules that do
-    not hold; records: instead of those in the folder's manifest; counter: of pages written. A clip
-    that cannot be read again has a page of what the manifest knows. Raises TwistError where there
-    is no manifest or another file stands in the place of a page, OSError where nothing can be
-    written.
+    folder: of the batch; most_pages: write pages only for this many clips, the worst; broken: rules
+    that were broken; records: instead of the records in the folder's manifest; counter: of pages
+    written. A clip that cannot be read again gets a page with the data of the manifest. Raises
+    TwistError if there is no manifest or a page would replace another file, OSError if nothing can
+    be written.
     """
     if records is None:
         with Manifest.open(folder) as manifest:
@@ -77,7 +77,7 @@ def write_folder_report(
     with counter(len(with_page)) as tell:
         for task, ended in each(work, tasks, workers):
             if isinstance(ended, Exception):
-                if isinstance(ended, OSError):  # a full disk: the next page would not fit, either
+                if isinstance(ended, OSError):  # a full disk has no room for the next page, either
                     raise ended
                 why = [reason(record.name, ended) for record in task]
                 ended = [_write_known(r, target, home, w) for r, w in zip(task, why, strict=True)]
@@ -91,9 +91,9 @@ def write_folder_report(
 
 
 def page_of(name: str) -> str:
-    """Where the page of a clip stands below the report, with '/'.
+    """Return the path of a clip's page below the report, with '/' as separator.
 
-    A name that has no room for the ending is cut, and has a mark of the whole.
+    A name too long for the suffix is shortened and gets a hash of the full name.
     """
     parts = [part for part in PurePosixPath(name).parts if part not in ("/", "..", ".")]
     if parts and len(encoded(parts[-1])) > _LONGEST:
@@ -101,13 +101,13 @@ def page_of(name: str) -> str:
     return "/".join(["clips", *parts]) + ".html"
 
 
-# -- pages of clips, many by one process -----------------------------------------------------------
+# -- pages of clips, several by one process --------------------------------------------------------
 
 
 def _write_pages(
     records: Sequence[ClipRecord], *, folder: Path, target: Path, home: str, pictures: bool
 ) -> list[str]:
-    """Write the pages of some clips; of each why it has not all it might, or ''."""
+    """Write the pages of some clips; return for each why it is incomplete, or ''."""
     reports = [_read_again(record, folder) for record in records]
     figures: list[Figure | None] = [
         figure_of_worst(report) if isinstance(report, Report) and pictures else None
@@ -120,9 +120,10 @@ def _write_pages(
             made = _tried(partial(_page, record, report, pair if pictures else None, home))
             if not isinstance(made, Exception):
                 _write(target / page_of(record.name), made)
-                # Without the window there are no pictures anywhere: pages say it, none has failed.
-                said = "" if pair.problem == NOT_INSTALLED else pair.problem
-                problems.append(said and f"{record.name}: no pictures: {said}")
+                # Without the window there are no pictures at all: the pages mention it, and that
+                # is not a failure.
+                why = "" if pair.problem == NOT_INSTALLED else pair.problem
+                problems.append(why and f"{record.name}: no pictures: {why}")
                 continue
             report = made
         problems.append(_write_known(record, target, home, reason(record.name, report)))
@@ -136,12 +137,12 @@ def _read_again(record: ClipRecord, folder: Path) -> Report | Exception:
 def _tried(make: Callable[[], Made]) -> Made | Exception:
     try:
         return make()
-    except Exception as error:  # a clip that cannot be told of must not stop the others
+    except Exception as error:  # a clip that cannot be reported must not stop the others
         return error
 
 
 def _drawn(figures: Sequence[Figure | None]) -> list[Drawn]:
-    """Pictures of the figures there are, none where there is none."""
+    """Draw the figures and return a Drawn for each, empty for None."""
     pictured = iter(draw_figures([figure for figure in figures if figure is not None]))
     return [Drawn() if figure is None else next(pictured) for figure in figures]
 
@@ -152,7 +153,7 @@ def _page(record: ClipRecord, report: Report, drawn: Drawn | None, home: str) ->
 
 
 def _write_known(record: ClipRecord, target: Path, home: str, why: str) -> str:
-    """A page of what the manifest knows; why there is no more."""
+    """Write a page with the data of the manifest; why: the reason for the missing parts."""
     _write(target / page_of(record.name), known_page(record, why, _home(record, home)))
     return why
 
@@ -167,16 +168,16 @@ def _write(path: Path, page: str) -> None:
 
 
 def _check_ours(path: Path) -> None:
-    """TwistError where a file of somebody else stands in the place of a page."""
+    """Raise TwistError if the page would replace a file that this program did not write."""
     try:
         with open_to_read(path) as file:
             head = file.read(_HEAD)
     except (FileNotFoundError, NotADirectoryError):
         return
     except OSError as error:
-        raise TwistError(f"{path}: expected a place for the report ({error.strerror})") from None
+        raise TwistError(f"{path}: the report cannot be written ({error.strerror})") from None
     if GENERATOR.encode() not in head:
         raise TwistError(
-            f"{path}: expected a place for the report, but there is another file; move it, or "
+            f"{path}: the report cannot be written, because there is another file; move it, or "
             "choose another folder"
         )

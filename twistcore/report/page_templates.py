@@ -1,4 +1,4 @@
-"""The pages' templates: each page is one file that needs no other and no network."""
+"""Templates of the pages: each page is one file that needs no other file and no network."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import jinja2
 
 from twistcore.files.version import __version__
 
-GENERATOR = "twistcore report"  # what a page says first of who wrote it
+GENERATOR = "twistcore report"  # the generator named at the start of a page
 
 
 def rendered(template: str, **context: Any) -> str:
-    """A page from its template; what comes from files and people is escaped."""
+    """Render a template; texts from files and people are escaped."""
     return _environment().get_template(template).render(**context)
 
 
@@ -42,12 +42,12 @@ def _environment() -> jinja2.Environment:
 
 
 def _when(stamp: str) -> str:
-    """ISO 8601 as people read it, to the minute."""
+    """Format ISO 8601 for people, to the minute."""
     return stamp[:16].replace("T", " ") + (" UTC" if stamp.endswith(("+00:00", "Z")) else "")
 
 
 def _plural(count: int, word: str, words: str = "") -> str:
-    """'1 clip', '2 clips'."""
+    """Return '1 clip' or '2 clips'."""
     return f"{_thousands(count)} {word if count == 1 else words or word + 's'}"
 
 
@@ -60,10 +60,10 @@ def _thousands(number: float) -> str:
 
 
 def _rate(number: float) -> str:
-    """With two figures that count, '0.35', '4.2', '2,840'."""
+    """Format with two significant digits: '0.35', '4.2', '2,840'."""
     return f"{number:.2g}" if 0.0 < number < 10.0 else _thousands(number)
 
 
 def _href(path: str) -> str:
-    """A relative path as an address."""
-    return quote(os.fsencode(path))  # bytes that are no UTF-8 as they are on the disk
+    """Return a relative path as an address."""
+    return quote(os.fsencode(path))  # keeps bytes that are not UTF-8

@@ -1,7 +1,7 @@
-"""Pictures of a report, drawn by another process: the desktop program has what draws bodies.
+"""Pictures of a report, drawn in a separate process by the desktop program.
 
-What is to be drawn goes there as files in a folder, and pictures come back in it: nothing here
-knows Qt or VTK, and a driver that takes its process along takes no report.
+The figures are written into a folder, and the pictures come back in it. Nothing here needs Qt or
+VTK, and a graphics driver that crashes does not end the report.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ SCHEMA = "twistcore.report_pictures/1"
 SIZE = (400, 320)  # pixels
 _JOB = "job.json"
 _NEEDED = ("inspector", "PySide6", "vtkmodules")
-NOT_INSTALLED = 'the window is not installed (pip install "twist-inspector[gui]" brings it)'
+NOT_INSTALLED = 'the window is not installed (install it with pip install "twist-inspector[gui]")'
 _NO_LIBRARY = re.compile(r"(\S+\.so\S*): cannot open shared object file")
-_COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # of a terminal, which VTK's log writes
-_SAMPLE = 60  # frames of a clip from which its figure is judged
-_TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is given up, and more for every pair
-_SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # it is to draw without one
+_COLOURS = re.compile(r"\x1b\[[0-9;]*m")  # terminal colours in VTK's log
+_SAMPLE = 60  # frames of a clip from which its body is estimated
+_TO_START, _TO_DRAW = 60.0, 3.0  # seconds until a process is ended, and extra for every pair
+_SCREEN = ("DISPLAY", "WAYLAND_DISPLAY")  # unset, since drawing needs no screen
 
 
 @dataclass(frozen=True)
 class BeforeAfter:
-    """Two pictures from one side, before and after a correction.
+    """Two pictures from the same side, before and after a correction.
 
-    chain: the name of what is looked at; first, second: where the two poses stand in the motion.
+    chain: name of the chain to look at; first, second: frames of the two poses in the motion.
     """
 
     chain: str
@@ -53,9 +53,9 @@ class BeforeAfter:
 
 @dataclass(frozen=True, eq=False)
 class Figure:
-    """What is drawn of one clip: some frames of its motion, the poses of the pairs behind them.
+    """The figure to draw for one clip: some frames of its motion, then the poses of the pairs.
 
-    chains: limbs too; they say which limbs wear a skin, and which way the figure faces.
+    chains: include limbs; they decide which limbs have a skin, and which way the figure faces.
     """
 
     motion: Motion
@@ -65,7 +65,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Drawn:
-    """JPEG pictures of every pair in the order asked for, or in one line why there are none."""
+    """JPEG pictures of every pair in order, or the reason why there are none."""
 
     pictures: tuple[tuple[bytes, bytes], ...] = ()
     problem: str = ""
@@ -74,7 +74,7 @@ class Drawn:
 def figure_of(
     before: Motion, after: Motion, chains: Sequence[Chain], wanted: Sequence[tuple[str, int]]
 ) -> Figure:
-    """Pairs at (chain's name, frame); before, after: the motions that poses are taken from."""
+    """Return a figure with pairs at (chain name, frame), posed as in both motions."""
     count = min(before.frames, _SAMPLE)
     some = np.linspace(0, before.frames - 1, count).astype(np.intp)
     frames = np.array([frame for _, frame in wanted], dtype=np.intp)
@@ -93,7 +93,7 @@ def figure_of(
 def draw_figures(
     figures: Sequence[Figure], python: Sequence[str] = (sys.executable,)
 ) -> list[Drawn]:
-    """The pictures of every figure, all by one process; nothing is raised where it fails."""
+    """Draw all figures in one process; if it fails, nothing is raised."""
     total = sum(len(figure.pairs) for figure in figures)
     if not total:
         return [Drawn() for _ in figures]
@@ -103,11 +103,11 @@ def draw_figures(
         folder = Path(name)
         write_job(folder, figures)
         problem = _run([*python, *python_bound(PROGRAM, name)[1:]], _TO_START + _TO_DRAW * total)
-        return [_come_back(folder, k, figure, problem) for k, figure in enumerate(figures)]
+        return [_read_pictures(folder, k, figure, problem) for k, figure in enumerate(figures)]
 
 
 def _run(command: Sequence[str], seconds: float) -> str:
-    """Why a process did not end well, '' if it did."""
+    """Run a process and return why it failed, '' if it did not."""
     environment = {k: v for k, v in os.environ.items() if k not in _SCREEN}
     try:
         ended = subprocess.run(
@@ -119,31 +119,31 @@ def _run(command: Sequence[str], seconds: float) -> str:
             check=False,
         )
     except subprocess.TimeoutExpired:
-        return f"the process that draws them took longer than {seconds:.0f} s"
+        return f"the drawing process took longer than {seconds:.0f} s"
     except OSError as error:
-        return f"the process that draws them did not start ({error.strerror})"
+        return f"the drawing process did not start ({error.strerror})"
     if ended.returncode == 0:
         return ""
-    said = _COLOURS.sub("", ended.stderr.decode("utf-8", "replace")).strip().splitlines()
-    last = said[-1].strip() if said else f"it ended with {ended.returncode}"
+    output = _COLOURS.sub("", ended.stderr.decode("utf-8", "replace")).strip().splitlines()
+    last = output[-1].strip() if output else f"exit code {ended.returncode}"
     if absent := _NO_LIBRARY.search(last):
-        return f"this system lacks {absent[1]}; twist-inspector says which command installs it"
-    return f"the process that draws them failed: {last:.200}"
+        return f"this system lacks {absent[1]}; twist-inspector shows the command to install it"
+    return f"the drawing process failed: {last:.200}"
 
 
-def _come_back(folder: Path, number: int, figure: Figure, problem: str) -> Drawn:
+def _read_pictures(folder: Path, number: int, figure: Figure, problem: str) -> Drawn:
     pictures = []
     for k in range(len(figure.pairs)):
         files = [picture_path(folder, number, k, which) for which in (0, 1)]
         if not all(file.is_file() for file in files):
-            return Drawn(problem=problem or "the process that draws them left some out")
+            return Drawn(problem=problem or "the drawing process left some out")
         before, after = (file.read_bytes() for file in files)
         pictures.append((before, after))
     return Drawn(tuple(pictures))
 
 
 def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
-    """Where a picture of a job is put; which: 0 before, 1 after."""
+    """Return the path of a job's picture; which: 0 before, 1 after."""
     return folder / f"{figure}-{pair}-{which}.jpg"
 
 
@@ -151,7 +151,7 @@ def picture_path(folder: Path, figure: int, pair: int, which: int) -> Path:
 
 
 def write_job(folder: Path, figures: Sequence[Figure]) -> None:
-    """Put what is to be drawn into a folder."""
+    """Write the figures into a folder."""
     for k, figure in enumerate(figures):
         motion = figure.motion
         np.savez(
@@ -181,10 +181,10 @@ def write_job(folder: Path, figures: Sequence[Figure]) -> None:
 
 
 def read_job(folder: Path) -> tuple[tuple[int, int], list[Figure]]:
-    """The size of the pictures and what is to be drawn, from the files of :func:`write_job`."""
+    """Read the picture size and the figures from the files of :func:`write_job`."""
     document = json.loads((folder / _JOB).read_bytes())
     if document["schema"] != SCHEMA:
-        raise ValueError(f"expected schema {SCHEMA!r}")
+        raise ValueError(f"expected the schema {SCHEMA!r}")
     width, height = document["size"]
     return (width, height), [
         _figure_from(folder / f"{k}.npz", entry) for k, entry in enumerate(document["figures"])
@@ -212,7 +212,7 @@ def _figure_from(path: Path, entry: dict[str, Any]) -> Figure:
 
 
 def _chain_to_json(chain: Chain) -> dict[str, Any]:
-    """What a body is drawn by; an axis that varies is told as it is in the first frame."""
+    """Return the data for drawing a body; a varying axis is taken from the first frame."""
     axis, arm = (np.atleast_2d(v)[0].tolist() for v in (chain.axis, chain.arm))
     keys = ("name", "parent", "child", "grandchild", "side", "segment", "person")
     own = {key: getattr(chain, key) for key in keys}

@@ -1,4 +1,4 @@
-"""A clip of a batch folder read again: its report, from what the manifest knows of it."""
+"""The report of a clip in a batch folder, made from its file and the manifest."""
 
 from __future__ import annotations
 
@@ -21,18 +21,18 @@ from twistcore.skeleton.rig import AS_FOUND, rig_from_json
 
 
 def report_of(record: ClipRecord, folder: Path) -> Report:
-    """The report of a clip that was processed; folder: of the batch.
+    """Return the report of a processed clip; folder: of the batch.
 
-    Decisions are those of its session where a person has made some, else what the run did. Raises
-    TwistError, or OSError, where the clip is gone, or is another one by now.
+    The decisions come from its session if a person made some, or from the run. Raises TwistError or
+    OSError if the clip is missing or was changed.
     """
     if record.result is None:
-        raise TwistError(f"{record.source}: expected a result of it")
+        raise TwistError(f"{record.source}: has no result to report")
     if "://" in record.source:
-        raise TwistError(f"{record.source}: is not on this machine")
+        raise TwistError(f"{record.source}: is at a URL, not on this machine")
     clip = read_clip(record.source, fps=record.parameters.get("fps"))
     if clip.sha256 != record.sha256:
-        raise TwistError(f"{record.source}: was changed since it was processed")
+        raise TwistError(f"{record.source}: was changed after it was processed")
     if session := record.decisions.get("session"):
         return _reviewed(record, clip, Path(session))
     return _unreviewed(record, clip, folder)
@@ -42,8 +42,8 @@ def _reviewed(record: ClipRecord, clip: Clip, path: Path) -> Report:
     session = read_session(path)
     chains = chains_of(session, clip)
     refined = accepted_motion(clip, chains, session.state)
-    told = {**_parameters(record), "session": path.name}
-    return Report(clip, chains, session.state, refined, record.name, parameters=told)
+    parameters = {**_parameters(record), "session": path.name}
+    return Report(clip, chains, session.state, refined, record.name, parameters=parameters)
 
 
 def _unreviewed(record: ClipRecord, clip: Clip, folder: Path) -> Report:
@@ -84,10 +84,9 @@ def _names(analysis: ClipAnalysis) -> set[str]:
 
 
 def _parameters(record: ClipRecord) -> dict[str, Any]:
-    """Those that say something: what nobody gave is left out, and so is what the page has."""
-    told = {k: v for k, v in given(record.parameters).items() if k != "method"}
+    """Return the parameters that were set, without the detector, which the page shows already."""
     return {
-        **told,
+        **{k: v for k, v in given(record.parameters).items() if k != "method"},
         "processed by": f"twistcore {record.version}",
         "processed at": record.finished_at,
     }

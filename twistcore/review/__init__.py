@@ -1,4 +1,4 @@
-"""A person's judgement of the intervals: state, commands with undo, session file."""
+"""A person's review of the intervals: state, commands with undo, session file."""
 
 from twistcore.review.commands import (
     Annotate,

@@ -1,4 +1,4 @@
-"""What a person does to a review, as data: each command turns one state into the next."""
+"""Commands of a review as data: each turns one state into the next."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from twistcore.work.frozen import dataclass
 
 
 class Command(ABC):
-    """An edit with a text for the menu; `apply` raises and changes nothing if it cannot be done."""
+    """An edit with a text for the menu; an `apply` that raises changes nothing."""
 
     @property
     @abstractmethod
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
 
     @abstractmethod
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
 
     def continues(self, earlier: Command) -> bool:
         """True if this is the next step of the same drag, to be undone together with it."""
@@ -43,7 +43,7 @@ class Command(ABC):
 
 @dataclass(frozen=True)
 class Decide(Command):
-    """Set the verdict on intervals; in_bulk: on all that are sure, without a look at each."""
+    """Set the verdict on intervals; in_bulk: on all confident ones, without looking at each."""
 
     ids: tuple[int, ...]
     decision: Decision
@@ -53,7 +53,7 @@ class Decide(Command):
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         n = len(self.ids)
         one, many = {
             Decision.ACCEPTED: ("Accept interval", f"Accept {n} intervals"),
@@ -63,20 +63,20 @@ class Decide(Command):
         return one if n == 1 else many
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         undecided = self.decision == Decision.UNDECIDED
         by, at = ("", "") if undecided else (self.reviewer, self.decided_at)
         bulk = self.in_bulk and not undecided
-        said = {"decision": self.decision, "reviewer": by, "decided_at": at, "in_bulk": bulk}
-        return _replace(state, self.ids, **said)
+        verdict = {"decision": self.decision, "reviewer": by, "decided_at": at, "in_bulk": bulk}
+        return _replace(state, self.ids, **verdict)
 
 
 @dataclass(frozen=True)
 class Sign(Command):
-    """Put a name to decisions that have none: who decided gave it later.
+    """Add a name to decisions without one, given later by the person who decided.
 
-    No step of the history, for a name decides nothing: `Review` puts it to the same decisions
-    in every state, so that an undo takes back the last decision and leaves the others' names.
+    A name decides nothing, so this is not a step of the history: `Review` adds it to the same
+    decisions in every state. An undo then takes back the last decision and keeps the other names.
     """
 
     ids: tuple[int, ...]
@@ -84,18 +84,18 @@ class Sign(Command):
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         return "Sign decision" if len(self.ids) == 1 else f"Sign {len(self.ids)} decisions"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         return self.signing(state)(state)
 
     def signing(self, now: ReviewState) -> Callable[[ReviewState], ReviewState]:
-        """What puts the name to the decisions that have none now, in any state of the same review.
+        """Return a function that adds the name, in any state, to decisions that have none now.
 
-        The same state is made the same one each time; one without such a decision is returned as it
-        is. KeyError where the review has no such interval now.
+        The same state always becomes the same new one; a state without such a decision is returned
+        unchanged. KeyError if the review has no such interval now.
         """
         nobody = {
             (judged.id, judged.decided_at)
@@ -130,11 +130,11 @@ class Edit(Command):
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         return f"Edit interval {self.id}"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         old = state.find(self.id)
         if self.interval.start < 0 or self.interval.stop <= self.interval.start:
             raise ValueError("an interval must have at least one frame")
@@ -147,7 +147,7 @@ class Edit(Command):
         return _replace(state, (self.id,), interval=as_written(self.interval), edited=True)
 
     def continues(self, earlier: Command) -> bool:
-        """The same drag of the same interval."""
+        """True if this is the same drag of the same interval."""
         return (
             isinstance(earlier, Edit)
             and self.drag != 0
@@ -157,7 +157,7 @@ class Edit(Command):
 
 @dataclass(frozen=True)
 class Annotate(Command):
-    """Set the note of an interval, and the reason of its rejection."""
+    """Set the note of an interval, and the reason for its rejection."""
 
     id: int
     note: str
@@ -165,11 +165,11 @@ class Annotate(Command):
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         return f"Note on interval {self.id}"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         return _replace(state, (self.id,), note=self.note, reason=self.reason)
 
 
@@ -182,24 +182,24 @@ class Insert(Command):
     text = "New interval"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         new = Judged(state.next_id, as_written(self.interval), by_hand=True)
         return state.with_intervals((*state.intervals, new), next_id=state.next_id + 1)
 
 
 @dataclass(frozen=True)
 class Remove(Command):
-    """Take a hand-made interval away; a detected one is rejected, not removed."""
+    """Remove a hand-made interval; a detected one must be rejected instead."""
 
     id: int
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         return f"Remove interval {self.id}"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         if not state.find(self.id).by_hand:
             raise ValueError("only hand-made intervals can be removed")
         return state.with_intervals(j for j in state.intervals if j.id != self.id)
@@ -207,11 +207,12 @@ class Remove(Command):
 
 @dataclass(frozen=True, eq=False)
 class Redetect(Command):
-    """A new τ (radians, by chain name) with what the detector finds in those chains at it.
+    """Set a new τ (radians, by chain name) and the intervals detected with it in those chains.
 
-    What a person decided or edited stays, stands for every found interval that is the same (IoU of
-    0.5 or more) or lies inside it (80 % or more), and says so if there is none. What nobody touched
-    is replaced, by overlap, the largest first, or goes. Every other found interval is new.
+    An interval that a person decided on or edited is kept. It replaces every detected interval that
+    is the same (IoU of 0.5 or more) or lies inside it (80 % or more), and is marked as unsupported
+    if there is none. An untouched interval is replaced by overlap, the largest first, or removed.
+    All other detected intervals are new.
     """
 
     tau: Mapping[str, float]
@@ -221,7 +222,7 @@ class Redetect(Command):
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         if self.method:
             return f"Detect with {self.method}"
         if len(self.tau) == 1:
@@ -229,13 +230,13 @@ class Redetect(Command):
         return f"Set τ of {len(self.tau)} chains"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         tau = MappingProxyType({**state.tau, **self.tau})
         known = replace(state, tau=tau, method=self.method or state.method)
         return _redetected(known, self.tau, self.found)
 
     def continues(self, earlier: Command) -> bool:
-        """The same drag of the same τ line."""
+        """True if this is the same drag of the same τ line."""
         return (
             isinstance(earlier, Redetect)
             and self.drag != 0
@@ -246,11 +247,11 @@ class Redetect(Command):
 
 @dataclass(frozen=True, eq=False)
 class ChangeChains(Command):
-    """Other chains and limbs: with those that go, all their intervals go.
+    """Change the chains and limbs; removed chains lose their intervals.
 
-    rig: which there are; tau: radians of them all, in their order; found: what the detector finds
-    in those named in `again`, new ones and those that others beside them change, by `Redetect`'s
-    rules.
+    rig: the new chains; tau: radians of all of them, in their order; found: intervals detected in
+    the chains named in `again` (new ones, and ones whose neighbours changed), merged by the rules
+    of `Redetect`.
     """
 
     rig: Rig
@@ -261,13 +262,13 @@ class ChangeChains(Command):
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         return self.what or "Change the chains"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         if missing := [name for name in self.again if name not in self.tau]:
-            raise ValueError(f"no chain {missing[0]!r}")
+            raise ValueError(f"there is no chain {missing[0]!r}")
         tau = MappingProxyType(dict(self.tau))
         kept = [
             j
@@ -280,36 +281,36 @@ class ChangeChains(Command):
 
 @dataclass(frozen=True, eq=False)
 class CarryOver(Command):
-    """Take the decisions of an earlier review over, of another take or (same_clip) of this one."""
+    """Carry over the decisions of an earlier review, of another take or (same_clip) of this one."""
 
     earlier: tuple[Judged, ...]
     same_clip: bool = False
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         return "Add decisions" if self.same_clip else "Carry decisions over"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         return carried_over(self.earlier, state, same_clip=self.same_clip)
 
 
 @dataclass(frozen=True)
 class Track(Command):
-    """Track joints with QuaMo after the twist refinement, or no longer (None)."""
+    """Track joints with QuaMo after the twist correction, or stop tracking (None)."""
 
     tracking: Tracking | None
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         if self.tracking is None:
             return "Stop tracking"
         return f"Track {self.tracking.what}"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         if self.tracking is not None and not self.tracking.what:
             raise ValueError("expected a joint to track")
         return replace(state, tracking=self.tracking)
@@ -318,18 +319,18 @@ class Track(Command):
 def _redetected(
     state: ReviewState, chains: Iterable[str], found: Iterable[Interval]
 ) -> ReviewState:
-    """What is found in these chains in the place of what was."""
+    """Replace the intervals of these chains by the detected ones."""
     chains, found = tuple(chains), tuple(found)
     out = [j for j in state.intervals if j.interval.chain not in chains]
     next_id = state.next_id
     for chain in chains:
         own = [as_written(i) for i in found if i.chain == chain]
-        merged, next_id = _match(state.of_chain(chain), own, next_id)
+        merged, next_id = _merged(state.of_chain(chain), own, next_id)
         out += merged
     return state.with_intervals(out, next_id=next_id)
 
 
-def _match(
+def _merged(
     earlier: tuple[Judged, ...], found: list[Interval], next_id: int
 ) -> tuple[list[Judged], int]:
     partner: dict[int, int] = {}
@@ -337,7 +338,7 @@ def _match(
     supported: set[int] = set()
     pairs = sorted(_overlaps(earlier, found))
     for minus_common, k, n in pairs:
-        if earlier[k].kept and _stands_for(earlier[k].interval, found[n], -minus_common):
+        if earlier[k].kept and _replaces(earlier[k].interval, found[n], -minus_common):
             supported.add(k)
             taken.add(n)
     for _, k, n in pairs:
@@ -349,7 +350,7 @@ def _match(
         if judged.kept or k in partner:
             interval = judged.interval if judged.kept else found[partner[k]]
             holds = not judged.kept or judged.by_hand or k in supported
-            # What stays the same stays the same object: nobody needs to draw it again.
+            # Unchanged intervals stay the same objects, so that they need not be redrawn.
             same = interval is judged.interval and holds == judged.supported
             out.append(judged if same else replace(judged, interval=interval, supported=holds))
     new = [interval for n, interval in enumerate(found) if n not in taken]
@@ -357,13 +358,13 @@ def _match(
     return out, next_id + len(new)
 
 
-def _stands_for(kept: Interval, found: Interval, common: int) -> bool:
+def _replaces(kept: Interval, found: Interval, common: int) -> bool:
     union = kept.frames + found.frames - common
     return common >= 0.5 * union or common >= 0.8 * found.frames
 
 
 def _overlaps(earlier: tuple[Judged, ...], found: list[Interval]) -> Iterator[tuple[int, int, int]]:
-    """(−frames in common, k, n) of every overlapping pair; near-linear in their number."""
+    """Yield (−common frames, k, n) of all overlapping pairs; nearly linear in their number."""
     by_start = sorted(range(len(found)), key=lambda n: found[n].start)
     starts = [found[n].start for n in by_start]
     longest = max((f.frames for f in found), default=0)
@@ -383,4 +384,4 @@ def _replace(state: ReviewState, ids: tuple[int, ...], **changes: Any) -> Review
     changed = tuple(replace(j, **changes) if j.id in wanted else j for j in state.intervals)
     if "interval" in changes:
         return state.with_intervals(changed)
-    return replace(state, intervals=changed)  # in the same order: a long journal is replayed so
+    return replace(state, intervals=changed)  # already in order, which speeds up long journals

@@ -1,4 +1,4 @@
-"""The history of a review: do, undo, redo."""
+"""History of a review: do, undo, redo."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class Review:
     Parameters
     ----------
     found : Detection, ClipAnalysis or ReviewState
-        What to judge: nothing is decided yet. Or the state of an earlier review, from a session.
+        The intervals to judge, all undecided, or the state of an earlier review from a session.
 
     Raises
     ------
     TypeError
-        If `found` is none of these.
+        If `found` has another type.
 
     Examples
     --------
@@ -61,22 +61,23 @@ class Review:
 
     @classmethod
     def of(cls, found: Detection) -> Review:
-        """A review of what was detected, in which nothing is decided yet."""
+        """Return a review of a detection with all intervals undecided."""
         return cls(_started(found))
 
     @property
     def accepted(self) -> tuple[Interval, ...]:
-        """The intervals that were accepted: those to refine by, and so no lone jumps."""
+        """The accepted intervals to refine by, without lone jumps."""
         return self.state.chosen()
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """The chains and limbs of the review's rig in a motion, and the accepted intervals."""
+        """Return chains and limbs of the review's rig in a motion, and the accepted intervals."""
         return self.state.to_correct(motion)
 
     def accept(self, at_least: float | None = None, *, include_open: bool = False) -> int:
-        """Accept what may be without a look at it, in one step; how many that are.
+        """Accept all intervals that qualify for automatic correction, in one step; return their
+        number.
 
-        at_least: confidence, 0…1; see twistcore.analysis.correction's `applied_unasked`.
+        at_least: confidence, 0…1; see `applied_unasked` in twistcore.analysis.correction.
         """
         ids = self.state.unasked(at_least, include_open=include_open)
         if ids:
@@ -84,10 +85,11 @@ class Review:
         return len(ids)
 
     def do(self, command: Command) -> None:
-        """Carry out a command; a step of a drag takes the place of the one before it.
+        """Carry out a command; a step of a drag replaces the previous step.
 
-        It starts from where the drag began, so where a drag ends says all: a τ line dragged up and
-        back leaves every interval as it was. A name is no step: it is put to what is decided.
+        The step starts from the state before the drag, so only its end matters: a τ line dragged up
+        and back leaves every interval unchanged. Signing is not a step: the name is added in all
+        states.
         """
         if isinstance(command, Sign):
             self._change_all(command.signing(self.state))
@@ -102,14 +104,14 @@ class Review:
         self.state = after
 
     def undo(self) -> None:
-        """Take the last command back; nothing to undo is no error."""
+        """Undo the last command, if any."""
         if self._done:
             step = self._done.pop()
             self._undone.append(step)
             self.state = step.before
 
     def redo(self) -> None:
-        """Do the last undone command again; nothing to redo is no error."""
+        """Redo the last undone command, if any."""
         if self._undone:
             step = self._undone.pop()
             self._done.append(step)
@@ -117,69 +119,69 @@ class Review:
 
     @property
     def undo_text(self) -> str:
-        """Name of what undo takes back, or ''."""
+        """Name of the command that undo takes back, or ''."""
         return self._done[-1].command.text if self._done else ""
 
     @property
     def redo_text(self) -> str:
-        """Name of what redo does again, or ''."""
+        """Name of the command that redo repeats, or ''."""
         return self._undone[-1].command.text if self._undone else ""
 
     @property
     def state_before_last(self) -> ReviewState:
-        """The state before the last command that is done; the present one if there is none."""
+        """State before the last command; the present state if there is none."""
         return self._done[-1].before if self._done else self.state
 
     @property
     def state_after_next(self) -> ReviewState:
-        """The state that redo leads to; the present one if there is nothing to redo."""
+        """State after the next redo; the present state if there is none."""
         return self._undone[-1].after if self._undone else self.state
 
     @property
     def history(self) -> tuple[str, ...]:
-        """Names of all steps, done and undone, in order; :attr:`position` of them are done."""
+        """Names of all steps, done and undone, in order; the first :attr:`position` are done."""
         return tuple(s.command.text for s in (*self._done, *reversed(self._undone)))
 
     @property
     def position(self) -> int:
-        """How many steps are done."""
+        """Number of steps done."""
         return len(self._done)
 
     @property
     def saved(self) -> bool:
-        """True if nothing has changed since the session was written or opened."""
+        """True if nothing has changed since the session was saved or opened."""
         return self.state is self._saved
 
     def take_reasons(self, found: Iterable[Interval]) -> None:
-        """Give intervals the reasons of those found alike, in every state; no step, no change."""
-        told = with_reasons(found)
-        self._saved = self._saved and told(self._saved)
-        self._change_all(told)
+        """Add the reasons of equal detected intervals in every state; this is not a step."""
+        change = with_reasons(found)
+        self._saved = self._saved and change(self._saved)
+        self._change_all(change)
 
     def _change_all(self, change: Callable[[ReviewState], ReviewState]) -> None:
-        """Every state otherwise, and the same steps between them."""
+        """Apply a change to every state and keep the steps between them."""
         self.state = change(self.state)
         for steps in (self._done, self._undone):
             steps[:] = [_Step(s.command, change(s.before), change(s.after)) for s in steps]
 
     def mark_saved(self) -> None:
-        """The present state is now on disk."""
+        """Mark the present state as saved."""
         self._saved = self.state
 
     def mark_unsaved(self) -> None:
-        """No state of this review is in a session file: it was recovered from a journal."""
+        """Mark every state as unsaved: the review was recovered from a journal."""
         self._saved = None
 
 
 def _state_of(found: Detection | ClipAnalysis | ReviewState) -> ReviewState:
-    """The state that a review begins with: as given, or with nothing decided yet."""
+    """Return the initial state of a review: as given, or with all intervals undecided."""
     if isinstance(found, ReviewState):
         return found
     if isinstance(found, ClipAnalysis):
         found = found.detect()
     if not isinstance(found, Detection):
         raise TypeError(
-            "expected what detect or analyse returned, or the state of a review, found "
+            "expected the result of detect or analyse, or the state of a review, found "
             f"{type(found).__name__} {found!r:.80}"
         )
     return _started(found)

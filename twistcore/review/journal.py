@@ -1,10 +1,10 @@
-"""The journal: every command on disk before the next one, so that no decision is ever lost.
+"""The journal: every command is on disk before the next one, so that no decision is lost.
 
-A journal is a text file, one JSON document a line. The first line holds the session as it was when
-the journal began, and how many steps of the review went into it unsaved; each further line one
-command, an undo, a redo, or the whole session again (an undo of something older than the journal).
-A line cut short by a crash is left out; what stands before it counts. A journal never takes the
-place of a file that is there, and what stands in it is never shortened.
+A journal is a text file, one JSON document a line. The first line has the session as it was when
+the journal began, and the number of unsaved steps before. Every other line has one command, an
+undo, a redo, or the whole session again (after an undo of a step older than the journal). A line
+cut short by a crash is ignored; the lines before it are used. A journal never replaces an existing
+file, and its good lines are never removed.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ from twistcore.review.session import (
     interval_to_json,
     judged_from_json,
     judged_to_json,
+    needs_both_ways_schema,
     session_document,
     session_from_document,
     tau_from_json,
     tau_to_json,
     tracking_from_json,
     tracking_to_json,
-    tracks_otherwise,
 )
 from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Motion
@@ -67,24 +67,24 @@ from twistcore.skeleton.rig import Rig, rig_from_json, rig_to_json
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.journal/1"
-_DAMAGE = FormatError, KeyError, ValueError  # the last two where a command does not fit
-_MOST_BYTES = 1 << 32  # of a journal: what is in it is nowhere else
+_DAMAGE = FormatError, KeyError, ValueError  # the last two if a command does not fit
+_MOST_BYTES = 1 << 32  # of a journal; large, because its contents exist nowhere else
 UNDO, REDO = {"undo": True}, {"redo": True}
 
 
 class Journal:
-    """An open journal. What the disk does not take waits, and goes before the next entry."""
+    """An open journal; entries that could not be written are written before the next one."""
 
     def __init__(self, path: Path, clip: Clip, state: ReviewState, steps: int = 0) -> None:
-        """Begin a journal with `state`, which `steps` unsaved steps led to.
+        """Begin a journal with `state`, which is `steps` unsaved steps old.
 
-        Raises FileExistsError where there is such a file, OSError where the disk says no; then
-        nothing of it is left.
+        Raises FileExistsError if the file exists, OSError if it cannot be written; no file is left
+        then.
         """
         self.path = path
         self._file: BinaryIO = path.open("xb", buffering=0)
-        lock(self._file.fileno())  # by which others see that it is no leftover
-        self._good = 0  # bytes that are whole lines on disk
+        lock(self._file.fileno())  # shows others that it is no leftover
+        self._good = 0  # bytes of complete lines on disk
         self._waiting: list[bytes] = []
         try:
             self.append(
@@ -97,22 +97,22 @@ class Journal:
 
     @classmethod
     def resume(cls, recovered: Recovered) -> Journal:
-        """Go on with a journal that an earlier run left; raises OSError and shortens nothing good.
+        """Continue a journal left by an earlier run; raises OSError and never removes good lines.
 
-        Lines that could not be replayed are first put beside it, under a name of their own.
+        If lines could not be replayed, a copy of the file is first saved next to it.
         """
         path = recovered.path
         data = read_file(path)
         if recovered.damaged:
             write_atomically(free_name(path, ".damaged"), data)
-        try:  # a file of our own: another window may still have the old one open
+        try:  # a new file, since another window may still have the old one open
             write_atomically(path, data[: recovered.size])
         except OSError:
             if is_held(path):
                 raise
         file = path.open("r+b", buffering=0)
         lock(file.fileno())
-        file.truncate(recovered.size)  # what a crash cut short, or what was put beside
+        file.truncate(recovered.size)  # drop a line cut short, or lines saved in the copy
         journal = cls.__new__(cls)
         journal.path, journal._file = path, file
         journal._good, journal._waiting = recovered.size, []
@@ -120,20 +120,20 @@ class Journal:
 
     @property
     def waiting(self) -> int:
-        """Entries that are not on disk yet."""
+        """Number of entries not yet on disk."""
         return len(self._waiting)
 
     def do(self, command: Command) -> None:
-        """Record a command that has succeeded."""
+        """Record a successful command."""
         self.append(command_to_json(command))
 
     def append(self, entry: Mapping[str, Any]) -> None:
-        """Record an entry; raises OSError if the disk says no, and the entry waits."""
+        """Record an entry; if it cannot be written, OSError is raised and the entry waits."""
         self._waiting.append(json_bytes(entry, indent=None))
         self.write_waiting()
 
     def write_waiting(self) -> None:
-        """Put what waits on disk; raises OSError if that fails again."""
+        """Write the waiting entries; raises OSError if that fails again."""
         if self._file.closed:
             raise OSError("the journal is closed")
         if not self._waiting:
@@ -142,32 +142,32 @@ class Journal:
         try:
             self._file.seek(self._good)
             left = memoryview(data)
-            while left:  # a disk that is nearly full takes a part
+            while left:  # a nearly full disk may accept only a part
                 left = left[self._file.write(left) :]
             os.fsync(self._file.fileno())
         except OSError:
             with suppress(OSError):
-                self._file.truncate(self._good)  # a line cut short; those before it stay
+                self._file.truncate(self._good)  # drop the incomplete line
             raise
         self._good += len(data)
         self._waiting.clear()
 
     def is_there(self) -> bool:
-        """Whether the file is still where it was begun: nobody has deleted or replaced it."""
+        """True if the file still exists and was not replaced."""
         try:
             return os.path.samestat(self.path.stat(), os.fstat(self._file.fileno()))
-        except (OSError, ValueError):  # a ValueError where it is closed
+        except (OSError, ValueError):  # ValueError if it is closed
             return False
 
     def close(self) -> None:
         """Close the file and keep it."""
-        with suppress(OSError):  # a full disk: what could be written is there
+        with suppress(OSError):  # on a full disk, the part that fits is there
             self._file.close()
 
     def discard(self) -> None:
-        """Close and delete: everything in it is in a session file, or given up knowingly.
+        """Close and delete the journal, whose contents are saved or knowingly discarded.
 
-        One that cannot be deleted stays: it is offered once more, and holds nothing new.
+        If it cannot be deleted it is offered once more, with nothing new in it.
         """
         mine = self.is_there()
         self.close()
@@ -178,11 +178,11 @@ class Journal:
 
 @dataclass(frozen=True, eq=False)
 class Recovered:
-    """What a journal holds: the session it began with, the review as it was, commands replayed.
+    """The contents of a journal: the session at its start, the review after replaying it.
 
-    steps: of the review that were never saved, those before the journal among them; size: bytes of
-    the lines that could be replayed; damaged: lines that could not, 0 for a journal that ends in a
-    whole line or in one cut short.
+    steps: unsaved steps of the review, including steps before the journal; size: bytes of the
+    replayed lines; damaged: number of lines that could not be replayed, 0 for a journal that ends
+    in a complete line or in one cut short.
     """
 
     path: Path
@@ -195,9 +195,9 @@ class Recovered:
 
 
 def recover(path: Path, clip: Clip | None = None) -> Recovered:
-    """Replay a journal; raises TwistError where nothing of it can be used.
+    """Replay a journal; raises TwistError if nothing in it can be used.
 
-    clip: if it is the journal's own, entries about frames that it has not are damaged ones.
+    clip: if it is the journal's own, entries about frames it does not have count as damaged.
     """
     lines = bytes_of(path, _MOST_BYTES).split(b"\n")
     try:
@@ -213,17 +213,17 @@ def recover(path: Path, clip: Clip | None = None) -> Recovered:
         found = (judged.interval for judged in session.state.intervals)
         _check((), found, None, None if motion is None else motion.frames)
     except _DAMAGE:
-        raise FormatError(f"{path}: expected a journal; its first line is damaged") from None
+        raise FormatError(f"{path}: expected a journal, but its first line is damaged") from None
     review = Review(session.state)
     review.mark_unsaved()
     entries, size = 0, len(lines[0]) + 1
-    # Behind the last newline stands nothing, or a line that a crash cut short.
+    # After the last newline comes nothing, or a line that a crash cut short.
     finished = lines[1:-1]
     for line in finished:
         try:
             review = _replayed(review, parsed_json(line), motion)
         except _DAMAGE:
-            break  # later commands may refer to what this one did
+            break  # later commands may depend on this one
         entries += 1
         size += len(line) + 1
     return Recovered(path, session, review, entries, steps + entries, size, len(finished) - entries)
@@ -233,7 +233,7 @@ def _replayed(review: Review, entry: Any, motion: Motion | None) -> Review:
     frames = None if motion is None else motion.frames
     if "session" in has(entry, what="an entry"):
         state = session_from_document(entry["session"]).state
-        if state.rig != review.state.rig:  # an undo leads back to other chains
+        if state.rig != review.state.rig:  # an undo restored other chains
             _check_chains(state.rig, state.tau, motion)
             review = Review(state)
         _check(tuple(state.tau), (j.interval for j in state.intervals), review.state, frames)
@@ -267,7 +267,7 @@ def _check(
     state: ReviewState | None,
     frames: int | None,
 ) -> None:
-    """FormatError where there is no such chain in the review, or no such frame in the clip."""
+    """Raise FormatError if the review has no such chain, or the clip no such frame."""
     intervals = tuple(intervals)
     named = {*chains, *(interval.chain for interval in intervals)}
     if state is not None and not named <= state.tau.keys():
@@ -277,7 +277,7 @@ def _check(
 
 
 def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> None:
-    """FormatError where τ is not that of the rig's chains, with some limbs or none."""
+    """Raise FormatError unless τ is given for all chains of the rig and any of its limbs."""
     if motion is None:
         return
     try:
@@ -290,11 +290,11 @@ def _check_chains(rig: Rig, tau: Mapping[str, float], motion: Motion | None) -> 
 
 
 def state_entry(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """An entry with the whole session."""
+    """Return an entry with the whole session."""
     return {"session": session_document(clip, state)}
 
 
-# A step of tracking both ways or of the place: a program that knows neither is to stop here.
+# Tracking both ways or tracking the position: programs that know neither must stop here.
 _BOTH_WAYS = "TrackBothWays"
 _KINDS: Mapping[str, Callable[..., Command]] = {
     **{kind.__name__: kind for kind in Command.__subclasses__()},
@@ -307,7 +307,7 @@ def _as_is(value: Any) -> Any:
     return value
 
 
-# How fields of commands are written and read, and their names if others.
+# Functions that write and read the fields of commands.
 _FORMS: Mapping[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
     **{name: (_as_is, partial(text, what=name)) for name in _TEXTS},
     **{name: (_as_is, partial(flag, what=name)) for name in ("same_clip", "in_bulk")},
@@ -336,16 +336,16 @@ _NAMES = {"tau": "tau_deg"}
 
 
 def command_to_json(command: Command) -> dict[str, Any]:
-    """A command as data: its verb, as a rule its class name, then its fields in their order."""
+    """Return a command as data: its verb, usually the class name, then its fields in order."""
     fields = {_NAMES.get(k, k): _FORMS[k][0](v) for k, v in vars(command).items()}
-    other = isinstance(command, Track) and tracks_otherwise(command.tracking)
+    other = isinstance(command, Track) and needs_both_ways_schema(command.tracking)
     return {"do": _BOTH_WAYS if other else type(command).__name__, **fields}
 
 
 def command_from_json(entry: Any) -> Command:
-    """The reverse; FormatError where it is damaged."""
+    """Return the command of an entry of :func:`command_to_json`; FormatError if it is damaged."""
     kind: Any = _KINDS[one_of(has(entry, "do")["do"], "do", _KINDS)]
-    # Which the first journals did not have.
+    # Fields that the first journals did not have.
     entry = {"same_clip": False, "in_bulk": False, **entry}
     names = {field.name: _NAMES.get(field.name, field.name) for field in fields(kind)}
     has(entry, *names.values())

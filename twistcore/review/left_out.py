@@ -1,4 +1,4 @@
-"""Frames that a person leaves out of tuning: nothing in them says anything about τ."""
+"""Frames that a person leaves out of tuning, so that they do not influence τ."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True)
 class LeaveOut(Command):
-    """Leave these frames out of tuning, half-open spans, and no others."""
+    """Leave exactly these half-open spans of frames out of tuning."""
 
     spans: tuple[Span, ...]
 
     @property
     def text(self) -> str:
-        """What the undo menu says."""
+        """Text in the undo menu."""
         return "Leave frames out of tuning" if self.spans else "Take all frames into tuning"
 
     def apply(self, state: ReviewState) -> ReviewState:
-        """The state after the command."""
+        """Return the state after the command."""
         if any(not 0 <= start < stop for start, stop in self.spans):
             raise ValueError("a span must have at least one frame")
         return replace(state, left_out=joined_spans(self.spans))
 
 
 def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
-    """Half-open spans in order, those that meet as one."""
+    """Sort half-open spans and join the ones that touch."""
     out: list[Span] = []
     for start, stop in sorted(spans):
         if out and start <= out[-1][1]:
@@ -42,7 +42,7 @@ def joined_spans(spans: Iterable[Span]) -> tuple[Span, ...]:
 
 
 def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, ...]:
-    """What of some spans is in none of the others."""
+    """Return the parts of some spans that are in none of the others."""
     out: list[Span] = []
     taken = joined_spans(others)
     for start, stop in joined_spans(spans):
@@ -57,7 +57,7 @@ def missing_from(spans: Iterable[Span], others: Iterable[Span]) -> tuple[Span, .
 
 
 def spans_from_json(entries: Any) -> tuple[Span, ...]:
-    """Spans as files list them; FormatError where they are damaged."""
+    """Return spans as listed in files; FormatError if they are damaged."""
     return joined_spans(read_each(entries, "left_out", _span))
 
 

@@ -1,4 +1,4 @@
-"""The state of a review: immutable, so that an undo is the state before."""
+"""The state of a review: immutable, so that an undo restores the previous state."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-SEEN = "seen"  # what a lone jump is told to be where it is accepted
+SEEN = "seen"  # verdict shown for an accepted lone jump
 Span = tuple[int, int]  # frames, half-open
-APPLIED = "applied automatically"  # what is told to be accepted by nobody in particular
+APPLIED = "applied automatically"  # verdict shown for automatic corrections
 
 
 class Decision(StrEnum):
@@ -29,7 +29,7 @@ class Decision(StrEnum):
     Parameters
     ----------
     value : {'undecided', 'accepted', 'rejected'}
-        The word that session files have.
+        The word in session files.
 
     Examples
     --------
@@ -46,12 +46,13 @@ class Decision(StrEnum):
 
 @dataclass(frozen=True)
 class Tracking:
-    """Which joints are tracked with QuaMo after the twist refinement, and how.
+    """The joints tracked with QuaMo after the twist correction, and how.
 
-    joints: names, by the skeleton's order, none where only the place is tracked; learned: gains of
-    the shipped networks instead of κP (1/s²), κD (1/s) and κA; weights: the first 16 digits of the
-    SHA-256 of the networks' file, '' with gains of hands; causal: False for both ways; place: the
-    figure's place too. As these two are here, so were all sessions that do not name them.
+    joints: names, in the skeleton's order, empty if only the position is tracked; learned: use the
+    gains of the shipped networks instead of κP (1/s²), κD (1/s) and κA; weights: the first 16
+    digits of the SHA-256 of the networks' file, '' with gains set by hand; causal: False for both
+    directions; place: also track the figure's position. Sessions without the last two keys mean
+    these defaults.
     """
 
     joints: tuple[str, ...]
@@ -65,7 +66,7 @@ class Tracking:
 
     @property
     def what(self) -> str:
-        """What is tracked, in two or three words."""
+        """The tracked parts in two or three words."""
         joints = self.joints[0] if len(self.joints) == 1 else f"{len(self.joints)} joints"
         return " and ".join((joints,) * bool(self.joints) + ("the place",) * self.place)
 
@@ -74,10 +75,10 @@ class Tracking:
 class Judged:
     """An interval under review.
 
-    id: stays the same for the life of the review; by_hand: made by a person; edited: its frames
-    or offset were; supported: the detector still finds it at the present τ; reviewer, decided_at
-    (ISO 8601), note, reason (of a rejection): as entered; in_bulk: accepted with all that were as
-    sure, none of which was looked at.
+    id: stays the same during the review; by_hand: created by a person; edited: its frames or offset
+    were changed; supported: the detector still finds it at the present τ; reviewer, decided_at (ISO
+    8601), note, reason (of a rejection): as entered; in_bulk: accepted together with all equally
+    confident intervals, without looking at each.
     """
 
     id: int
@@ -94,10 +95,10 @@ class Judged:
 
     @property
     def verdict(self) -> str:
-        """The decision as it is told.
+        """The decision as shown to people.
 
-        A lone jump that is accepted is 'seen', not corrected; what is accepted with no name and no
-        time was looked at by nobody.
+        An accepted lone jump is 'seen', not corrected. An interval accepted without a name and a
+        time is an automatic correction that nobody looked at.
         """
         if self.decision != Decision.ACCEPTED:
             return self.decision.value
@@ -107,7 +108,7 @@ class Judged:
 
     @property
     def kept(self) -> bool:
-        """A person has put work into it: re-detection must not take it away."""
+        """True if a person has worked on it, so that re-detection must keep it."""
         return (
             self.by_hand
             or self.edited
@@ -120,8 +121,8 @@ class Judged:
 class ReviewState:
     """method: detector; tau: radians by chain or limb; intervals by chain order and start.
 
-    tracking: what is tracked once the twist errors are out; None: nothing, as ever unless asked;
-    rig: which chains and limbs there are, and so whose names these are; left_out: of tuning.
+    tracking: the tracking after the twist correction, None for none; rig: the chains and limbs that
+    the names refer to; left_out: spans left out of tuning.
     """
 
     method: str
@@ -138,22 +139,22 @@ class ReviewState:
         return f"<ReviewState by {self.method}: {decided} of {len(self.intervals)} decided>"
 
     def find(self, interval_id: int) -> Judged:
-        """The interval of an id; KeyError where there is none."""
+        """Return the interval with an id; KeyError if there is none."""
         for judged in self.intervals:
             if judged.id == interval_id:
                 return judged
         raise KeyError(interval_id)
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """The chains and limbs of the review's rig in a motion, and the accepted intervals."""
+        """Return chains and limbs of the review's rig in a motion, and the accepted intervals."""
         return self.rig.chains(motion), self.chosen()
 
     def of_chain(self, chain: str) -> tuple[Judged, ...]:
-        """Intervals of one chain by start."""
+        """Return the intervals of one chain by start."""
         return tuple(j for j in self.intervals if j.interval.chain == chain)
 
     def same_frames(self, interval: Interval) -> Judged | None:
-        """What is not rejected and has its chain, kind and frames; None where nothing has."""
+        """Return a non-rejected interval with the same chain, kind and frames, or None."""
         wanted = interval.kind, interval.start, interval.stop
         for judged in self.of_chain(interval.chain):
             own = judged.interval
@@ -162,9 +163,9 @@ class ReviewState:
         return None
 
     def chosen(self, *, undecided: bool = False) -> tuple[Interval, ...]:
-        """What is taken out: accepted intervals; with `undecided`, those nobody has rejected.
+        """Return the accepted intervals, with `undecided` all that are not rejected.
 
-        No lone jumps: an accepted one was seen, and of it nothing is taken out.
+        Lone jumps are left out: an accepted lone jump was seen, and it cannot be corrected.
         """
         wanted = {Decision.ACCEPTED} | ({Decision.UNDECIDED} if undecided else set())
         return tuple(
@@ -178,7 +179,7 @@ class ReviewState:
         include_open: bool = False,
         confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
     ) -> tuple[int, ...]:
-        """Ids of undecided intervals that :func:`applied_unasked` lets pass."""
+        """Return ids of undecided intervals that :func:`applied_unasked` lets pass."""
         undecided = {j.interval: j.id for j in self.intervals if j.decision == Decision.UNDECIDED}
         passing = applied_unasked(
             undecided, at_least, include_open=include_open, confidence=confidence
@@ -193,10 +194,10 @@ class ReviewState:
         undecided: bool = False,
         order: Sequence[int] = (),
     ) -> int | None:
-        """The id of the next (+1) or previous (−1) interval, round the end; None without any.
+        """Return the id of the next (+1) or previous (−1) interval, wrapping around; None if none.
 
-        undecided: others are passed over; order: ids as they are listed, by chain and start if
-        none are given.
+        undecided: skip decided ones; order: ids in the order of a list, by chain and start if
+        empty.
         """
         by_id = {j.id: j for j in self.intervals}
         ids = [
@@ -214,7 +215,7 @@ class ReviewState:
     def with_intervals(
         self, intervals: Iterable[Judged], next_id: int | None = None
     ) -> ReviewState:
-        """The same review with other intervals, put in order."""
+        """Return the same review with other intervals, sorted."""
         order = self.chain_order
         ordered = sorted(
             intervals,
@@ -232,7 +233,7 @@ def start_review(
     chains: Iterable[str],
     rig: Rig = AS_FOUND,
 ) -> ReviewState:
-    """A review in which nothing is decided yet."""
+    """Return a review with all intervals undecided."""
     judged = [Judged(k, as_written(interval)) for k, interval in enumerate(found, start=1)]
     state = ReviewState(
         method, MappingProxyType(dict(tau)), chain_order=chain_places(chains), rig=rig
@@ -241,35 +242,36 @@ def start_review(
 
 
 def chain_places(chains: Iterable[str]) -> Mapping[str, int]:
-    """Places by the names of chains."""
+    """Return the index of each chain by name."""
     return MappingProxyType({name: k for k, name in enumerate(chains)})
 
 
 def as_written(interval: Interval) -> Interval:
-    """The interval with its offset as a session file holds it: degrees with nine decimals, no −0.0.
+    """Return the interval with its offset as in a session file: degrees with nine decimals, no
+    −0.0.
 
-    So the program and `twistcore apply` correct by the very same numbers.
+    This way the program and `twistcore apply` correct by exactly the same numbers.
     """
     return interval.as_written
 
 
 def resized(interval: Interval, start: int, stop: int) -> Interval:
-    """The interval over [start, stop): kept offsets stay, new frames get the nearest one."""
+    """Return the interval over [start, stop): offsets are kept, new frames get the nearest one."""
     at = np.clip(np.arange(start, stop), interval.start, interval.stop - 1) - interval.start
     return interval.with_offset(start, interval.offset[at])
 
 
 def same_offsets(one: Interval, other: Interval) -> bool:
-    """Whether two intervals of a chain take the same out of the same frames, but for rounding."""
+    """True if two intervals of a chain have equal frames and offsets, except for rounding."""
     frames = (one.start, one.stop, one.carried) == (other.start, other.stop, other.carried)
     return frames and np.allclose(one.offset, other.offset, atol=1e-12)
 
 
 def levelled(interval: Interval, delta: float) -> Interval:
-    """The interval moved by whole to a new median offset `delta`, radians.
+    """Return the interval shifted as a whole to the median offset `delta`, radians.
 
-    One whose ends are soft gets `delta` as its largest offset: its course is stretched, so that its
-    ends stay soft.
+    An interval with soft ends gets `delta` as its largest offset: it is scaled, so that its ends
+    stay soft.
     """
     if interval.soft_ended:
         return interval.with_offset(interval.start, interval.offset * (delta / interval.largest))
@@ -277,12 +279,12 @@ def levelled(interval: Interval, delta: float) -> Interval:
 
 
 def flattened(interval: Interval) -> Interval:
-    """The interval with its median offset in all frames: a level shift."""
+    """Return the interval with its median offset in all frames: a level shift."""
     return interval.with_offset(interval.start, np.full(interval.frames, interval.delta))
 
 
 def following(interval: Interval, theta_p: Array) -> Interval:
-    """The interval with an offset a frame, so that P's corrected twist runs straight across it.
+    """Return the interval with an offset per frame that makes P's corrected twist a straight line.
 
     theta_p: twist of P, radians, (frames,). For errors that drift or jitter inside.
     """
@@ -292,10 +294,10 @@ def following(interval: Interval, theta_p: Array) -> Interval:
 
 
 def off_line(theta: Array, start: int, stop: int) -> Array:
-    """Twist in [start, stop) above a straight line between its neighbours, radians in (−π, π].
+    """Return the twist in [start, stop) above a straight line between its neighbours, in (−π, π].
 
-    At an end of the clip, which has one neighbour, the line is level; where all of the clip is
-    meant it is at the last frame.
+    At an end of the clip, which has only one neighbour, the line is level. For the whole clip, the
+    line has the level of the last frame.
     """
     outside = [t for t in (start - 1, stop) if 0 <= t < len(theta)] or [len(theta) - 1]
     before, behind = float(theta[outside[0]]), float(theta[outside[-1]])
@@ -306,13 +308,13 @@ def off_line(theta: Array, start: int, stop: int) -> Array:
 def carried_over(
     earlier: Sequence[Judged], state: ReviewState, *, same_clip: bool = False
 ) -> ReviewState:
-    """The work of an earlier review on the intervals of this one, matched by overlap.
+    """Apply the decisions of an earlier review to this one, with intervals matched by overlap.
 
-    An interval that nobody has touched takes verdict, reviewer, note, reason and, if they were
-    edited, frames and offset of the earlier one of its chain that shares most frames with it;
-    one that a person has touched here stays. Hand-made ones come along. same_clip: so does, without
-    the detector's support, every other that was kept and overlaps none here; in another take the
-    error it was about may be gone.
+    An untouched interval takes verdict, reviewer, note and reason from the earlier interval of its
+    chain that shares most frames with it, and also frames and offset if they were edited. An
+    interval that a person has touched here stays. Hand-made ones are added. same_clip: also add,
+    without the detector's support, all other kept intervals that overlap none here; in another take
+    their error may not exist.
     """
     left = [j for j in earlier if j.kept and j.interval.chain in state.tau]
     by_hand = {_frames(j) for j in state.intervals if j.by_hand}
@@ -339,7 +341,7 @@ def carried_over(
 
 
 def _common(one: Interval, other: Interval) -> int:
-    """How many frames two intervals share, 0 or less for none; of two chains or kinds, none."""
+    """Return the number of common frames, 0 or less for none or for different chains or kinds."""
     if (one.chain, one.kind) != (other.chain, other.kind):
         return 0
     return min(one.stop, other.stop) - max(one.start, other.start)
@@ -350,9 +352,9 @@ def _frames(judged: Judged) -> tuple[str, int, int]:
 
 
 def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
-    """Ids of the intervals not rejected that share frames with another of their chain: they add."""
+    """Return ids of non-rejected intervals that overlap in a chain, so their offsets add."""
     out: set[int] = set()
-    reach: Judged | None = None  # of those before, the one that reaches furthest
+    reach: Judged | None = None  # the previous interval that reaches furthest
     wanted = (j for j in intervals if j.decision != Decision.REJECTED and j.interval.repairable)
     for judged in sorted(wanted, key=_frames):
         if reach is None or reach.interval.chain != judged.interval.chain:
@@ -366,6 +368,6 @@ def overlapping_ids(intervals: Sequence[Judged]) -> frozenset[int]:
 
 
 def constant(chain: str, start: int, stop: int, delta: float) -> Interval:
-    """An interval with one offset, radians, in all its frames."""
+    """Return an interval with one offset, radians, in all frames."""
     offset: Array = np.full(stop - start, delta)
     return Interval(chain, start, stop, offset)

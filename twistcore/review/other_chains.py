@@ -1,4 +1,4 @@
-"""From the chains that a review has to others: which τ they get, and where to look again."""
+"""Change the chains of a review: their τ, and where to detect again."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from twistcore.review.model import ReviewState
 def changed_chains(
     before: ClipAnalysis, after: ClipAnalysis, state: ReviewState, what: str = ""
 ) -> ChangeChains:
-    """The command that takes a review of `before` to the chains of `after`; what: its name.
+    """Return the command that changes a review of `before` to the chains of `after`.
 
-    A chain that stays keeps its τ, or if that was the automatic one, gets the automatic one. Chains
-    of one line are explained together, so a neighbour of a chain that comes or goes may have other
-    intervals now: those are looked at again.
+    A chain that stays keeps its τ, unless that was the automatic one, which is then computed again.
+    Chains of one line are explained together, so a neighbour of a chain that comes or goes may have
+    other intervals now; such chains are detected again. what: name of the command.
     """
     method = before.usable(state.method)
     old, new = before.detector(method), after.detector(method)
@@ -40,12 +40,12 @@ def changed_chains(
 
 
 def _was_automatic(tau: float, before: float, now: float) -> bool:
-    """Whether τ is one that nobody chose, and is another now."""
+    """True if τ is the automatic one and that has changed."""
     return math.isclose(tau, before) and not math.isclose(before, now)
 
 
 def _alike(some: tuple[Interval, ...], others: tuple[Interval, ...]) -> bool:
-    """Whether a review would hold the same of both."""
+    """True if a review would store both the same way."""
     return len(some) == len(others) and all(
         (a.start, a.stop, a.confidence, a.open, a.kind, a.carried)
         == (b.start, b.stop, b.confidence, b.open, b.kind, b.carried)

@@ -1,4 +1,4 @@
-"""A first guess for an interval made by hand."""
+"""First guess for a hand-made interval."""
 
 from __future__ import annotations
 
@@ -14,16 +14,17 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array
 from twistcore.skeleton.signals import TwistSignals
 
-_REACH = 0.5  # seconds to either side in which the edges are looked for
-_HALF = 0.05  # seconds to either side where there are none
+_REACH = 0.5  # seconds to each side in which edges are searched
+_HALF = 0.05  # seconds to each side if there are no edges
 _FAINT, _FAINT_FLIP = np.radians(1.0), np.radians(25.0)
 
 
 def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float) -> Interval:
-    """An interval round a frame: between the strongest counter-rotations before and behind it.
+    """Return an interval around a frame, between the strongest counter-rotations before and after
+    it.
 
-    Where there is none of 1° or more, 0.1 s around the frame. Its offset is the level of θp
-    inside against the line between its two neighbours outside.
+    Without any of 1° or more, the interval is 0.1 s long. Its offset is the level of θp inside
+    relative to the line between its two neighbours outside.
     """
     frames = len(signals.theta_p)
     reach = max(2, round(_REACH * fps))
@@ -34,17 +35,17 @@ def proposed_interval(chain: str, signals: TwistSignals, frame: int, fps: float)
 
 
 def interval_over(chain: str, signals: TwistSignals, start: int, stop: int) -> Interval:
-    """An interval over [start, stop), at the level of θp there off the line between neighbours."""
+    """Return an interval over [start, stop) at the level of θp above its neighbours' line."""
     level = median(off_line(signals.theta_p, start, stop))
     return constant(chain, start, stop, level)
 
 
 def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
-    """A flip of a limb round a frame: between the nearest jumps before and behind it.
+    """Return a flip of a limb around a frame, between the nearest jumps before and after it.
 
-    Where there is none of 25° or more in half a second, 0.1 s around the frame. Its offset is the
-    level of φ inside against the line between its two neighbours outside; of a straight limb, the
-    jump at its start.
+    Without any jump of 25° or more within half a second, the interval is 0.1 s long. Its offset is
+    the level of φ inside relative to the line between its two neighbours outside; for a straight
+    limb, the jump at its start.
     """
     jumps = np.flatnonzero(np.abs(limb.departures) >= _FAINT_FLIP)
     near = jumps[np.abs(jumps - frame) <= max(2, round(_REACH * limb.fps))]
@@ -55,7 +56,7 @@ def proposed_flip(limb: LimbFlips, frame: int) -> Interval:
 
 
 def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
-    """A flip of a limb over [start, stop), with the offset that `proposed_flip` tells of."""
+    """Return a flip of a limb over [start, stop), with the offset as in `proposed_flip`."""
     level = circular_median(off_line(limb.swivel.angle, start, stop))
     if median(limb.swivel.height[start:stop]) < BENT:
         level = float(limb.departures[start])
@@ -64,7 +65,7 @@ def flip_over(limb: LimbFlips, start: int, stop: int) -> Interval:
 
 
 def _both_edges(start: int, stop: int, frame: int, frames: int, fps: float) -> tuple[int, int]:
-    """The edges that were found, and 0.1 s from there or around the frame in place of a −1."""
+    """Return the edges, with an edge of −1 replaced by one 0.1 s away or around the frame."""
     half = max(1, round(_HALF * fps))
     if start < 0:
         start = max(0, (stop if stop >= 0 else frame + half + 1) - 2 * half - 1)

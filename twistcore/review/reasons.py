@@ -1,4 +1,4 @@
-"""Why intervals were found, told again of those that come from a file, which keeps no reasons."""
+"""Restore the reasons of intervals that come from a file, which does not store them."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from twistcore.review.model import Judged, ReviewState
 
 
 def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[Interval, ...]:
-    """What the detector finds at a review's τ.
+    """Return the intervals found by the detector at a review's τ.
 
-    Nothing long is started: of chains that this detector was not asked about, nothing is found.
+    No long computation is started: chains that the detector has not processed yet give nothing.
     """
-    # A review may be by a detector that is not installed here, or fails on the clip.
+    # The review's detector may be missing here or fail on the clip.
     method = analysis.usable(state.method)
     ready = method == state.method and analysis.kept(method) is not None
     detector = analysis.detector(method, frozenset(Kind) if ready else {Kind.LIMB_FLIP})
@@ -24,27 +24,27 @@ def redetected_intervals(analysis: ClipAnalysis, state: ReviewState) -> tuple[In
 
 
 def with_reasons(found: Iterable[Interval]) -> Callable[[ReviewState], ReviewState]:
-    """What gives a review the reasons of the found intervals of the same chain, kind and frames.
+    """Return a function that adds to a review the reasons of equal intervals (chain, kind, frames).
 
-    An interval that knows its own keeps it, and one made by hand has none. The same state and the
-    same interval are made the same one each time; what has nothing to get is returned as it is.
+    An interval keeps its own reason, and a hand-made one gets none. The same state and interval
+    always become the same new ones; if there is nothing to add they are returned unchanged.
     """
     known = {_place(i): i.explain for i in found if i.explain is not None}
     states: dict[ReviewState, ReviewState] = {}
-    told: dict[Judged, Judged] = {}
+    changed: dict[Judged, Judged] = {}
 
-    def tell(judged: Judged) -> Judged:
+    def explained(judged: Judged) -> Judged:
         interval = judged.interval
         reason = known.get(_place(interval))
         if judged.by_hand or interval.explain is not None or reason is None:
             return judged
-        if judged not in told:
-            told[judged] = replace(judged, interval=replace(interval, explain=reason))
-        return told[judged]
+        if judged not in changed:
+            changed[judged] = replace(judged, interval=replace(interval, explain=reason))
+        return changed[judged]
 
     def change(state: ReviewState) -> ReviewState:
         if state not in states:
-            intervals = tuple(map(tell, state.intervals))
+            intervals = tuple(map(explained, state.intervals))
             same = all(a is b for a, b in zip(intervals, state.intervals, strict=True))
             states[state] = state if same else replace(state, intervals=intervals)
         return states[state]

@@ -47,16 +47,16 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 SCHEMA = "twistcore.session/1"
-# A session that tracks: a program that knows nothing of it must not replay the rest.
+# A session with tracking: a program that does not know tracking must not replay the rest.
 TRACKING_SCHEMA = "twistcore.session/2"
-# A session with limbs: a program that knows none would take their flips for twists. Or with other
-# chains than found, whose intervals it would not know.
+# A session with limbs, whose flips an older program would take for twists, or with edited chains,
+# whose intervals it would not know.
 LIMBS_SCHEMA = "twistcore.session/3"
-# A session that tracks both ways or the place: a program that knows neither would track otherwise.
+# A session that tracks both ways or the position, which an older program would track differently.
 BOTH_WAYS_SCHEMA = "twistcore.session/4"
 _SCHEMAS = (SCHEMA, TRACKING_SCHEMA, LIMBS_SCHEMA, BOTH_WAYS_SCHEMA)
 _WITH_KINDS = (LIMBS_SCHEMA, BOTH_WAYS_SCHEMA)
-# What an interval under review has beside the interval, its id and the decision, as files list it.
+# Fields of an interval under review in files, besides the interval, its id and the decision.
 _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
     **dict.fromkeys(("by_hand", "edited", "supported"), flag),
     **dict.fromkeys(("reviewer", "decided_at", "note", "reason"), text),
@@ -65,7 +65,7 @@ _JUDGED: Mapping[str, Callable[[Any, str], Any]] = {
 
 @dataclass(frozen=True, eq=False)
 class Session:
-    """A review and the clip it belongs to: the path as saved and the SHA-256 of its bytes."""
+    """A review and its clip: the path as saved and the SHA-256 of its bytes."""
 
     clip: str
     sha256: str
@@ -73,17 +73,18 @@ class Session:
     state: ReviewState
 
     def to_correct(self, motion: Motion) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """The chains and limbs of the review's rig in a motion, and the accepted intervals."""
+        """Return chains and limbs of the review's rig in a motion, and the accepted intervals."""
         return self.state.to_correct(motion)
 
 
 def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
-    """The session as a JSON document; angles in degrees with nine decimals, times in frames.
+    """Return the session as JSON; angles in degrees with nine decimals, times in frames.
 
-    The oldest schema that can say it: older programs read what has nothing new in it.
+    The oldest possible schema is used, so that older programs can read sessions without new
+    features.
     """
     tracking = state.tracking
-    otherwise = tracks_otherwise(tracking)
+    otherwise = needs_both_ways_schema(tracking)
     kinds = otherwise or bool(state.rig) or _needs_kinds(clip, state)
     document = {
         "schema": LIMBS_SCHEMA if kinds else SCHEMA,
@@ -97,7 +98,7 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
     }
     if state.rig:
         document["rig"] = rig_to_json(state.rig)
-    if state.left_out:  # changes nothing that is replayed: an older program may leave it
+    if state.left_out:  # does not affect a replay, so an older program may ignore it
         document["left_out"] = [list(span) for span in state.left_out]
     if tracking is not None:
         document["tracking"] = tracking_to_json(tracking)
@@ -109,14 +110,14 @@ def session_document(clip: Clip, state: ReviewState) -> dict[str, Any]:
 
 
 def _needs_kinds(clip: Clip, state: ReviewState) -> bool:
-    """Whether anything is no counter-twist, or is τ of a limb, whose name is no joint's."""
+    """True if any interval is not a counter-twist, or if there is a τ of a limb."""
     joints = set(clip.motion.skeleton.names)
     of_limb = any(name not in joints for name in state.tau)
     return of_limb or any(j.interval.kind != Kind.COUNTER_TWIST for j in state.intervals)
 
 
 def session_bytes(clip: Clip, state: ReviewState) -> bytes:
-    """The session file's bytes."""
+    """Return the bytes of the session file."""
     return json_bytes(session_document(clip, state))
 
 
@@ -124,7 +125,7 @@ def session_bytes(clip: Clip, state: ReviewState) -> bytes:
 def write_session(clip: Clip, review: Review | ReviewState, path: str | Path) -> None: ...
 
 
-@overload  # as it was up to version 0.2
+@overload  # the order of arguments up to version 0.2
 def write_session(clip: str | Path, review: Clip, path: Review | ReviewState) -> None: ...
 
 
@@ -133,23 +134,24 @@ def write_session(
     review: Review | ReviewState | Clip,
     path: str | Path | Review | ReviewState,
 ) -> None:
-    """Write a session file: a review with its clip, to open or replay later. Atomically.
+    """Write a session file atomically: a review with its clip, to open or replay later.
 
-    Arguments in the order of earlier versions, ``(path, clip, state)``, are taken as well.
+    Arguments in the order of earlier versions, ``(path, clip, state)``, are also accepted.
 
     Parameters
     ----------
     clip : Clip
         The clip that was reviewed.
     review : Review or ReviewState
-        What was decided.
+        The decisions.
     path : str or Path
-        Where to write, as a rule ``NAME.twist.json`` next to the clip. A file there is replaced.
+        The file to write, usually ``NAME.twist.json`` next to the clip. An existing file is
+        replaced.
 
     Raises
     ------
     TypeError
-        If an argument is none of the above.
+        If an argument has another type.
     OSError
         If the file cannot be written.
 
@@ -199,11 +201,11 @@ def read_session(path: str | Path) -> Session:
     TwistError
         If there is no such file.
     FormatError
-        If the file is damaged or no session; a kind of TwistError.
+        If the file is damaged or not a session; a subclass of TwistError.
 
     See Also
     --------
-    write_session : Write one; the example is there.
+    write_session : Write a session; includes an example.
 
     Examples
     --------
@@ -216,7 +218,7 @@ def read_session(path: str | Path) -> Session:
 
 
 def read_session_file(path: Path) -> tuple[Session, str]:
-    """The same, and the SHA-256 of the bytes that were read."""
+    """Return the session of a file, and the SHA-256 of its bytes."""
     if not is_there(path):
         raise TwistError(f"{path}: expected a session file, but there is no such file")
     data = bytes_of(path)
@@ -228,7 +230,7 @@ def read_session_file(path: Path) -> tuple[Session, str]:
 
 
 def session_from_document(document: Any) -> Session:
-    """A session from its JSON document; FormatError says what is missing or wrong."""
+    """Return the session of a JSON document; FormatError says what is missing or wrong."""
     if not isinstance(document, Mapping) or document.get("schema") not in list(_SCHEMAS):
         raise FormatError(f"expected a document with schema {', '.join(map(repr, _SCHEMAS))}")
     has(document, "clip", "sha256", "fps", "method", "tau_deg", "next_id", "intervals")
@@ -255,7 +257,7 @@ def session_from_document(document: Any) -> Session:
 
 
 def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
-    """What is tracked, where the document's schema says that there is such a thing."""
+    """Return the tracking if the document's schema allows any."""
     schema = document["schema"]
     may_be = schema in _WITH_KINDS and document.get("tracking") is not None
     if schema == TRACKING_SCHEMA or may_be:
@@ -264,31 +266,31 @@ def _tracking_of(document: Mapping[str, Any]) -> Tracking | None:
 
 
 def degrees_to_json(radians: float) -> float:
-    """Degrees with nine decimals; −0.0, which a rounded trace of an angle may be, is 0.0."""
+    """Return degrees with nine decimals; −0.0 becomes 0.0."""
     return round(float(np.degrees(radians)), 9) + 0.0
 
 
 def tau_to_json(tau: Mapping[str, float]) -> dict[str, float]:
-    """τ in degrees, by the name of a chain or limb."""
+    """Return τ in degrees by name of a chain or limb."""
     return {name: degrees_to_json(t) for name, t in tau.items()}
 
 
 def tau_from_json(entry: Any) -> dict[str, float]:
-    """The reverse; FormatError where it is damaged."""
+    """Return τ in radians by name; FormatError if it is damaged."""
     degrees = {name: above_zero(t, "tau_deg") for name, t in has(entry, what="tau_deg").items()}
     return {text(name, "tau_deg"): math.radians(min(t, DEGREES)) for name, t in degrees.items()}
 
 
-def tracks_otherwise(tracking: Tracking | None) -> bool:
-    """Whether it tracks both ways or the place.
+def needs_both_ways_schema(tracking: Tracking | None) -> bool:
+    """True if the position or both directions are tracked.
 
-    The first programs that track know neither: they would leave the keys that say so.
+    The first programs with tracking ignore the keys for both, so these need a newer schema.
     """
     return tracking is not None and (tracking.place or not tracking.causal)
 
 
 def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
-    """What is tracked, and how."""
+    """Return the tracking as JSON data."""
     return {
         "joints": list(tracking.joints),
         "gains": "learned" if tracking.learned else "hand",
@@ -302,11 +304,11 @@ def tracking_to_json(tracking: Tracking) -> dict[str, Any]:
 
 
 def tracking_from_json(entry: Any) -> Tracking:
-    """The reverse; FormatError where it is damaged."""
+    """Return the tracking of JSON data; FormatError if it is damaged."""
     has(entry, "joints", "gains", "kp", "kd", "ka", "weights", what="tracking")
     joints = texts(entry["joints"], "joints")
-    causal = flag(entry.get("causal", True), "causal")  # which the first files did not have,
-    place = flag(entry.get("place", False), "place")  # nor this
+    causal = flag(entry.get("causal", True), "causal")  # the first files have neither of these
+    place = flag(entry.get("place", False), "place")
     if not (joints or place):
         raise FormatError("expected at least one joint to track, found an empty list")
     learned = one_of(entry["gains"], "gains", ("hand", "learned")) == "learned"
@@ -316,9 +318,9 @@ def tracking_from_json(entry: Any) -> Tracking:
 
 
 def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, Any]:
-    """An interval with its offset in degrees: one number, or one for every frame.
+    """Return an interval as JSON data, with its offset in degrees: one number, or one a frame.
 
-    kinds: also say of a counter-twist that it is one.
+    kinds: also write the kind of a counter-twist.
     """
     degrees = [degrees_to_json(offset) for offset in interval.offset]
     entry = {
@@ -336,10 +338,10 @@ def interval_to_json(interval: Interval, *, kinds: bool = False) -> dict[str, An
 
 
 def interval_from_json(entry: Any) -> Interval:
-    """The reverse; FormatError where it is damaged.
+    """Return the interval of JSON data; FormatError if it is damaged.
 
-    An offset that is the same in all frames takes the memory of one, however many they are: there
-    may be no such frames in any clip.
+    An equal offset in all frames takes the memory of one number, since damaged frame numbers may be
+    huge.
     """
     has(entry, "chain", "start", "stop", "offset_deg", "confidence", "open", "residual_deg")
     start, stop = frames(entry)
@@ -359,16 +361,16 @@ def interval_from_json(entry: Any) -> Interval:
 
 
 def _kind(entry: Any) -> Kind:
-    """A kind of error, of a later version's session also one that is not known here."""
+    """Return a kind of error, which may be one of a later version."""
     if not text(entry, "kind").strip():
         raise unexpected("a text", "kind", entry)
-    if (kind := Kind(entry)) != entry:  # another spelling is damage
+    if (kind := Kind(entry)) != entry:  # another spelling counts as damage
         raise unexpected(repr(kind.value), "kind", entry)
     return kind
 
 
 def _offset(entry: Any, frames: int) -> Array:
-    """One number, or one for every frame, as radians."""
+    """Return one number, or one a frame, in radians."""
     listed = entry if isinstance(entry, list) else [entry]
     degrees = [number(one, "offset_deg", -DEGREES, DEGREES) for one in listed]
     if len(degrees) not in (1, frames):
@@ -377,28 +379,28 @@ def _offset(entry: Any, frames: int) -> Array:
 
 
 def judged_to_json(judged: Judged, *, kinds: bool = False) -> dict[str, Any]:
-    """An interval under review; kinds: as :func:`interval_to_json`."""
+    """Return an interval under review as JSON data; kinds: as in :func:`interval_to_json`."""
     return {
         "id": judged.id,
         **interval_to_json(judged.interval, kinds=kinds),
         "decision": judged.decision.value,
         **{key: getattr(judged, key) for key in _JUDGED},
-        **({"in_bulk": True} if judged.in_bulk else {}),  # an older program may leave it
+        **({"in_bulk": True} if judged.in_bulk else {}),  # an older program may ignore it
     }
 
 
 def judged_from_json(entry: Any, *, kinds: bool = False) -> Judged:
-    """The reverse; FormatError where it is damaged.
+    """Return an interval under review from JSON data; FormatError if it is damaged.
 
-    kinds: a counter-twist, too, must say that it is one.
+    kinds: the kind is required also for a counter-twist.
     """
     has(entry, "id", "decision", *(k for k in _JUDGED if k != "reason"), what="an interval")
     has(entry, *(("kind", "carried") if kinds else ()))
-    told = {"reason": "", **entry}  # which the first files did not have
+    values = {"reason": "", **entry}  # the first files have no reason
     return Judged(
         whole(entry["id"], "id"),
         interval_from_json(entry),
         Decision(one_of(entry["decision"], "decision", [d.value for d in Decision])),
-        **{key: look(told[key], key) for key, look in _JUDGED.items()},
+        **{key: check(values[key], key) for key, check in _JUDGED.items()},
         in_bulk=flag(entry.get("in_bulk", False), "in_bulk"),
     )

@@ -1,4 +1,4 @@
-"""An error that sets in softly, in words."""
+"""Describe an error with a soft onset in words."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import Array
 
-SOFT = "a soft onset"  # what the evidence of such an interval follows
-BEGUN, THERE = 0.05, 0.9  # of the largest offset: it sets in from the first to the second
+SOFT = "a soft onset"  # marks the evidence of such an interval
+BEGUN, THERE = 0.05, 0.9  # shares of the largest offset at which the onset begins and ends
 
 
 def soft_onset(interval: Interval) -> str:
-    """How an error sets in, how far it goes, and what that is to its scale; '' for all others."""
+    """Return how an error sets in, its size, and that size relative to its scale; '' for others."""
     evidence = interval.evidence or {}
     if evidence.get("follows") != SOFT:
         return ""
@@ -31,7 +31,7 @@ def soft_onset(interval: Interval) -> str:
 
 
 def onset_frames(offset: Array) -> tuple[int, int]:
-    """Frames that an offset, (frames,), takes to be nearly at its largest, and to be gone."""
+    """Return the frames an offset, (frames,), takes to nearly reach its maximum, and to decay."""
     size = np.abs(offset)
     if not size.any():
         return 0, 0

@@ -1,1 +1,1 @@
-"""Long work: other processes, how far they are, and the memory they may take."""
+"""Long work: worker processes, progress and memory limits."""

@@ -1,4 +1,4 @@
-"""What memory a process may take for one clip after the other, and took for each (Linux)."""
+"""Memory limit of a process for each clip, and its measured peak (Linux)."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ _OWN = Path("/proc/self")
 
 @contextlib.contextmanager
 def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
-    """Let this process take `spare` and some times the bytes of a file more than it has by now.
+    """Limit this process to its current memory plus `spare` and a multiple of a file's bytes.
 
-    Past that there is a MemoryError instead of a machine that swaps. Of the address space, so that
-    it is no measure of what is really used. The limit before comes back afterwards: this may be no
-    process of its own. Nothing happens on other systems.
+    Beyond the limit there is a MemoryError instead of a machine that swaps. The limit concerns the
+    address space, so it does not measure the memory really used. The earlier limit is restored
+    afterwards, since the process may be shared. Other systems than Linux have no limit.
     """
     if sys.platform != "linux":
         yield
@@ -37,13 +37,13 @@ def limited_memory(size: int, spare: int = SPARE) -> Iterator[None]:
 
 
 def forget_peak() -> None:
-    """Begin to count anew for :func:`peak_memory`, where the system can."""
+    """Reset the count of :func:`peak_memory`, if the system can."""
     with contextlib.suppress(OSError):
         (_OWN / "clear_refs").write_text("5", encoding="ascii")
 
 
 def peak_memory() -> int:
-    """Most bytes that this process had in memory since it began or forgot; 0 if unknown."""
+    """Return the most bytes in memory since the start or the last reset; 0 if unknown."""
     with contextlib.suppress(OSError, ValueError):
         for line in (_OWN / "status").read_text(encoding="utf-8").splitlines():
             if line.startswith("VmHWM:"):

@@ -1,7 +1,7 @@
-"""One function over many files in many processes, where a bad file stops no other.
+"""Apply one function to many files in many processes; a bad file stops no other.
 
-Each process is its own, with a pipe for orders and answers: whoever dies, hangs or takes too much
-memory is known by name, and costs its own file alone.
+Each process has its own pipe for orders and answers. A process that dies, hangs or takes too much
+memory is known by name and costs only its own file.
 """
 
 from __future__ import annotations
@@ -28,32 +28,32 @@ Result = TypeVar("Result")
 
 _THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
 _SERVE = "from twistcore.work.processes import serve; serve({parent})"
-_GRACE_S = 5.0  # a process whose parent is gone ends itself so long behind its time
-# Limits are of processor time: what else a machine does is no clip's fault. A process that only
-# waits, as for a disk that does not answer, is ended after so many times as long.
+_GRACE_S = 5.0  # a process without a parent ends itself this long after its limit
+# Limits are in processor time, since a clip is not to blame for other load on the machine. A
+# process that only waits, as for a dead disk, is ended after this multiple of the limit.
 _WAITING = 10.0
-_OUT_OF_TIME = getattr(signal, "SIGPROF", None)  # ends a process that has used its time
-_ENDED_FOR_TIME = 111 if _OUT_OF_TIME is None else -_OUT_OF_TIME  # the exit code then
-_LOOKS_S = 0.2  # how often a process then looks at its time
+_OUT_OF_TIME = getattr(signal, "SIGPROF", None)  # ends a process that has used up its time
+_ENDED_FOR_TIME = 111 if _OUT_OF_TIME is None else -_OUT_OF_TIME  # exit code of such a process
+_LOOKS_S = 0.2  # interval at which a process checks its time without a signal
 _LENGTH = struct.Struct("<Q")
 
 
 class ProcessEndedError(Exception):
-    """A process ended before it gave its answer: killed, or crashed."""
+    """A process was killed or crashed before it answered."""
 
 
 class ProcessTimeError(Exception):
-    """A process took longer than it may, and was ended.
+    """A process exceeded its time limit and was ended.
 
-    args: the seconds of processor time; or those that it was waited for, and True.
+    args: the seconds of processor time; or the seconds waited, and True.
     """
 
 
 class Apart:
-    """A process that carries out one call after the other, and is started anew when it has died.
+    """A process that carries out one call after the other; after a crash a new one is started.
 
-    It has one BLAS thread, as the cores are busy with files, and no ear for Ctrl+C, which reaches
-    every process of a terminal while the parent alone decides. It ends with the parent.
+    It has one BLAS thread, as the cores are busy with files. It ignores Ctrl+C, which reaches every
+    process of a terminal while only the parent decides. It ends with the parent.
     """
 
     def __init__(self) -> None:
@@ -62,10 +62,10 @@ class Apart:
         self._closed = False
 
     def call(self, work: Callable[[Name], Result], name: Name, seconds: float | None) -> Result:
-        """What `work` makes of a name, both pickled; raises what it raises.
+        """Return `work(name)`, both pickled; raises the exception of `work`.
 
-        seconds: of processor time, after which the process is ended, None for never. Raises
-        ProcessEndedError and ProcessTimeError.
+        seconds: limit of processor time, after which the process is ended; None for no limit.
+        Raises ProcessEndedError and ProcessTimeError.
         """
         order = _packed((work, name, seconds))
         process = self._running()
@@ -95,7 +95,7 @@ class Apart:
         finally:
             if timer is not None:
                 timer.cancel()
-        if late.is_set():  # it answered as it was ended
+        if late.is_set():  # the answer came while the process was being ended
             self._bury()
         if not fine:
             raise answer
@@ -105,10 +105,10 @@ class Apart:
     def tried(
         self, work: Callable[[Name], Result], name: Name, seconds: float | None
     ) -> Result | Exception:
-        """The same, with what is raised as the answer.
+        """Return `work(name)`, or the exception it raised.
 
-        A name whose process died is tried once more, in another: it may have been ended for what a
-        neighbour did.
+        If the process died, the name is tried once more in a new one: the first process may have
+        died for another reason.
         """
         for last in (False, True):
             try:
@@ -116,12 +116,12 @@ class Apart:
             except ProcessEndedError as error:
                 if last or self._closed:
                     return error
-            except Exception as error:  # a defect of ours must not stop the other files, either
+            except Exception as error:  # a bug in this program must not stop the other files
                 return error
         raise AssertionError
 
     def close(self) -> None:
-        """End the process at once, whatever it is doing. Safe to call in any thread."""
+        """End the process at once, whatever it is doing. Thread-safe."""
         with self._guard:
             self._closed = True
             process, self._process = self._process, None
@@ -149,13 +149,13 @@ def each(
     apart: bool = False,
     seconds: Callable[[Name], float] | None = None,
 ) -> Iterator[tuple[Name, Result | Exception]]:
-    """What `work` makes of every name, as it comes, or the exception that it ended with.
+    """Yield each name with `work(name)` or the exception it raised, in order of completion.
 
-    In this process where one worker is enough, unless `apart`; else in others: `work` and all that
-    it takes and gives are pickled. seconds: of processor time that a name may take, apart. Those
-    whose process died are tried once more (:meth:`Apart.tried`). Names are taken as they are
-    needed, no more than twice as many as there are workers ahead of the reader. The processes are
-    gone when this ends, at once where it ends early.
+    One worker runs in this process unless `apart` is True. More workers run in processes of their
+    own, with `work`, its arguments and its results pickled. seconds: processor time allowed for a
+    name in another process. A name whose process died is tried once more (:meth:`Apart.tried`).
+    Names are taken as needed, at most twice as many as there are workers ahead of the reader. The
+    processes end with the iterator, at once if it is closed early.
     """
     if isinstance(names, Sequence):
         workers = min(workers, len(names))
@@ -167,7 +167,7 @@ def each(
 
 
 def reason(name: object, error: Exception) -> str:
-    """One sentence about a file that could not be processed."""
+    """Return one sentence about a file that could not be processed."""
     if isinstance(error, TwistError):
         return str(error)
     if isinstance(error, OSError):
@@ -186,7 +186,7 @@ def reason(name: object, error: Exception) -> str:
 
 
 class _Crew(Generic[Name, Result]):
-    """Threads that drive a process each, and put what comes into one queue."""
+    """Threads that each drive a process and put the results into one queue."""
 
     def __init__(
         self,
@@ -195,12 +195,12 @@ class _Crew(Generic[Name, Result]):
         seconds: Callable[[Name], float] | None,
     ) -> None:
         self.work, self.names, self.seconds = work, names, seconds
-        self.taking = threading.Lock()  # an iterator is no more than one thread's at a time
+        self.taking = threading.Lock()  # only one thread at a time may use an iterator
         self.stopped = threading.Event()
         self.outbox: queue.Queue[tuple[Name, Result | Exception] | BaseException | None]
 
     def results(self, workers: int) -> Iterator[tuple[Name, Result | Exception]]:
-        self.outbox = queue.Queue(workers)  # who reads slowly holds the processes up
+        self.outbox = queue.Queue(workers)  # a slow reader holds the processes up
         crew = [Apart() for _ in range(workers)]
         threads = [threading.Thread(target=self._drive, args=(a,), daemon=True) for a in crew]
         for thread in threads:
@@ -215,7 +215,7 @@ class _Crew(Generic[Name, Result]):
                     raise found
                 else:
                     yield found
-        finally:  # do not wait for files that nobody will see
+        finally:  # do not wait for results that nobody will read
             self.stopped.set()
             for apart in crew:
                 apart.close()
@@ -235,7 +235,7 @@ class _Crew(Generic[Name, Result]):
                         break
                 limit = self.seconds(name) if self.seconds else None
                 self.outbox.put((name, apart.tried(self.work, name, limit)))
-        except BaseException as error:  # whoever gives the names failed: the reader is told
+        except BaseException as error:  # the iterator of names failed: pass it to the reader
             self.outbox.put(error)
         self.outbox.put(None)
 
@@ -243,12 +243,12 @@ class _Crew(Generic[Name, Result]):
 def _tried(work: Callable[[Name], Result], name: Name) -> Result | Exception:
     try:
         return work(name)
-    except Exception as error:  # a defect of ours must not stop the other files, either
+    except Exception as error:  # a bug in this program must not stop the other files
         return error
 
 
 def _started() -> subprocess.Popen[bytes]:
-    """A process that serves; spawned, not forked: a fork of a program with threads may hang."""
+    """Spawn a serving process; it is not forked: a fork of a program with threads may hang."""
     path = os.pathsep.join(dict.fromkeys(str(Path(entry).absolute()) for entry in sys.path))
     own: dict[str, Any] = {"process_group": 0}
     if sys.platform == "win32":
@@ -269,7 +269,7 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
     process.wait()
     for pipe in (process.stdin, process.stdout):
         if pipe is not None:
-            with contextlib.suppress(OSError):  # what was not sent is of no use any more
+            with contextlib.suppress(OSError):  # unsent data is no longer needed
                 pipe.close()
 
 
@@ -277,14 +277,14 @@ def _end(process: subprocess.Popen[bytes] | None) -> None:
 
 
 def serve(parent: int) -> None:
-    """Carry out what comes in on standard input, until that ends or `parent` has."""
+    """Carry out the orders on standard input until it closes or `parent` ends."""
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if _OUT_OF_TIME is not None:
         signal.signal(_OUT_OF_TIME, signal.SIG_DFL)
     orders = sys.stdin.buffer
     answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what anything prints must not stand among the answers
+    os.dup2(2, 1)  # printed text must not get between the answers
     while True:
         try:
             order = _received(orders)
@@ -297,7 +297,7 @@ def serve(parent: int) -> None:
         try:
             answers.write(packed)
             answers.flush()
-        except OSError:  # nobody waits any more
+        except OSError:  # the parent no longer waits
             return
 
 
@@ -310,7 +310,7 @@ def _carried_out(order: bytes) -> object:
         with _watched(seconds):
             return work(name)
     alarm(signal.ITIMER_PROF, seconds)
-    # The parent looks after a process that waits; this ends one whose parent was killed.
+    # The parent ends a process that waits; this alarm ends one whose parent was killed.
     alarm(signal.ITIMER_REAL, _WAITING * seconds + _GRACE_S)
     try:
         return work(name)
@@ -321,7 +321,7 @@ def _carried_out(order: bytes) -> object:
 
 @contextlib.contextmanager
 def _watched(seconds: float) -> Iterator[None]:
-    """End this process once it has used so much processor time, where no signal does."""
+    """End this process after so much processor time, on systems without a signal for it."""
     end, done = time.process_time() + seconds, threading.Event()
 
     def watch() -> None:
@@ -340,7 +340,7 @@ def _packed_error(error: Exception) -> bytes:
     try:
         packed = _packed((error, False))
         pickle.loads(packed[_LENGTH.size :])
-    except Exception:  # an exception that does not come out of a pickle is told in words
+    except Exception:  # an exception that cannot be unpickled is sent as text
         packed = _packed((RuntimeError(f"{type(error).__name__}: {error}"), False))
     return packed
 
@@ -351,7 +351,7 @@ def _packed(thing: object) -> bytes:
 
 
 def _received(pipe: IO[bytes]) -> bytes:
-    """The next message; EOFError where the other side has gone."""
+    """Return the next message; EOFError if the other side has gone."""
     head = pipe.read(_LENGTH.size)
     if len(head) < _LENGTH.size:
         raise EOFError

@@ -1,4 +1,4 @@
-"""How far long work is: it tells so now and then, and whoever listens may end it there."""
+"""Progress of long work: reported now and then to a listener, which may cancel the work."""
 
 from __future__ import annotations
 
@@ -7,35 +7,36 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 
-TellName = Callable[[str], None]  # called with the name of what is through
-Counter = Callable[[int], AbstractContextManager[TellName]]  # of so many
-Tell = Callable[[float], None]  # called with the share that is done, 0…1; what it raises ends it
+TellName = Callable[[str], None]  # called with the name of a finished item
+Counter = Callable[[int], AbstractContextManager[TellName]]  # called with the number of items
+Tell = Callable[[float], None]  # called with the share done, 0…1; an exception in it ends the work
 
 
 class Cancelled(BaseException):
     """Raised by a :data:`Tell` to end the work that called it.
 
-    No error, and so not an Exception: nothing that deals with errors on the way takes it for one.
+    Not an Exception, so that no error handler on the way catches it.
     """
 
 
 def nobody(_share: float) -> None:
-    """Tells nobody how far it is."""
+    """Ignore the progress."""
 
 
 def part(tell: Tell, start: float, stop: float) -> Tell:
-    """For a stage of the work: its shares 0…1 are told as `start`…`stop` of the whole."""
+    """Return a :data:`Tell` for a stage: its shares 0…1 become `start`…`stop` of the whole."""
     return lambda share: tell(start + share * (stop - start))
 
 
 @contextmanager
 def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
-    """To be called with the name of every clip that is through: a bar on standard error.
+    """Yield a function to call with the name of every finished clip: a bar on standard error.
 
-    Where that is no terminal, a line every twentieth of the way. done: clips before the first.
+    If standard error is not a terminal, a line is printed at every twentieth of the clips. done:
+    number of clips finished before.
     """
     if sys.stderr.isatty():
-        from tqdm import tqdm  # 20 ms that most commands need not wait
+        from tqdm import tqdm  # takes 20 ms to load, which most commands can save
 
         with tqdm(total=total, initial=done, unit="clip", file=sys.stderr) as bar:
 
@@ -57,5 +58,5 @@ def clip_counter(total: int, done: int = 0) -> Iterator[TellName]:
 
 @contextmanager
 def uncounted(_total: int) -> Iterator[TellName]:
-    """Counts for nobody."""
+    """Yield a function that ignores the names."""
     yield lambda _name: None

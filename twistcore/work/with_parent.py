@@ -1,4 +1,4 @@
-"""Processes that end with the one that started them, however that ended: by kill -9, too."""
+"""Processes that end together with their parent, even if that was killed by kill -9."""
 
 from __future__ import annotations
 
@@ -9,42 +9,43 @@ import threading
 import time
 from collections.abc import Sequence
 
-_LOOK_S = 0.5  # between looks whether the parent is still there
+_LOOK_S = 0.5  # seconds between checks whether the parent still runs
 
 
 def end_with_parent(parent: int) -> None:
-    """Let this process end, in the midst of its work, once `parent` is not its parent any more.
+    """End this process, even in the middle of its work, once `parent` is no longer its parent.
 
-    Within a second, unless a single call out of Python takes longer. Nothing happens on Windows,
-    where nobody inherits a process: there it ends when it next looks for work.
+    This happens within a second, unless a single call outside Python takes longer. Windows does
+    nothing here, since it never gives a process a new parent: the process ends when it next looks
+    for work.
     """
     if os.name == "posix":
         threading.Thread(target=_watch, args=(parent,), name="parent", daemon=True).start()
 
 
 def python_bound(module: str, *words: str) -> list[str]:
-    """A command that runs `python -m MODULE WORDS`, and ends with this process."""
+    """Return a command that runs `python -m MODULE WORDS` and ends with this process."""
     program = f"from twistcore.work.with_parent import become; become({module!r}, {os.getpid()})"
     return [sys.executable, "-c", program, *words]
 
 
 def become(module: str, parent: int) -> None:
-    """Be `python -m MODULE` with the words of this process, for as long as there is `parent`."""
+    """Run `python -m MODULE` with this process's arguments, for as long as `parent` lives."""
     end_with_parent(parent)
     runpy.run_module(module, run_name="__main__", alter_sys=True)
 
 
 def bound(command: Sequence[str]) -> list[str]:
-    """A command of another program that ends with the thread that starts it (Linux).
+    """Return a command of another program that ends with the thread that starts it (Linux).
 
-    Elsewhere the command itself.
+    On other systems, return the command itself.
     """
     if sys.platform != "linux":
         return list(command)
     return [sys.executable, "-I", "-c", _BOUND, str(os.getpid()), *command]
 
 
-# PR_SET_PDEATHSIG, which outlives the exec; whose parent was gone before is not begun.
+# PR_SET_PDEATHSIG survives the exec; the program is not started if the parent has already gone.
 _BOUND = (
     "import ctypes, os, sys; ctypes.CDLL(None).prctl(1, 9); "
     "os.getppid() == int(sys.argv[1]) and os.execv(sys.argv[2], sys.argv[2:])"

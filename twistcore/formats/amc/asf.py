@@ -1,6 +1,6 @@
-"""Acclaim's skeleton file: bones, how they hang together, and about which axes each can turn.
+"""Read Acclaim's skeleton file: bones, their hierarchy, and the axes of each.
 
-Read as the Acclaim documentation of 1994 describes it (":version 1.10"), on which CMU's files rest.
+The format follows the Acclaim documentation of 1994 (":version 1.10"), as in CMU's files.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from twistcore.skeleton.rotation import Array, quaternion_from_euler
 ROOT = "root"
 _TURNS, _MOVES = ("rx", "ry", "rz"), ("tx", "ty", "tz")
 _ORDERS = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
-# What describes a bone beyond its place and its turns; nothing here moves a joint.
+# Known keywords in a bone's description.
 _OF_BONE = frozenset(
     ("id", "name", "direction", "length", "axis", "dof", "limits", "bodymass", "cofmass")
 )
@@ -32,13 +32,13 @@ _OF_BONE = frozenset(
 
 @dataclass(frozen=True, eq=False)
 class Asf:
-    """A skeleton, and how the numbers of an AMC turn its bones.
+    """A skeleton, and the layout of an AMC's numbers for its bones.
 
     data: the file's bytes; skeleton: a joint at the start of every bone, the root first; channels:
-    where each joint's numbers stand in a frame, the letters and columns turned round, since
-    Acclaim's X Y Z turns about fixed axes, so that R = R_z · R_y · R_x; axes: C of every bone,
-    (joints, 4): its local rotation is C · R · C⁻¹; start: what is added to the root's translation,
-    (3,); radians: whether angles are in radians, None where nothing says so.
+    columns of each joint's numbers in a frame, with letters and columns reversed, since Acclaim's X
+    Y Z turns about fixed axes: R = R_z · R_y · R_x; axes: C of every bone, (joints, 4), where the
+    local rotation is C · R · C⁻¹; start: added to the root's translation, (3,); radians: True if
+    angles are in radians, None if the file does not say.
     """
 
     path: Path
@@ -69,7 +69,7 @@ class _Bone:
 
     @property
     def along(self) -> Array:
-        """From its start to its end, (3,)."""
+        """Vector from its start to its end, (3,)."""
         assert self.length is not None
         direction = np.array(self.direction)
         size = float(np.linalg.norm(direction))
@@ -79,7 +79,7 @@ class _Bone:
 
 @dataclass
 class _Read:
-    """What has been read so far."""
+    """Data read so far."""
 
     path: str
     bones: dict[str, _Bone] = field(default_factory=dict)
@@ -98,7 +98,7 @@ class _Read:
         return value
 
     def numbers(self, line: Sequence[_Word], count: int) -> tuple[float, ...]:
-        """The `count` numbers after the first word of a line."""
+        """Return the `count` numbers after the first word of a line."""
         what = line[0].text
         if len(line) <= count:
             found = len(line) - 1
@@ -107,7 +107,7 @@ class _Read:
 
 
 def read_asf(path: str | Path) -> Asf:
-    """Read a skeleton file; AmcError where it cannot be."""
+    """Read a skeleton file; AmcError if it is not valid."""
     path = Path(path)
     try:
         return parse_asf(read_file(path), path)
@@ -116,7 +116,7 @@ def read_asf(path: str | Path) -> Asf:
 
 
 def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
-    """The same from bytes in memory; AmcError (file, line, column, what was expected)."""
+    """Parse a skeleton from bytes; AmcError (file, line, column, what was expected)."""
     path = Path(path)
     if instead := wide_instead(data):
         raise AmcError(str(path), instead)
@@ -128,7 +128,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
             raise AmcError(str(path), f"expected a section {needed} of an ASF, found none", line=1)
     if ":units" in named:
         _read_units(read, named[":units"][1])
-    # Angles of the skeleton can be understood only after the units, wherever these stand.
+    # Angles of the skeleton need the units, which may come later in the file.
     _read_root(read, *named[":root"])
     _read_bones(read, *named[":bonedata"])
     _read_hierarchy(read, *named[":hierarchy"])
@@ -136,7 +136,7 @@ def parse_asf(data: bytes, path: str | Path = "skeleton.asf") -> Asf:
 
 
 def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list[_Word]]]]:
-    """Each keyword's own line and those below it, as words; comments and blank lines left out."""
+    """Yield each keyword's line and the lines below it, as words without comments."""
     if not data or data.isspace():
         raise AmcError(read.path, "expected an ASF, but the file is empty", line=1, column=1)
     head: list[_Word] | None = None
@@ -159,7 +159,7 @@ def _sections(data: bytes, read: _Read) -> Iterator[tuple[list[_Word], list[list
 
 
 def _words(raw: bytes, line: int) -> list[_Word]:
-    """The words of a line with their places, up to a '#'."""
+    """Return the words of a line with their places, up to a '#'."""
     text = raw.decode("utf-8", "surrogateescape")
     out, at = [], 0
     for word in text.split():
@@ -214,7 +214,7 @@ def _order(read: _Read, word: _Word) -> str:
 
 
 def _dofs(read: _Read, line: list[_Word], known: tuple[str, ...]) -> tuple[str, ...]:
-    """The degrees of freedom after the first word of a line, in small letters."""
+    """Return the degrees of freedom after the first word of a line, in lower case."""
     out: list[str] = []
     for word in line[1:]:
         dof = word.text.lower()
@@ -249,7 +249,7 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
     by_key = {line[0].text.lower(): line for line in lines}
     for line in lines:
         key = line[0].text.lower()
-        if key not in _OF_BONE and key[:1] not in "(-+.0123456789":  # the limits go on below
+        if key not in _OF_BONE and key[:1] not in "(-+.0123456789":  # limits may span lines
             text = f"{quoted(line[0].text)} of a bone is unknown and ignored."
             read.warnings.append(ClipWarning(text, line[0].line))
     if len(named := by_key.get("name", [])) != 2:
@@ -298,7 +298,7 @@ def _read_hierarchy(read: _Read, head: list[_Word], lines: list[list[_Word]]) ->
 
 
 def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
-    """The joints, a parent before its children, each line of bones down to its end at once."""
+    """Build the Asf: parents before children, each branch down to its end at once."""
     children: dict[str, list[str]] = {}
     for name, parent in read.parents.items():
         children.setdefault(parent, []).append(name)
@@ -329,13 +329,13 @@ def _assembled(read: _Read, path: Path, data: bytes, hierarchy: _Word) -> Asf:
     radians = [b.axis if read.radians else tuple(np.radians(b.axis)) for b in bones]
     turned = zip(bones, radians, strict=True)
     axes = [quaternion_from_euler(b.order[::-1], angles[::-1]) for b, angles in turned]
-    start, told = np.array(read.start), tuple(some_of(read.warnings))
-    given = np.array(axes), start, read.radians, told
-    return Asf(path, data, skeleton, tuple(layouts), *given)
+    start, warnings = np.array(read.start), tuple(some_of(read.warnings))
+    rest = np.array(axes), start, read.radians, warnings
+    return Asf(path, data, skeleton, tuple(layouts), *rest)
 
 
 def _channels(dofs: tuple[str, ...], column: int) -> JointChannels:
-    """Where a bone's numbers stand whose first is at `column`."""
+    """Return the channels of a bone whose first number is at `column`."""
     turns = [(dof[1].upper(), column + k) for k, dof in enumerate(dofs) if dof in _TURNS][::-1]
     moves = tuple((_MOVES.index(dof), column + k) for k, dof in enumerate(dofs) if dof in _MOVES)
     return JointChannels("".join(a for a, _ in turns), tuple(c for _, c in turns), moves)

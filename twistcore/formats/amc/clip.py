@@ -1,4 +1,4 @@
-"""An AMC as it was read: its motion, and which number stands where."""
+"""An AMC clip: its motion, and the position of every number in the file."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _UNTURNED = np.array([1.0, 0.0, 0.0, 0.0])
 class AmcClip(Clip):
     """An AMC file.
 
-    asf: its skeleton, of another file; values: its numbers in the order of the joints, lengths in
-    the file's unit and angles in degrees, (frames, columns); places: which token of the file each
-    is, in reading order, (frames, columns); radians: whether the file has its angles so.
+    asf: its skeleton, from another file; values: its numbers in the order of the joints, lengths in
+    the file's unit and angles in degrees, (frames, columns); places: the token index of each number
+    in reading order, (frames, columns); radians: True if the file has angles in radians.
     """
 
     format = "amc"
@@ -39,7 +39,7 @@ class AmcClip(Clip):
 
     @property
     def companions(self) -> Mapping[str, bytes]:
-        """The skeleton."""
+        """The skeleton file."""
         return {self.asf.path.name: self.asf.data}
 
     @property
@@ -53,7 +53,7 @@ class AmcClip(Clip):
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
-        """What the numbers mean."""
+        """Convert the numbers to a motion."""
         motion = motion_from_channels(
             self.skeleton, self.asf.channels, self.values, self.frame_time
         )
@@ -65,46 +65,47 @@ class AmcClip(Clip):
 
     @cached_property
     def _start(self) -> Array | float:
-        """What is added to the translation of the root, which alone can have one."""
+        """Offset added to the translation of the root, the only joint with a translation."""
         return self.asf.start if self.asf.start.any() else 0.0
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Byte offsets of start and end of every token of the file."""
+        """Byte offsets of start and end of every token in the file."""
         return token_spans(self.data, 0)
 
     def angles(self, joint: int) -> Array:
-        """A joint's degrees of freedom as written, degrees, (frames, those that it has)."""
+        """Return a joint's degrees of freedom as written, degrees, (frames, channels)."""
         return self.values[:, list(self.asf.channels[joint].rotation[::-1])]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Letters and angles, radians, (frames, 3), of :meth:`as_written`; None without three."""
+        """Return a joint's Euler order and angles, radians, (frames, 3), for :meth:`as_written`."""
         layout = self.asf.channels[joint]
         if not layout.rotatable:
             return None
         return layout.order, np.radians(self.values[:, list(layout.rotation)])
 
     def as_written(self, joint: int, q: Array) -> Array:
-        """A joint's rotation q, (…, 4), about the bone's own axes: R = C⁻¹ · q · C."""
+        """Return a joint's rotation q, (…, 4), about the bone's own axes: R = C⁻¹ · q · C."""
         axes = self.asf.axes[joint]
         return multiply(multiply(conjugate(axes), q), axes)
 
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """The bytes with the numbers at `changed` (frames, joints) taken from `motion`.
+        """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
 
-        positions: also the root's translation where it differs. Every other byte stays. A number
-        keeps its count of decimals, at least 6, and never gets an exponent. ValueError for a bone
-        without three degrees of freedom.
+        positions: also write the root's translation where it differs. All other bytes are kept. A
+        number keeps its count of decimals, at least 6, and never gets an exponent. ValueError for a
+        bone without three degrees of freedom.
         """
         rotations = motion.rotations.copy()
         for joint in np.flatnonzero(changed.any(axis=0)).tolist():
             rotations[:, joint] = self.as_written(joint, rotations[:, joint])
         turned = motion.with_rotations(rotations)
         layouts = self.asf.channels
-        told = self.values, layouts, self.skeleton.names, turned, changed
-        tokens, numbers, jumps = turned_numbers(*told)
+        names = self.skeleton.names
+        found = turned_numbers(self.values, layouts, names, turned, changed)
+        tokens, numbers, jumps = found
         if self.radians:
             numbers = np.radians(numbers)
         if positions:

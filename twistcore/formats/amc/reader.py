@@ -1,4 +1,4 @@
-"""From the bytes of an AMC, and the ASF beside it, to a Clip."""
+"""Parse the bytes of an AMC, and the ASF in the same folder, into a Clip."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.progress import Tell, nobody
 
 _ASSUMED_FPS = 120.0
-_TOLD = 64  # frames
+_REPORTED = 64  # frames between reports of progress
 _ASSUMED = (
     "An AMC has no frame rate: 120 frames per second are assumed, as in most CMU trials; "
     "some have 60 (set it with the commands' --fps)."
@@ -32,11 +32,11 @@ _CONTROL = bytes(set(range(32)) - set(b"\t\n\v\f\r"))
 
 
 def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> AmcClip:
-    """Read an AMC file with the skeleton beside it; `fps`: its rate; tell: how far it is.
+    """Read an AMC file and its skeleton; fps: its frame rate; tell: reports the progress.
 
-    The skeleton is NAME.asf; or SUBJECT.asf, the name up to an underscore, for CMU's 05_02.amc and
-    copies of it; or the only ASF of the folder. Raises AmcError (file, line, column, what was
-    expected); what was assumed harmlessly is in Clip.warnings.
+    The skeleton is NAME.asf, or SUBJECT.asf with the name up to an underscore, as for CMU's
+    05_02.amc, or the only ASF in the folder. Raises AmcError (file, line, column, what was
+    expected). Harmless assumptions are listed in Clip.warnings.
     """
     path = Path(path)
     try:
@@ -54,20 +54,20 @@ def read_amc(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
 
 
 def find_asf(path: Path) -> Path:
-    """The skeleton file of an AMC; AmcError where none can be told."""
-    beside = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
+    """Return the skeleton file of an AMC; AmcError if it cannot be determined."""
+    candidates = sorted(p for p in path.parent.iterdir() if p.suffix.lower() == ".asf")
     words = path.stem.lower().split("_")
     for count in range(len(words), 0, -1):
         name = "_".join(words[:count])
-        for asf in beside:
+        for asf in candidates:
             if asf.stem.lower() == name:
                 return asf
-    if len(beside) != 1:
-        found = f"{len(beside)} others" if beside else "none"
+    if len(candidates) != 1:
+        found = f"{len(candidates)} others" if candidates else "none"
         raise AmcError(
             str(path), f"expected its skeleton {path.stem}.asf in the same folder, found {found}"
         )
-    return beside[0]
+    return candidates[0]
 
 
 def parse_amc(
@@ -78,7 +78,7 @@ def parse_amc(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> AmcClip:
-    """The same from bytes in memory and a skeleton."""
+    """Parse an AMC from bytes with its skeleton; parameters as in :func:`read_amc`."""
     path = Path(path)
     if not data or data.isspace():
         raise AmcError(str(path), "expected an AMC, but the file is empty", line=1, column=1)
@@ -103,7 +103,7 @@ def parse_amc(
         data=data,
         skeleton=asf.skeleton,
         frame_time=1.0 / (fps or rows.fps or _ASSUMED_FPS),
-        warnings=(*(_of_the_skeleton(asf, w) for w in asf.warnings), *some_of(rows.warnings)),
+        warnings=(*(_skeleton_warning(asf, w) for w in asf.warnings), *some_of(rows.warnings)),
         asf=asf,
         values=values,
         places=places,
@@ -111,14 +111,14 @@ def parse_amc(
     )
 
 
-def _of_the_skeleton(asf: Asf, warning: ClipWarning) -> ClipWarning:
-    """With the name of the other file, whose line it tells."""
+def _skeleton_warning(asf: Asf, warning: ClipWarning) -> ClipWarning:
+    """Prefix a warning with the name of the skeleton file and its line there."""
     line = "" if warning.line is None else f", line {warning.line}"
     return ClipWarning(f"{asf.path.name}{line}: {warning.text}")
 
 
 class _Rows:
-    """Line by line: a frame's number, then its bones in any order, each with its numbers."""
+    """Parser of frames: a frame's number, then its bones in any order with their numbers."""
 
     def __init__(self, path: str, data: bytes, asf: Asf) -> None:
         self.warnings: list[ClipWarning] = []
@@ -129,21 +129,23 @@ class _Rows:
         names = [name.encode("utf-8", "surrogateescape") for name in asf.skeleton.names]
         moving = [(name, count) for name, count in zip(names, counts, strict=True) if count]
         self._bones = {name: (k, count) for k, (name, count) in enumerate(moving)}
-        self._number: int | None = None  # of the frame
+        self._number: int | None = None  # number of the current frame
         self._in_order = True
-        self._frame: list[list[bytes]] = []  # its words, by bone; empty: not there yet
-        self._first: list[int] = []  # the token that each bone's numbers begin at
+        self._frame: list[list[bytes]] = []  # words of the frame by bone; empty: not yet read
+        self._first: list[int] = []  # index of the first number token of each bone
 
     def fail(self, expected: str, line: int, word: int = 0) -> AmcError:
-        """About a word of a line, counted from 0."""
+        """Return the error for a word of a line, counted from 0."""
         raw = self._data.splitlines()[line - 1]
         starts = [found.start() for found in _SOLID.finditer(raw)] or [0]
         column = starts[word] + 1 if word < len(starts) else len(raw.rstrip()) + 1
         return AmcError(self._path, expected, line=line, column=column)
 
     def read(self, tell: Tell) -> tuple[Array, NDArray[np.int64]]:
-        """The numbers, (frames, columns) in the order of the joints, and which tokens they are."""
-        # bytes.split takes some control characters for letters that token_spans takes for blanks.
+        """Return the numbers, (frames, columns) in the order of the joints, and their token
+        indices.
+        """
+        # bytes.split treats some control characters as letters, token_spans as white space.
         odd = len(self._data) != len(self._data.translate(None, _CONTROL))
         split: Callable[[bytes], list[bytes]] = _SOLID.findall if odd else bytes.split
         words: list[bytes] = []
@@ -156,17 +158,17 @@ class _Rows:
             if b"#" in raw:
                 cut = next((k for k, word in enumerate(own) if word.startswith(b"#")), cut)
             if cut and own[0] in self._bones and self._number is not None:
-                self._bone(own[:cut], token, line)
+                self._read_bone(own[:cut], token, line)
             elif cut == 1 and own[0].isdigit() and len(own[0]) < 18:
-                self._begin(int(own[0]), line, words, places)
-                if not int(own[0]) % _TOLD:
+                self._begin_frame(int(own[0]), line, words, places)
+                if not int(own[0]) % _REPORTED:
                     tell(line / len(lines))
             elif cut:
-                self._other(own[:cut], line)
+                self._read_keyword(own[:cut], line)
             token += len(own)
         if self._number is None:
             raise self.fail("expected the number of the first frame, found none", max(line, 1))
-        self._finish(words, places)
+        self._store_last(words, places)
         if not places:
             raise self.fail("expected at least one complete frame, found none", max(line, 1))
         frames = len(places) // len(self._bones)
@@ -176,14 +178,14 @@ class _Rows:
         which = np.repeat(firsts, counts, axis=1) + within
         return self._values(words, which).reshape(frames, -1), which
 
-    def _begin(self, number_: int, line: int, words: list[bytes], places: list[int]) -> None:
-        """Put the frame that ends here to the others."""
+    def _begin_frame(self, number_: int, line: int, words: list[bytes], places: list[int]) -> None:
+        """Store the finished frame and begin a new one."""
         if self._number is not None:
             missing = [name for name, (k, _) in self._bones.items() if not self._frame[k]]
             if missing:
                 bone = quoted(missing[0].decode("utf-8", "replace"))
                 raise self.fail(f"expected {bone} earlier in frame {self._number}", line)
-            self._put(words, places)
+            self._store(words, places)
             text = (
                 f"Frame {number_} comes after frame {self._number}; the frames are read in "
                 "the order of the file."
@@ -195,15 +197,15 @@ class _Rows:
         self._frame = [[] for _ in self._bones]
         self._first = [0] * len(self._bones)
 
-    def _put(self, words: list[bytes], places: list[int]) -> None:
+    def _store(self, words: list[bytes], places: list[int]) -> None:
         for own in self._frame:
             words += own
         places += self._first
 
-    def _finish(self, words: list[bytes], places: list[int]) -> None:
-        """The last frame, if all of it is there."""
+    def _store_last(self, words: list[bytes], places: list[int]) -> None:
+        """Store the last frame if it is complete."""
         if all(self._frame):
-            self._put(words, places)
+            self._store(words, places)
             return
         there = sum(bool(own) for own in self._frame)
         text = (
@@ -211,14 +213,14 @@ class _Rows:
         )
         self.warnings.append(ClipWarning(text, len(self._data.splitlines())))
 
-    def _bone(self, own: list[bytes], token: int, line: int) -> None:
+    def _read_bone(self, own: list[bytes], token: int, line: int) -> None:
         place, count = self._bones[own[0]]
         if len(own) != count + 1 or self._frame[place]:
-            raise self._wrong_bone(own, line)
+            raise self._bone_error(own, line)
         self._frame[place] = own[1:]
         self._first[place] = token + 1
 
-    def _wrong_bone(self, own: list[bytes], line: int) -> AmcError:
+    def _bone_error(self, own: list[bytes], line: int) -> AmcError:
         _, count = self._bones[own[0]]
         bone = quoted(own[0].decode("utf-8", "replace"))
         if len(own) != count + 1:
@@ -227,8 +229,8 @@ class _Rows:
             return self.fail(expected, line, min(len(own), count + 1))
         return self.fail(f"expected {bone} once in frame {self._number}", line)
 
-    def _other(self, own: list[bytes], line: int) -> None:
-        """A keyword of the head, or something that should not stand here."""
+    def _read_keyword(self, own: list[bytes], line: int) -> None:
+        """Read a keyword of the header, or raise AmcError for anything else."""
         if not own[0].startswith(b":") or self._number is not None:
             known = (
                 f"a bone of {self._asf.path.name} with degrees of freedom, or the number of a frame"
@@ -242,8 +244,8 @@ class _Rows:
             if key in (b":DEGREES", b":RADIANS"):
                 self.radians = key == b":RADIANS"
             elif key == b":SAMPLES-PER-SECOND":
-                _, said = next(words, (0, b""))
-                fps = decimal_value(said)
+                _, rate = next(words, (0, b""))
+                fps = decimal_value(rate)
                 if not 1.0 / LONGEST <= fps <= 1.0 / SHORTEST:
                     raise self.fail("expected frames per second, such as 120", line, place + 1)
                 self.fps = fps

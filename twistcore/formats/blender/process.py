@@ -1,7 +1,7 @@
-"""A separate Blender that opens a scene and hands over its bones as arrays.
+"""Run a separate Blender that opens a scene and returns its bones as arrays.
 
 Blender is licensed under the GPL: nothing of it is imported here, and it is no dependency. It runs
-as the program `blender`, or as a Python in whose own environment the module bpy is installed.
+as the program `blender`, or as a Python whose environment has the module bpy.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ from twistcore.work.with_parent import bound
 VARIABLE = "TWIST_BLENDER"
 TIME_LIMIT = 600.0  # seconds
 _NEEDED = (
-    "expected Blender: install it so that `blender` is found, or name it, or a Python that has the "
-    f"module bpy, by --blender or the variable {VARIABLE}"
+    "Blender was not found: install it so that `blender` is on the path, or name it (or a Python "
+    f"with the module bpy) with --blender or the environment variable {VARIABLE}"
 )
 
 
 @dataclass(frozen=True, eq=False)
 class Handover:
-    """What Blender read, in its world: Z up, metres.
+    """Data that Blender read, in its world: Z up, metres.
 
     names, parents: of the bones, −1 for roots, parents before children; rest: (bones, 4, 4) and
-    tails: (bones, 3) in the rest pose; poses: (frames, bones, 4, 4); fps; figure, take: what was
-    chosen; blender: its version.
+    tails: (bones, 3) in the rest pose; poses: (frames, bones, 4, 4); fps; figure, take: the chosen
+    ones; blender: its version.
     """
 
     names: tuple[str, ...]
@@ -57,20 +57,21 @@ class Handover:
 
 
 def find_blender(named: str | None = None) -> str:
-    """The program named, that of the variable, `blender` on the path, or this Python if it has bpy.
+    """Return the given program, the variable's, `blender` on the path, or this Python if it has
+    bpy.
 
-    Raises TwistError with what is needed where there is none.
+    Raises TwistError if none is found.
     """
     for program, by in ((named, "--blender"), (os.environ.get(VARIABLE), VARIABLE)):
         if program:
             found = shutil.which(program)
             if found is None:
-                raise TwistError(f"{by}: expected a program that can be run, found {program!r}")
+                raise TwistError(f"{by}: {program!r} is not a program that can be run")
             return found
     found = shutil.which("blender")
     if found is not None:
         return found
-    if find_spec("bpy") is not None:  # looked for, not imported
+    if find_spec("bpy") is not None:  # found without importing it
         return sys.executable
     raise TwistError(_NEEDED)
 
@@ -84,14 +85,14 @@ def read_scene(
     fps: float | None = None,
     time_limit: float = TIME_LIMIT,
 ) -> Handover:
-    """Let Blender open a scene and sample its skeleton; it ends with this call.
+    """Open a scene in Blender and sample its skeleton; Blender ends with this call.
 
-    take, figure: which of several; fps: instead of the scene's; time_limit: seconds. Raises
-    TwistError in one sentence where Blender finds no skeleton or several, does not come to an end
-    or fails.
+    take, figure: which one to read if there are several; fps: instead of the scene's rate;
+    time_limit: seconds. Raises TwistError with one sentence if Blender finds no skeleton or
+    several, takes too long or fails.
     """
     if not source.is_file():
-        raise TwistError(f"{source}: expected a file")
+        raise TwistError(f"{source}: expected a file, but there is none")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         job, script = folder / "job.json", folder / "read_scene.py"
@@ -128,8 +129,8 @@ def _command(blender: str, script: Path, job: Path) -> list[str]:
 
 
 def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) -> str:
-    """Run to the end; the last line that it said. Whatever it started is gone afterwards."""
-    # As a module it leaves its own temporary folder behind: let that lie in this one.
+    """Run a command to its end, ending its child processes; return its last line of output."""
+    # As a module, Blender leaves a temporary folder behind: put it into this one.
     own = {**os.environ, **dict.fromkeys(("TMPDIR", "TEMP", "TMP"), str(folder))}
     with (folder / "said.txt").open("w+b") as said:
         try:
@@ -147,7 +148,8 @@ def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) 
             process.wait(time_limit)
         except subprocess.TimeoutExpired:
             raise TwistError(
-                f"{source}: Blender was not done after {time_limit:g} s (--time-limit)"
+                f"{source}: Blender did not finish within {time_limit:g} s; raise the limit with "
+                "--time-limit"
             ) from None
         finally:
             with contextlib.suppress(OSError):
@@ -155,12 +157,12 @@ def _run(command: Sequence[str], folder: Path, source: Path, time_limit: float) 
                     _end(process)
         said.seek(0)
         lines = said.read().decode("utf-8", "replace").split("\n")
-    told = [line.strip() for line in lines if line.strip()]
-    return f"exit {process.returncode}" + (f": {told[-1]:.200}" if told else "")
+    output = [line.strip() for line in lines if line.strip()]
+    return f"exit {process.returncode}" + (f": {output[-1]:.200}" if output else "")
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
-    """End a process with all that it started."""
+    """End a process and all its child processes."""
     if os.name == "posix":
         os.killpg(process.pid, signal.SIGKILL)
     else:

@@ -1,4 +1,4 @@
-"""Bones of a scene as a skeleton and its motion, in the axes and unit of a BVH."""
+"""Convert a scene's bones to a skeleton and motion in the axes and unit of a BVH."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from twistcore.formats.blender.process import Handover
 from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array, conjugate, multiply, normalise, rotate
 
-# Metres of one unit: FBX is in centimetres, as nearly all that writes it says; glTF is in metres.
+# Metres per unit: nearly all programs write FBX in centimetres; glTF is in metres.
 SUFFIXES: Mapping[str, float] = MappingProxyType(
     {".fbx": 0.01, ".glb": 1.0, ".gltf": 1.0, ".blend": 1.0}
 )
 _UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # Z up to Y up
 _STRETCHED = 1e-3
-_MOVED = 1e-5  # of the height
+_MOVED = 1e-5  # share of the height
 
 
 @dataclass(frozen=True, eq=False)
 class Converted:
-    """The motion, and sentences about what it could not take along."""
+    """The motion, and notes on data that was left out."""
 
     motion: Motion
     notes: tuple[str, ...]
 
 
 def converted(scene: Handover, unit: float) -> Converted:
-    """A motion whose joints stand and turn as the bones do.
+    """Convert bones to a motion with the same poses.
 
-    unit: metres of one unit of the motion. Global rotations are those from the rest pose, so that
-    the rest pose is all joints unturned and offsets are differences of heads there; a bone that
-    moves in its parent gets positions. Raises TwistError for mirrored or flat bones.
+    unit: metres per unit of the motion. Global rotations are relative to the rest pose: in the rest
+    pose all joints are unturned, and offsets are differences of heads. A bone that moves relative
+    to its parent gets positions. Raises TwistError for mirrored or flat bones.
     """
     rest, _ = _turned(scene.rest)
     turned, sizes = _turned(scene.poses)
@@ -63,18 +63,18 @@ def converted(scene: Handover, unit: float) -> Converted:
 
 
 def _turned(matrices: Array) -> tuple[Array, Array]:
-    """Rotation matrices without scale, and the scale of their three columns."""
+    """Return rotation matrices without scale, and the scale of their three columns."""
     m = matrices[..., :3, :3]
     sizes = np.linalg.norm(m, axis=-2)
     if not np.isfinite(m).all() or (sizes < 1e-12).any():
-        raise TwistError("expected bones with a size, found one scaled to nothing")
+        raise TwistError("expected bones with a size, found one with scale 0")
     if (np.linalg.det(m / sizes[..., None, :]) <= 0.0).any():
         raise TwistError("expected bones that are not mirrored (a negative scale)")
     return m / sizes[..., None, :], sizes
 
 
 def _quaternions(matrices: Array) -> Array:
-    """(…, 3, 3) -> (…, 4), w first."""
+    """Convert rotation matrices to quaternions, (…, 3, 3) -> (…, 4), w first."""
     flat = Rotation.from_matrix(matrices.reshape(-1, 3, 3)).as_quat(scalar_first=True)
     return np.asarray(flat, dtype=np.float64).reshape(*matrices.shape[:-2], 4)
 
@@ -91,10 +91,12 @@ def _notes(scene: Handover, sizes: Array, moved: NDArray[np.bool_]) -> tuple[str
     stretched = np.asarray(off.any(axis=(0, 2)))
     if stretched.any():
         names = _listed(scene, stretched)
-        notes.append(f"a BVH holds no scale: that of {names} is left out")
+        notes.append(f"the scale of {names} is left out, because a BVH cannot store scale")
     moving = moved & (scene.parents >= 0)
     if moving.any():
-        notes.append(f"{_listed(scene, moving)} move in their parents and have position channels")
+        notes.append(
+            f"{_listed(scene, moving)} move relative to their parents and get position channels"
+        )
     return tuple(notes)
 
 

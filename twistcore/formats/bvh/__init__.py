@@ -1,4 +1,4 @@
-"""BVH files: reading without guessing, writing without touching what was not judged."""
+"""BVH files: read without guessing, written without touching unjudged numbers."""
 
 from twistcore.formats.bvh.clip import BvhClip
 from twistcore.formats.bvh.compose import write_motion

@@ -1,4 +1,4 @@
-"""Which number of a row is what, and what rows of numbers mean."""
+"""Layout of the numbers in a BVH row, and conversion of rows to motion."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-_ELEMENTS = 1 << 14  # numbers of one kind in a block
-_NOTHING = 1e-3  # of the length that the channels give: an OFFSET so short says nothing
-_STRETCH = 0.5  # of that length: a bone usually stretches by less
-_STILL = 0.02  # the same for a joint that may place the whole figure: what moves more is no bone
+_ELEMENTS = 1 << 14  # quaternion components of one kind in a block
+_NOTHING = 1e-3  # share of the length in the channels: a shorter OFFSET is ignored
+_STRETCH = 0.5  # share of that length by which a bone may stretch
+_STILL = 0.02  # the same for joints that may place the whole figure: a bone moves less
 
 
 @dataclass(frozen=True)
 class JointChannels:
-    """Where a joint's channels stand in a row.
+    """Columns of a joint's channels in a row.
 
     order: letters of its rotation channels in file order, such as 'ZYX'; rotation: their columns;
     position: (axis 0-2, column) of its position channels.
@@ -31,14 +31,14 @@ class JointChannels:
 
     @property
     def rotatable(self) -> bool:
-        """Three rotation channels about three distinct axes: every orientation can be written."""
+        """True if there are rotation channels about three distinct axes, so any rotation fits."""
         return len(self.order) == 3 and len(set(self.order)) == 3
 
 
 def motion_from_channels(
     skeleton: Skeleton, channels: tuple[JointChannels, ...], values: Array, frame_time: float
 ) -> Motion:
-    """What numbers in rows mean; values: degrees and length units, (frames, columns)."""
+    """Convert rows of numbers to a motion; values: degrees and length units, (frames, columns)."""
     positioned = tuple(j for j, layout in enumerate(channels) if layout.position)
     positions = np.empty((len(values), len(positioned), 3))
     positions[:] = skeleton.offsets[list(positioned)]
@@ -78,9 +78,10 @@ def with_bones_of_channels(
 
 
 def _carrying(skeleton: Skeleton) -> set[int]:
-    """Joints that may carry a figure: only children from the root on, and what branches there.
+    """Return joints that may carry the figure: single children from the root on, and branching
+    joints.
 
-    Such as 'Reference' → 'Hips', or two pairs of hips below one reference.
+    Examples are 'Reference' → 'Hips', or two pairs of hips below one reference.
     """
     found = set()
     for here in np.flatnonzero(skeleton.parents < 0).tolist():
@@ -93,14 +94,14 @@ def _carrying(skeleton: Skeleton) -> set[int]:
 
 
 def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
-    """Local rotations, (frames, joints, 4)."""
+    """Return local rotations, (frames, joints, 4)."""
     by_order: dict[str, list[int]] = {}
     for joint, layout in enumerate(channels):
         if layout.order:
             by_order.setdefault(layout.order, []).append(joint)
     columns = {o: np.array([channels[j].rotation for j in js]).T for o, js in by_order.items()}
     rotations = np.empty((len(values), len(channels), 4))
-    # Blocks of frames with the joints in front: every pass over the numbers stays in the cache.
+    # Blocks of frames with the joints as first axis, so that every pass stays in the cache.
     step = max(64, _ELEMENTS // max(len(channels), 1))
     for a in range(0, len(values), step):
         written = np.ascontiguousarray(values[a : a + step].T)
@@ -115,7 +116,7 @@ def _rotations(channels: tuple[JointChannels, ...], values: Array) -> Array:
 
 
 def _compose(q: Array, joints: list[int], order: str, cos: Array, sin: Array) -> None:
-    """quaternion_from_euler with components, then joints, in front; fills q[:, joints]."""
+    """Fill q[:, joints], (4, joints, frames), as quaternion_from_euler does."""
     parts = [cos[0], np.zeros_like(cos[0]), np.zeros_like(cos[0]), np.zeros_like(cos[0])]
     parts[1 + "XYZ".index(order[0])] = sin[0]
     for k, letter in enumerate(order[1:], 1):

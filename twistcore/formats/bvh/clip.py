@@ -1,4 +1,4 @@
-"""A BVH as it was read: its motion, and which number stands where."""
+"""A BVH clip: its motion, and the position of every number in the text."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _BLOCK = 1 << 18  # bytes
 class BvhClip(Clip):
     """A BVH file.
 
-    text: the file's bytes or, of a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8;
-    data_start: where in it the first number of the motion stands; channels: one entry a joint;
-    values: the numbers as written (degrees and length units), shape (frames, columns).
+    text: the file's bytes or, for a file in UTF-16 or UTF-32 (`wide`), the same text as UTF-8;
+    data_start: offset in the text of the first motion number; channels: one entry a joint; values:
+    the numbers as written (degrees and length units), shape (frames, columns).
     """
 
     format = "bvh"
@@ -47,34 +47,37 @@ class BvhClip(Clip):
         return int(self.values.shape[1])
 
     def read_motion(self) -> Motion:
-        """What the numbers mean."""
+        """Convert the numbers to a motion."""
         return motion_from_channels(self.skeleton, self.channels, self.values, self.frame_time)
 
     @cached_property
     def token_spans(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Offsets in the text of start and end of every number of the motion, in reading order."""
+        """Start and end offsets in the text of every motion number, in reading order."""
         return token_spans(self.text, self.data_start)
 
     def angles(self, joint: int) -> Array:
-        """A joint's rotation channels, degrees, (frames, channels)."""
+        """Return a joint's rotation channels, degrees, (frames, channels)."""
         return self.values[:, list(self.channels[joint].rotation)]
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """Letters of a joint's Euler angles and these, radians, (frames, 3); None without three."""
+        """Return a joint's Euler order and angles, radians, (frames, 3); None without three
+        channels.
+        """
         layout = self.channels[joint]
         return (layout.order, np.radians(self.angles(joint))) if layout.rotatable else None
 
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """The bytes with the numbers at `changed` (frames, joints) taken from `motion`.
+        """Return the bytes with the numbers at `changed` (frames, joints) taken from `motion`.
 
-        positions: also its position numbers where they differ. Every other byte stays. A number
-        keeps its count of decimals, at least 6, and never gets an exponent. Joints without three
-        rotation channels cannot be rewritten: ValueError.
+        positions: also write the position numbers that differ. All other bytes are kept. A number
+        keeps its count of decimals, at least 6, and never gets an exponent. ValueError for joints
+        without three rotation channels, which cannot be rewritten.
         """
-        told = self.values, self.channels, self.skeleton.names, motion, changed
-        tokens, numbers, jumps = turned_numbers(*told)
+        names = self.skeleton.names
+        found = turned_numbers(self.values, self.channels, names, motion, changed)
+        tokens, numbers, jumps = found
         if positions:
             places, there = moved_numbers(self.channels, self.columns, self.motion, motion)
             tokens, numbers = np.concatenate([tokens, places]), np.concatenate([numbers, there])
@@ -85,11 +88,11 @@ class BvhClip(Clip):
 
 
 def token_spans(data: bytes, start: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Start and end offsets of the tokens between white space in data[start:]."""
+    """Return start and end offsets of the white-space separated tokens in data[start:]."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     edges = []
     blank = np.True_
-    for a in range(start, len(data), _BLOCK):  # in blocks: the mask of all would be a second file
+    for a in range(start, len(data), _BLOCK):  # in blocks: a full mask needs as much as the file
         solid = buffer[a : a + _BLOCK] > 32
         turned = np.empty(len(solid), dtype=np.bool_)
         np.not_equal(solid[1:], solid[:-1], out=turned[1:])

@@ -1,4 +1,4 @@
-"""A motion that has no BVH yet, as BVH: other frames, another rate, another skeleton."""
+"""Write any motion as a new BVH: other frames, another rate, another skeleton."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from twistcore.skeleton.rotation import Array, euler_from_quaternion
 
 _ORDER = "ZXY"
 _DEEPEST = 100  # tabs
-_ROWS = 1024  # at a time: as numbers of Python they take four times their room
+_ROWS = 1024  # at a time: Python numbers take four times as much memory
 _END = 0.05  # length of an End Site as a share of the skeleton's height
 
 
 def write_motion(motion: Motion, path: str | Path) -> None:
     """Write a motion as a new BVH, atomically.
 
-    Read back, it has the same skeleton (joints depth first, as in every BVH) and motion, to six
-    decimals of degrees and of the length unit; see `bvh_text` for the channels.
+    Reading the file gives the same skeleton (joints depth first, as in every BVH) and motion, to
+    six decimals of degrees and of the length unit; see `bvh_text` for the channels.
 
     Parameters
     ----------
     motion : Motion
-        What to write.
+        The motion to write.
     path : str or Path
-        Where to write. A file there is replaced.
+        The file to write. An existing file is replaced.
 
     Raises
     ------
     TypeError
-        If `motion` is no motion.
+        If `motion` is not a Motion.
     TwistError
-        If the motion is empty, has a number that is not finite, a name that no BVH can hold, or a
-        rate below 1 or above 10,000 frames a second.
+        If the motion is empty, has a number that is not finite, a name that is impossible in a
+        BVH, or a rate below 1 or above 10,000 frames a second.
     OSError
         If the file cannot be written.
 
@@ -63,10 +63,11 @@ def write_motion(motion: Motion, path: str | Path) -> None:
 
 
 def bvh_text(motion: Motion) -> str:
-    """BVH with ZXY rotations on every joint, behind XYZ positions on roots and positioned joints.
+    """Return a BVH with ZXY rotations on all joints, after XYZ positions on roots and positioned
+    joints.
 
-    Joints without children and End Site get one along their own offset: many readers need it.
-    Angles are continuous over time but for the turn that the middle angle's range forces.
+    Joints without children and End Site get an End Site along their own offset, which many readers
+    need. Angles are continuous over time except for full turns forced by the middle angle's range.
     """
     skeleton = motion.skeleton
     lines, columns, depth = ["HIERARCHY"], [], 0
@@ -93,7 +94,7 @@ def bvh_text(motion: Motion) -> str:
 
 
 def _sites(skeleton: Skeleton) -> list[list[Array]]:
-    """The End Sites of every joint."""
+    """Return the End Sites of every joint."""
     sites: list[list[Array]] = [[] for _ in skeleton.names]
     for owner, site in skeleton.ends:
         sites[owner].append(np.array(site))
@@ -101,14 +102,14 @@ def _sites(skeleton: Skeleton) -> list[list[Array]]:
 
 
 def _indent(depth: int) -> str:
-    """Deeper than figures are, no further: a file would grow by the square of its depth."""
+    """Return the indentation, limited so that deep skeletons do not make huge files."""
     return "\t" * min(depth, _DEEPEST)
 
 
 def _described(
     skeleton: Skeleton, joint: int, depth: int, placed: bool, sites: list[Array]
 ) -> list[str]:
-    """A joint's lines up to its children's."""
+    """Return a joint's lines before its children's."""
     indent, offset = _indent(depth), skeleton.offsets[joint]
     channels = "6 Xposition Yposition Zposition" if placed else "3"
     lines = [
@@ -136,7 +137,7 @@ def _words(vector: Array) -> str:
 
 
 def _check(motion: Motion, path: str | Path) -> None:
-    """Raise TwistError for what would not be read back."""
+    """Raise TwistError for motions that could not be read back."""
     skeleton = motion.skeleton
     if not len(skeleton) or not motion.frames:
         raise TwistError(f"{path}: expected at least one joint and one frame")

@@ -1,4 +1,4 @@
-"""Which of the equivalent Euler angles to write: the branch, and how many full turns."""
+"""Choose among equivalent Euler angles: the branch and the number of full turns."""
 
 from __future__ import annotations
 
@@ -14,25 +14,26 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 
-_GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is known to half of the float's digits
+_GIMBAL = 1e-6  # |cos φ2| below which only φ1 ± φ3 is known, to half of a float's digits
 _TURN = 2.0 * np.pi
-_MOST_TURNS = 2  # more are put at the far edge; no joint winds up further within one correction
-# What a frame has to say at least about the branch, and an angle just half a turn off about its
-# turns: far above what rounding does to a sum, far below anything that is meant.
+_MOST_TURNS = 2  # more turns go to the far edge; no joint winds up further in one correction
+# The least weight of a frame in the choice of the branch, and the tolerance for angles half a turn
+# off: far above rounding errors, far below any real difference.
 _LEAST_WEIGHT = 1e-6
 
 
 def continuous_angles(
     order: str, q: Array, own: Array, before: Array | None, after: Array | None
 ) -> Array:
-    """Euler angles of q, radians, on the branch that moves least.
+    """Return Euler angles of q, radians, (n, 3), on the branch that moves least.
 
-    q: (n, 4); own: the file's angles in these frames, (n, 3), of which φ3 is kept in gimbal lock;
-    before, after: the untouched angles around the run, (3,), or None at a border of the clip. Of
-    the two solutions of every frame and their full turns, the path with the smallest Σ|Δchannel|
-    is taken, both edges fixed. Without any edge a path and the one of the other solutions are as
-    long as each other: then the distances to `own` are added to the sum, by cos θ where the
-    rotation is θ < 90° from the file's. Returns (n, 3).
+    q: (n, 4); own: the file's angles in these frames, (n, 3), whose φ3 is kept in gimbal lock;
+    before, after: the untouched angles around the run, (3,), or None at an end of the clip.
+
+    Every frame has two solutions with any number of full turns. The path with the smallest
+    Σ|Δchannel| and both edges fixed is taken. Without any edge, a path and its counterpart of other
+    solutions are equally long. Then the distances to `own` are added to the sum, weighted by cos θ
+    where the rotation is θ < 90° from the file's.
     """
     first = euler_from_quaternion(order, q)
     locked = np.cos(first[:, 1]) < _GIMBAL
@@ -44,7 +45,7 @@ def continuous_angles(
     solutions = np.stack([first, second], axis=1)
     if before is None and after is None:
         weight = _near_own(order, q, own)
-        extra = weight[:, None] * _far(solutions, own[:, None])
+        extra = weight[:, None] * _distance(solutions, own[:, None])
         path = _cheapest_path(solutions, None, None, extra)
         chosen = _unwrapped(solutions[np.arange(len(q)), path], None, None)
         return chosen + _turns_to(own, chosen, weight)
@@ -56,7 +57,7 @@ def continuous_angles(
 
 
 def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> list[tuple[int, int]]:
-    """(row, channel) of every step of more than half a turn; row n is the step to `after`."""
+    """Return (row, channel) of all steps above half a turn; row n is the step to `after`."""
     n = len(angles)
     rows = [angles if before is None else np.vstack([before, angles])]
     every = np.vstack([*rows, after]) if after is not None else rows[0]
@@ -65,8 +66,8 @@ def angle_jumps(angles: Array, before: Array | None, after: Array | None) -> lis
     return [(min(int(r) + shift, n), int(c)) for r, c in np.argwhere(large)]
 
 
-def _far(angles: Array, others: Array) -> Array:
-    """Σ|Δchannel| by the shorter way round, radians, over the last axis."""
+def _distance(angles: Array, others: Array) -> Array:
+    """Return Σ|Δchannel| over the last axis by the shorter way round, radians."""
     far: Array = np.abs(wrap(angles - others)).sum(axis=-1)
     return far
 
@@ -74,20 +75,20 @@ def _far(angles: Array, others: Array) -> Array:
 def _cheapest_path(
     solutions: Array, before: Array | None, after: Array | None, extra: Array | None = None
 ) -> NDArray[np.int64]:
-    """Index 0 or 1 for every frame: the smallest sum of wrapped steps (Viterbi).
+    """Return solution 0 or 1 for every frame with the smallest sum of wrapped steps (Viterbi).
 
-    extra: what each solution costs besides, (n, 2).
+    extra: additional costs of each solution, (n, 2).
     """
     n = len(solutions)
-    step = _far(solutions[1:, None], solutions[:-1, :, None])
-    start = np.zeros(2) if before is None else _far(solutions[0], before)
-    finish = np.zeros(2) if after is None else _far(after, solutions[-1])
+    step = _distance(solutions[1:, None], solutions[:-1, :, None])
+    start = np.zeros(2) if before is None else _distance(solutions[0], before)
+    finish = np.zeros(2) if after is None else _distance(after, solutions[-1])
     if extra is not None:
         start, step = start + extra[0], step + extra[1:, None]
     # Only the difference of the two costs matters: ahead = cost of solution 1 − of solution 0.
     ahead = float(start[1] - start[0])
-    came = []  # whether the best way to solution 0, and to 1, comes from 1
-    # Lists: Python goes through them several times faster than through arrays.
+    came = []  # whether the best ways to solutions 0 and 1 come from solution 1
+    # Lists: Python iterates over them several times faster than over arrays.
     for stay0, leave0, leave1, stay1 in step.reshape(n - 1, 4).tolist():
         to0, to1 = ahead + leave1, ahead + stay1
         came.append((to0 < stay0, to1 < leave0))
@@ -101,7 +102,7 @@ def _cheapest_path(
 
 
 def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Array:
-    """Angles by full turns continuous with `before`, or else with `after`."""
+    """Add full turns so that angles continue `before`, or else lead to `after`."""
     anchor = angles[0] if before is None else before
     out = anchor + np.cumsum(wrap(np.diff(angles, axis=0, prepend=anchor[None])), axis=0)
     if before is None and after is not None:
@@ -112,42 +113,42 @@ def _unwrapped(angles: Array, before: Array | None, after: Array | None) -> Arra
 
 # -- without untouched frames around --------------------------------------------------------------
 #
-# Where a joint is written anew in every frame, only the file's own angles say which of two equally
-# smooth curves it is. They say so where the rotation is nearly the file's: what was turned over
-# there says nothing.
+# Where a joint is rewritten in every frame, only the file's own angles decide between two equally
+# smooth curves. Frames count where the rotation is close to the file's; frames that were turned
+# far count next to nothing.
 
 
 def _near_own(order: str, q: Array, own: Array) -> Array:
-    """How much the file's angles count in each frame, from just above 0 to 1, shape (n,)."""
+    """Return the weight of the file's angles in each frame, from just above 0 to 1, (n,)."""
     turned = geodesic_angle(quaternion_from_euler(order, own), q)
     weight: Array = np.maximum(np.cos(turned), _LEAST_WEIGHT)
     return weight
 
 
 def _turns_to(own: Array, angles: Array, weight: Array) -> Array:
-    """The full turns, radians, (3,), that bring each channel as a whole nearest to `own`."""
+    """Return the full turns, radians, (3,), that bring each whole channel nearest to `own`."""
     off = np.sort((own - angles)[weight >= weight.max() / 2], axis=0)
-    # The middle one, not a mean: where `own` wraps, most frames decide.
+    # The median, not the mean: where `own` wraps, the majority of frames decides.
     turns: Array = _TURN * np.ceil(off[len(off) // 2] / _TURN - 0.5 - _LEAST_WEIGHT)
     return turns
 
 
-# -- full turns left over -------------------------------------------------------------------------
+# -- remaining full turns -------------------------------------------------------------------------
 #
-# Between fixed angles on both sides a channel may have to go round once more than its shortest
-# steps do: because it was corrected through ±180°, say. Where that costs least depends on the
-# branch, so branch and turns are chosen together.
+# Between fixed angles on both sides a channel may need one more turn than its shortest steps, for
+# example after a correction through ±180°. Where that turn costs least depends on the branch, so
+# branch and turns are chosen together.
 
 
 def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array) -> Array:
-    """The path from `before` to `after` with the smallest Σ|Δchannel|, radians, shape (n, 3).
+    """Return the path from `before` to `after` with the smallest Σ|Δchannel|, radians, (n, 3).
 
-    solutions: the two of every frame, (n, 2, 3), each free by full turns; near: a path of
-    solutions from `before` on without any step beyond half a turn, (n, 3). Exact by dynamic
-    programming over (solution, full turns of each channel beside `near`), up to 2 turns.
+    solutions: the two of every frame, (n, 2, 3), up to full turns; near: a path of solutions from
+    `before` on without steps above half a turn, (n, 3). Exact by dynamic programming over
+    (solution, full turns of each channel relative to `near`), up to 2 turns.
     """
-    # Each solution by full turns as near to the path as can be: turn 0. One half a turn away is as
-    # near on either side, so that two turns more may be one turn: hence the second to either side.
+    # Turn 0 of each solution is the one nearest to the path. A solution half a turn away is equally
+    # near on both sides, so two turns more may be only one: hence the second turn to either side.
     base = solutions + _TURN * np.round((near[:, None] - solutions) / _TURN)
     left = np.clip(np.round((after - near[-1]) / _TURN), -_MOST_TURNS, _MOST_TURNS)
     turns = [np.arange(min(t, 0) - 2, max(t, 0) + 3) * _TURN for t in left]
@@ -177,15 +178,15 @@ def _least_with_turns(solutions: Array, near: Array, before: Array, after: Array
 
 
 def _others(channel: int) -> tuple[int, ...]:
-    """The axes to insert so that (2, turns) broadcasts over (2, turns, turns, turns)."""
+    """Return the axes to insert so that (2, turns) broadcasts over (2, turns, turns, turns)."""
     return tuple(1 + c for c in range(3) if c != channel)
 
 
 def _advance(cost: Array, steps: list[tuple[Array, Array]]) -> tuple[Array, list[Array]]:
-    """Cheapest cost of every state (solution, turns ×3) a frame later, and where it came from.
+    """Return the least cost of every state (solution, turns ×3) one frame later, and its origin.
 
-    The channels are gone through one after another: |Δ| is a sum over them, so that each needs its
-    own turns and the two solutions only.
+    The channels are processed one after another: |Δ| is a sum over them, so each needs only its own
+    turns and the two solutions.
     """
     back: list[Array] = []
     now = np.broadcast_to(cost[:, None], (2, *cost.shape))  # (from, to, turns ×3)

@@ -1,4 +1,4 @@
-"""The HIERARCHY part of a BVH."""
+"""Parse the HIERARCHY part of a BVH."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.formats.clip import ClipWarning, some_of
 from twistcore.skeleton.motion import Skeleton
 
 _AXES = {"x": 0, "y": 1, "z": 2}
-_MOST_CHANNELS = 64  # no file has more than 9; a damaged count must not cost memory
+_MOST_CHANNELS = 64  # real files have at most 9; a damaged count must not use up memory
 
 
 @dataclass
@@ -30,22 +30,22 @@ class _Joint:
 
 _WORD = re.compile(r"[{}]|[^\s{}]+", re.ASCII)
 _REST = re.compile(r"[^{\r\n]*")
-# Its digits are bounded, as a word may have any length.
+# The number of digits is limited, as a word may have any length.
 _DECIMAL_COMMA = re.compile(r"[+-]?[0-9]{0,20},[0-9]{1,20}(?:[eE][+-]?[0-9]{1,4})?")
 _LINE_END = re.compile(r"\r\n|\r|\n")
 
 
 class _Words:
-    """The words of the header; where one stands is worked out only when it is asked for."""
+    """The words of the header; a line number is computed only when needed."""
 
     def __init__(self, path: str, text: str) -> None:
         self.path = path
         self._text = text
         self._at = self._end = 0
-        self._counted, self._line = 0, 1  # up to there the lines are counted
+        self._counted, self._line = 0, 1  # lines are counted up to this offset
 
     def line(self) -> int:
-        """The line of the last word, from 1."""
+        """Return the line of the last word, from 1."""
         if self._at > self._counted:
             ends = _LINE_END.finditer(self._text, self._counted, self._at)
             self._counted, self._line = self._at, self._line + sum(1 for _ in ends)
@@ -56,7 +56,7 @@ class _Words:
         return BvhError(self.path, expected, line=self.line(), column=self._at - line_start + 1)
 
     def next(self) -> str | None:
-        """The next word, or None at the end; braces are words of their own."""
+        """Return the next word, or None at the end; braces are separate words."""
         found = _WORD.search(self._text, self._end)
         if found is None:
             self._at = self._end = len(self._text.rstrip())
@@ -65,7 +65,7 @@ class _Words:
         return found.group()
 
     def rest_of_line(self) -> str:
-        """What is left of this line up to an opening brace: names may hold spaces."""
+        """Return the rest of the line up to an opening brace: names may have spaces."""
         found = _REST.match(self._text, self._end)
         assert found is not None
         self._end = found.end()
@@ -82,17 +82,17 @@ class _Words:
 
 
 def quoted(word: str | None) -> str:
-    """A word for a message: quoted, short, and on one line whatever it holds."""
+    """Return a word for a message: quoted, short and on one line."""
     return "the end of the file" if word is None else ascii(word[:40])
 
 
 def has_comma(word: str | None) -> bool:
-    """Whether a word is a number with a decimal comma."""
+    """True if a word is a number with a decimal comma."""
     return word is not None and _DECIMAL_COMMA.fullmatch(word) is not None
 
 
 def no_number(expected: str, word: str | None) -> str:
-    """The sentence about a word in place of a number, or one that names its decimal comma."""
+    """Return the message for a word that is not a number, mentioning a decimal comma if any."""
     if has_comma(word):
         return (
             f"expected a decimal point, found a comma in {quoted(word)}: replace it in all numbers"
@@ -103,7 +103,7 @@ def no_number(expected: str, word: str | None) -> str:
 def parse_header(
     path: str, text: str, warnings: list[ClipWarning]
 ) -> tuple[Skeleton, tuple[JointChannels, ...]]:
-    """Skeleton and channel layout of the text before MOTION; raises BvhError."""
+    """Parse the text before MOTION into skeleton and channel layout; raises BvhError."""
     words = _Words(path, text)
     word = words.next()
     if word is None or word.upper() != "HIERARCHY":
@@ -161,7 +161,7 @@ def parse_header(
 
 
 def _check_placed(joints: list[_Joint], closed: int | None, warnings: list[ClipWarning]) -> None:
-    """Add a warning where a joint that ends here has no OFFSET; None marks an End Site."""
+    """Add a warning if the closed joint has no OFFSET; None is an End Site."""
     if closed is None or joints[closed].placed:
         return
     joint = joints[closed]
@@ -225,7 +225,7 @@ def _assemble(
 
 
 def _unique(names: list[str], warnings: list[ClipWarning]) -> tuple[str, ...]:
-    """Names as written; the second of equals is shown as 'name #2'."""
+    """Return the names as written, with repeated names shown as 'name #2'."""
     seen: dict[str, int] = {}
     taken = set(names)
     out = []

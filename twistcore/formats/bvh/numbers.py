@@ -1,8 +1,8 @@
-"""The numbers of the motion, block by block, to the bits of float().
+"""Read the motion numbers block by block, bit for bit like float().
 
 Blocks of plain numbers are read by :mod:`plain_numbers <twistcore.formats.bvh.plain_numbers>`,
-those with exponents, plus signs or many digits by numpy's own reader, and what neither can read
-one by one.
+blocks with exponents, plus signs or many digits by numpy's reader, and the remaining blocks number
+by number.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
-_BLOCK = 1 << 18  # bytes at a time: what stays in a core's own cache
-_SAMPLE = 1 << 14  # bytes that tell how dense the numbers stand
-LARGEST = 1e100  # a length beyond has no square; sums and products of lower ones stay finite
+_BLOCK = 1 << 18  # bytes at a time, so that they stay in a core's cache
+_SAMPLE = 1 << 14  # bytes from which the density of numbers is estimated
+LARGEST = 1e100  # sums and products of smaller lengths stay finite
 _SPACES = bytes.maketrans(b"\t\n\v\f\r", b"     ")
-# No digit can be taken in two ways: a long number that ends in a letter is refused at once.
+# No digit can match in two ways, so a long number that ends in a letter fails at once.
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _BLANK = re.compile(rb"[\x00-\x20]")
 _TOKEN = re.compile(rb"[^ \t\n\v\f\r]+")
@@ -31,34 +31,34 @@ _Bytes = NDArray[np.uint8]
 
 @dataclass(frozen=True, eq=False)
 class Numbers:
-    """values: every number in reading order; lines: how many had been read at each line break."""
+    """Numbers in reading order (`values`) and how many precede each line break (`lines`)."""
 
     values: Array
     lines: NDArray[np.int64]
 
 
 class BadNumberError(ValueError):
-    """A token that is no number below LARGEST: its offset in the text and the token."""
+    """A token is not a number below LARGEST: its offset in the text and the token."""
 
     def __init__(self, offset: int, token: bytes) -> None:
-        super().__init__(offset, token)  # as given: an exception is pickled as its arguments
+        super().__init__(offset, token)  # exceptions are pickled with their arguments
         self.offset, self.token = offset, token
 
 
 def decimal_value(token: bytes) -> float:
-    """A decimal number's value; NaN for what float() would also take: 1_000, inf, other digits."""
+    """Return a decimal number's value; NaN for other forms that float() accepts: 1_000, inf."""
     return float(token) if _NUMBER.fullmatch(token) else np.nan
 
 
 def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
-    """The numbers of data[start:] between white space; raises BadNumberError for the first other.
+    """Read the white-space separated numbers of data[start:]; BadNumberError for any other token.
 
-    Read in blocks, so that little memory is needed beside the values; tell: after each.
+    Reading in blocks needs little memory besides the values. tell: called after each block.
     """
     tell = tell or nobody
     buffer = np.frombuffer(data, dtype=np.uint8)
-    # Memory of up to this size is kept by glibc once that much was freed: else every block would
-    # need fresh pages, which cost a fifth of the time.
+    # Once this much was freed, glibc keeps memory of up to this size. Without that, every block
+    # would need fresh pages, which cost a fifth of the time.
     np.empty(16 * _BLOCK, dtype=np.uint8)
     spans = list(_spans(data, start, len(data)))
     values, lines, filled = np.empty(_guess(data, spans)), [], 0
@@ -71,12 +71,12 @@ def read_numbers(data: bytes, start: int, tell: Tell | None = None) -> Numbers:
         lines.append(found.lines + filled)
         filled = stop
         tell((b - start) / (len(data) - start))
-    # The room guessed too much was never touched and so costs no memory.
+    # Surplus space was never touched, so it costs no memory.
     return Numbers(values[:filled], np.concatenate(lines) if lines else np.zeros(0, np.int64))
 
 
 def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
-    """Blocks of data[start:end] that end in white space, the last one wherever the text ends."""
+    """Yield blocks of data[start:end] that end in white space or at the end of the text."""
     while start < end:
         found = _BLANK.search(data, start + _BLOCK - 1, end)
         stop = found.end() if found else end
@@ -85,7 +85,7 @@ def _spans(data: bytes, start: int, end: int) -> Iterator[tuple[int, int]]:
 
 
 def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
-    """Somewhat more numbers than there will be, from the first block's density."""
+    """Estimate the number of values, slightly too high, from the density of the first block."""
     if not spans:
         return 0
     a, b = spans[0]
@@ -95,7 +95,7 @@ def _guess(data: bytes, spans: list[tuple[int, int]]) -> int:
 
 
 def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
-    """How many of the ascending offsets lie before each line break."""
+    """Return how many of the ascending offsets precede each line break."""
     broken = block == 10
     if (returns := block == 13).any():
         broken |= returns
@@ -105,7 +105,7 @@ def _line_counts(block: _Bytes, marks: NDArray[np.intp]) -> NDArray[np.int64]:
 
 
 def _read_block(block: _Bytes) -> Numbers | None:
-    """The numbers of a block; None where something is no number."""
+    """Return the numbers of a block; None if a token is not a number."""
     if (plain := plain_numbers(block)) is not None:
         values, marks = plain
     else:
@@ -114,7 +114,7 @@ def _read_block(block: _Bytes) -> Numbers | None:
             return None
         blank = block <= 32
         marks = np.flatnonzero(blank[1:] > blank[:-1])
-        try:  # as one line: it wants as many numbers in each
+        try:  # as one line, because loadtxt needs equal numbers of columns
             values = np.loadtxt([text.decode()], comments=None, ndmin=1)
         except ValueError:
             return None
@@ -124,7 +124,7 @@ def _read_block(block: _Bytes) -> Numbers | None:
 
 
 def _exact(data: bytes, start: int, stop: int) -> Numbers:
-    """Every token by float(); says which is the first that is no number."""
+    """Read every token with float(); BadNumberError at the first that is not a number."""
     values, marks = [], []
     for found in _TOKEN.finditer(data, start, stop):
         token = found.group()

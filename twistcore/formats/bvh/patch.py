@@ -1,4 +1,4 @@
-"""Writing: the kept text with the numbers of corrected joints in corrected frames replaced."""
+"""Replace the numbers of corrected joints in corrected frames in a text."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from twistcore.skeleton.rotation import Array
 
 _MIN_DECIMALS = 6
 _MAX_DECIMALS = 15
-_FARTHEST = 2e6 * np.pi  # radians: a million turns, beyond which digits of the angle are lost
-_LONG = 40  # bytes of a number: what is longer is looked at by itself
+_FARTHEST = 2e6 * np.pi  # radians: beyond a million turns an angle loses digits
+_LONG = 40  # bytes; longer numbers are handled one by one
 
 
 def turned_numbers(
@@ -26,11 +26,12 @@ def turned_numbers(
     motion: Motion,
     changed: NDArray[np.bool_],
 ) -> tuple[NDArray[np.int64], Array, tuple[ChannelJump, ...]]:
-    """Rotation numbers at `changed` (frames, joints) as `motion` has them: which, their degrees.
+    """Return which rotation numbers at `changed` (frames, joints) to write, their degrees, and
+    jumps.
 
-    values: the numbers as they stand, (frames, columns); a number is counted from 0 in reading
-    order. The angles are those that go on from the frames beside. Also the jumps that stay.
-    ValueError for a joint without three rotation channels.
+    values: the numbers as written, (frames, columns); a number is identified by its index in
+    reading order. The angles continue the neighbouring frames. ValueError for a joint without three
+    rotation channels.
     """
     columns = values.shape[1]
     tokens, numbers, jumps = [np.zeros(0, dtype=np.int64)], [np.zeros(0)], []
@@ -45,8 +46,8 @@ def turned_numbers(
         rotations = np.ascontiguousarray(motion.rotations[:, joint])
         for start, stop in _runs(changed[:, joint]).tolist():
             q, own = rotations[start:stop], near[start:stop]
-            found = continuous_angles(layout.order, q, own, *_beside(near, start, stop))
-            for row, channel in angle_jumps(found, *_beside(source, start, stop)):
+            found = continuous_angles(layout.order, q, own, *_neighbours(near, start, stop))
+            for row, channel in angle_jumps(found, *_neighbours(source, start, stop)):
                 letter = layout.order[channel]
                 jumps.append(ChannelJump(name, start + row, f"{letter}rotation"))
             tokens.append((np.arange(start, stop)[:, None] * columns + rotation).ravel())
@@ -54,8 +55,8 @@ def turned_numbers(
     return np.concatenate(tokens), np.concatenate(numbers), tuple(jumps)
 
 
-def _beside(angles: Array, start: int, stop: int) -> tuple[Array | None, Array | None]:
-    """The rows before and behind some; None at an end of the clip."""
+def _neighbours(angles: Array, start: int, stop: int) -> tuple[Array | None, Array | None]:
+    """Return the rows before and after a run; None at an end of the clip."""
     before = angles[start - 1] if start > 0 else None
     return before, angles[stop] if stop < len(angles) else None
 
@@ -63,7 +64,7 @@ def _beside(angles: Array, start: int, stop: int) -> tuple[Array | None, Array |
 def moved_numbers(
     channels: Sequence[JointChannels], columns: int, before: Motion, motion: Motion
 ) -> tuple[NDArray[np.int64], Array]:
-    """Position numbers in which two motions differ: which, in reading order, and the later's."""
+    """Return the indices, in reading order, and new values of position numbers that differ."""
     tokens, numbers = [np.zeros(0, dtype=np.int64)], [np.zeros(0)]
     for place, positioned in enumerate(motion.positioned):
         for axis, column in channels[positioned].position:
@@ -80,7 +81,7 @@ def with_numbers(
     tokens: NDArray[np.int64],
     numbers: Array,
 ) -> bytes:
-    """A text with these numbers in the place of these tokens, (n,); every other byte stays.
+    """Return a text with the given tokens replaced by numbers, (n,); all other bytes are kept.
 
     spans: byte offsets of start and end of all tokens, in reading order. A number keeps its count
     of decimals, at least 6, and never gets an exponent.
@@ -89,12 +90,12 @@ def with_numbers(
     tokens, numbers = tokens[order], numbers[order]
     starts, ends = (span[tokens] for span in spans)
     decimals = _decimals(data, starts, ends)
-    # Neighbours with one space between are written together: far fewer pieces to join.
+    # Neighbours separated by one space are written together: far fewer pieces to join.
     together = np.zeros(len(tokens), dtype=np.bool_)
     buffer = np.frombuffer(data, dtype=np.uint8)
     together[:-1] = (starts[1:] - ends[:-1] == 1) & (buffer[ends[:-1]] == 32)
     form = 2 * np.clip(decimals, _MIN_DECIMALS, _MAX_DECIMALS) + together
-    # One format for all: a call for each number would take longer than the rest together.
+    # One format call for all numbers: a call for each would take longer than all the rest.
     forms = [f"%.{k // 2}f{' ' if k % 2 else chr(10)}" for k in range(2 * _MAX_DECIMALS + 2)]
     text = "".join([forms[k] for k in form.tolist()]) % tuple(numbers.tolist())
     first = np.roll(~together, 1)
@@ -107,7 +108,7 @@ def with_numbers(
 
 
 def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Digits behind the point of the tokens at these offsets, an exponent left out."""
+    """Return the number of decimals of the tokens at these offsets, without an exponent."""
     buffer = np.frombuffer(data, dtype=np.uint8)
     decimals = np.zeros(len(starts), dtype=np.int64)
     length = ends - starts
@@ -116,7 +117,7 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
         byte, inside = buffer[ends - 1 - back], back < length
         decimals[(byte == 46) & inside] = back
         odd |= ((byte | 32) == 101) & inside
-    # Exponents and very long numbers are few. An exponent is not kept: only its mantissa counts.
+    # Exponents and very long numbers are rare. Exponents are dropped: only the mantissa counts.
     for k in np.flatnonzero(odd).tolist():
         mantissa = data[starts[k] : ends[k]].lower().partition(b"e")[0]
         decimals[k] = len(mantissa.partition(b".")[2])
@@ -124,6 +125,6 @@ def _decimals(data: bytes, starts: NDArray[np.int64], ends: NDArray[np.int64]) -
 
 
 def _runs(mask: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Half-open [start, stop) of the True runs, shape (n, 2)."""
+    """Return half-open [start, stop) of the True runs, shape (n, 2)."""
     edges = np.flatnonzero(np.diff(mask.astype(np.int8), prepend=0, append=0))
     return edges.reshape(-1, 2)

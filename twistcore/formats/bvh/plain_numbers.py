@@ -1,7 +1,7 @@
-"""Numbers of few digits, thousands at a time.
+"""Read short numbers by the thousand with array operations.
 
 Every byte gets the number formed by the 1, 2 or 4 digits from there on; each number then picks the
-pieces before and behind its point. No byte is looked at one by one.
+pieces before and after its point. There is no loop over bytes.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array
 
 _PAD = 16
-_WIDTHS = (4, 4, 2, 1)  # of the pieces that decimals are read in
+_WIDTHS = (4, 4, 2, 1)  # digits of the pieces in which decimals are read
 _POWERS = 10.0 ** np.arange(1 + sum(_WIDTHS))
 _SIGNS = np.array([1.0, -1.0])
 _Flags = NDArray[np.bool_]
@@ -21,10 +21,11 @@ _Groups = list[tuple[int, _Indices | slice]]
 
 
 def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
-    """The numbers of a block of text and where each ends; None if any is not plain.
+    """Return the numbers of a block of text and the end of each; None if any is not plain.
 
-    Plain is an optional minus, up to 4 digits and, behind a point, 1 to 11: an integer below 2⁵³
-    over a power of ten not above 10²², both exact, so that their quotient is correctly rounded.
+    A plain number has an optional minus, up to 4 digits and 1 to 11 decimals after a point: an
+    integer below 2⁵³ over a power of ten up to 10²². Both are exact, so their quotient is correctly
+    rounded.
     """
     x = np.full(len(block) + 2 * _PAD, 32, dtype=np.uint8)
     x[_PAD:-_PAD] = block
@@ -33,7 +34,7 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
     blank = (x - 9 < 5) | (x == 32)  # tab, line feed, vertical tab, form feed, carriage return
     if sum(int(np.count_nonzero(f)) for f in (blank, digit, point, minus)) != len(x):
         return None
-    end = np.zeros(len(x), dtype=np.bool_)  # the blank directly behind a number
+    end = np.zeros(len(x), dtype=np.bool_)  # the blank directly after a number
     np.greater(blank[1:], blank[:-1], out=end[1:])
     if (minus[1:] > blank[:-1]).any() or (end[1:] > digit[:-1]).any():
         return None
@@ -46,7 +47,7 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
     if (quad & digit[:-4]).take(at - 5).any():
         return None
     one *= digit
-    # At i: the up to two digits that end at i + 1, then the up to four that end at i + 3.
+    # At i: up to two digits that end at i + 1, then up to four digits that end at i + 3.
     two = one[:-1] * 10 * digit[1:] + one[1:]
     four = two[:-2] * np.uint16(100) * pair[2:] + two[2:]
     values = four.take(at - 4).astype(np.float64)
@@ -68,7 +69,7 @@ def plain_numbers(block: NDArray[np.uint8]) -> tuple[Array, _Indices] | None:
 
 
 def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """:func:`_points` in a third of the time where all have as many decimals; else None."""
+    """Do the work of :func:`_points` in a third of the time if all numbers have equal decimals."""
     first = int(point.argmax())
     n = int(end[first:].argmax())
     if not 0 < n <= len(_POWERS) or (point[:-n] ^ end[n:]).any() or end[:n].any():
@@ -78,9 +79,9 @@ def _uniform_points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Gr
 
 
 def _points(point: _Flags, end: _Flags) -> tuple[_Indices, _Indices, _Groups] | None:
-    """Of all numbers the point, or the end without one, and the end; which have how many decimals.
+    """Return for all numbers the point (or the end) and the end, and the numbers by decimals.
 
-    None where a number has two points or too many decimals.
+    None if a number has two points or too many decimals.
     """
     events = np.flatnonzero(point | end)
     is_point = point.take(events)

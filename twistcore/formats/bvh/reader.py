@@ -1,4 +1,4 @@
-"""From the bytes of a BVH to a Clip."""
+"""Parse the bytes of a BVH into a Clip."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ _MOTION = re.compile(rb"(?:^|(?<=[\r\n]))[ \t]*MOTION(?=[\s]|$)", re.I)
 _FRAMES = re.compile(rb"\s*Frames[ \t]*:?\s*([^\s:]*)", re.I)
 _FRAME_TIME = re.compile(
     rb"[^\r\n]*[\r\n]\s*Frame[ \t]*Time[ \t]*:?"
-    # The number on this line, or alone on the next; else there is none, and a row follows.
+    # The number is on this line, or alone on the next; if it is missing, a row follows.
     rb"(?:[ \t]*(?=[^\s:])|\s*(?=[^\s:]+[ \t]*(?:[\r\n]|\Z))|[ \t]*)([^\s:]*)[^\r\n]*",
     re.I,
 )
-# No digit can be taken in two ways: a long number that ends in a letter is refused at once.
+# No digit can match in two ways, so a long number that ends in a letter fails at once.
 _SECONDS = re.compile(rb"(?:[0-9]+(?:\.[0-9]+)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _LINE = re.compile(rb"\r\n|\r|\n")
 _ASSUMED_FPS = 30.0
@@ -45,18 +45,18 @@ def read_bvh(path: str | Path, *, fps: float | None = None, tell: Tell | None = 
     fps : float, optional
         Frames a second in place of the rate in the file.
     tell : callable, optional
-        Called now and then with the share of the work that is done, 0…1.
+        Called now and then with the share of the work done, 0…1.
 
     Returns
     -------
     BvhClip
-        The clip, with its channels. What was assumed without harm is in its `warnings`.
+        The clip, with its channels. Harmless assumptions are listed in its `warnings`.
 
     Raises
     ------
     BvhError
-        If the file cannot be read without a guess that would move a joint, or has the ending of
-        another format: file, line, column and what was expected. A kind of TwistError.
+        If the file cannot be read without a guess that would move a joint, or has the suffix of
+        another format: file, line, column and what was expected. A subclass of TwistError.
 
     See Also
     --------
@@ -92,7 +92,7 @@ def parse_bvh(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> BvhClip:
-    """The same from bytes in memory."""
+    """Parse a BVH from bytes; parameters as in :func:`read_bvh`."""
     path = Path(path)
     name = str(path)
     wide = _wide_text(name, data)
@@ -154,13 +154,13 @@ def parse_bvh(
         channels=channels,
         values=numbers.values[: rows * columns].reshape(rows, columns),
         frame_time=frame_time,
-        warnings=(*warnings, *of_header),  # the whole clip's first: a few of many are shown
+        warnings=(*warnings, *of_header),  # warnings about the whole clip first: not all are shown
         declared_frames=declared,
     )
 
 
 def timing_fields(data: bytes) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Spans of the numbers after 'Frames:' and 'Frame Time:' in the text of a readable BVH."""
+    """Return the spans of the numbers after 'Frames:' and 'Frame Time:' in a valid BVH text."""
     found = _MOTION.search(data)
     assert found is not None
     frames, seconds = _timing("", data, found.end())
@@ -189,7 +189,7 @@ def _timing(name: str, data: bytes, start: int) -> tuple[re.Match[bytes], re.Mat
 
 
 def _line_of(data: bytes, offset: int) -> int:
-    """1-based line number of a byte offset; CR, LF and CRLF each end a line."""
+    """Return the line of a byte offset, from 1; CR, LF and CRLF each end a line."""
     return len((data[:offset] + b"x").splitlines())
 
 
@@ -207,7 +207,7 @@ def _declared_frames(name: str, data: bytes, frames: re.Match[bytes]) -> int:
 
 
 def _other_count(declared: int, rows: int) -> str:
-    """A sentence for a header whose number of frames is not the number of rows."""
+    """Return the message for a header whose frame count differs from the number of rows."""
     if rows > declared:
         return f"The header declares {declared} frames, but {rows} complete rows were read."
     missing = declared - rows
@@ -247,9 +247,9 @@ def _frame_time(
 
 
 def _meant_rate(written: float) -> float:
-    """Frames a second that a Frame Time above a second probably means.
+    """Return the probable frames a second for a Frame Time above one second.
 
-    It is the rate itself where it is whole or one of television's (29.97), else milliseconds.
+    A whole number or a television rate (29.97) is the rate itself; other numbers are milliseconds.
     """
     whole = any(abs(rate - round(rate)) < 0.005 for rate in (written, 1.001 * written))
     return written if whole else 1000.0 / written
@@ -259,10 +259,10 @@ def _meant_rate(written: float) -> float:
 
 
 def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: int) -> None:
-    """Raise BvhError where a frame does not begin a line; the last row may be incomplete.
+    """Raise BvhError if a frame does not begin a line; the last row may be incomplete.
 
-    A frame may be wrapped over lines, but no line may hold parts of two: a number would be missing
-    before, and everything behind it would move into the wrong channel.
+    A frame may be wrapped over lines, but no line may have parts of two frames. In that case a
+    number would be missing earlier, and all later numbers would move to the wrong channel.
     """
     total = len(numbers.values)
     heads = np.arange(columns, total, columns)
@@ -271,7 +271,7 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
     fits[fits] = numbers.lines[at[fits]] == heads[fits]
     if total >= columns and fits.all():
         return
-    # Only now are the lines looked at one by one.
+    # Only now examine the lines one by one.
     first = 1 + sum(1 for _ in _LINE.finditer(data, 0, start))
     counts = [(first + k, len(line.split())) for k, line in enumerate(_LINE.split(data[start:]))]
     counts = [(line, count) for line, count in counts if count]
@@ -283,12 +283,12 @@ def _check_rows(name: str, data: bytes, start: int, numbers: Numbers, columns: i
 
 
 def _wrong_line(counts: list[tuple[int, int]], columns: int) -> tuple[int, int, int]:
-    """(line, its numbers, the numbers expected) of the row that is really short or long."""
+    """Return line, found and expected number count of the row that is really short or long."""
     usual = Counter(count for _, count in counts).most_common(1)[0][0]
     if usual == columns or columns % usual or len(counts) == 1:
         wrong = next(((n, c) for n, c in counts if c != columns), counts[0])
         return (*wrong, columns)
-    # Wrapped: the first frame shows how.
+    # Wrapped lines: take the pattern from the first frame.
     pattern: list[int] = []
     left = columns
     for line, count in counts:

@@ -1,1 +1,1 @@
-"""The formats that clips come in, one file each: what its file names is one."""
+"""Registered clip formats, one file for each."""

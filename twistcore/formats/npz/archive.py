@@ -1,4 +1,4 @@
-"""An .npz as it was read: its arrays one by one, and the same bytes with some of them replaced."""
+"""Arrays of an .npz, read one by one, and replaced in the file's bytes."""
 
 from __future__ import annotations
 
@@ -20,32 +20,32 @@ from twistcore.files.kinds import NPZ, found_instead
 from twistcore.formats.bvh.header import quoted
 from twistcore.work.frozen import dataclass
 
-LARGEST = 1 << 31  # bytes that are taken into memory
-# What may come out of a file, in bytes: some, whatever its size, and a multiple of that. Motion
-# shrinks to a third; what shrinks to a thousandth is a figure that stands still, or an attack.
+LARGEST = 1 << 31  # bytes that are read into memory at most
+# Limit of a file's unpacked bytes: a constant plus a multiple of its size. Motion shrinks to a
+# third; data that shrinks to a thousandth is a figure without motion, or an attack.
 _FREE, _RATIO = 1 << 25, 64
 _EMPTY = 1 << 16  # how long an array without elements may be along another axis
-_NUMBER = 8  # bytes that a number takes once it is looked at
-_AS_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # others unpack without a bound
+_NUMBER = 8  # bytes of a number in memory
+_AS_NUMPY = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)  # other methods unpack without a limit
 _NPY = ".npy"
-_DESCRIPTOR = 1 << 3  # flag: sizes and check sum stand behind the data
+_DESCRIPTOR = 1 << 3  # flag: sizes and checksum follow the data
 _ENCRYPTED = 1 << 0
-_ZIP64 = 1  # of an extra field
-_HEADER = 30  # bytes of a member's own, without name and extra field
+_ZIP64 = 1  # kind of an extra field
+_HEADER = 30  # bytes of a member's header without name and extra field
 
 
 def names_in(path: Path) -> list[str] | None:
-    """The names of an .npz, of which no array is read; None where it is damaged or none."""
+    """Return the names in an .npz without reading arrays; None if it is damaged or not an .npz."""
     try:
         with zipfile.ZipFile(path) as archive:
             return [name.removesuffix(_NPY) for name in archive.namelist()]
-    except Exception:  # a damaged archive fails in as many ways as it has parts
+    except Exception:  # a damaged archive can raise almost anything
         return None
 
 
 @dataclass(frozen=True, eq=False)
 class Archive:
-    """path: for sentences; data: the bytes; infos: what the directory says of every member."""
+    """An .npz: its path for messages, its bytes, and the ZIP information of each member."""
 
     path: Path
     data: bytes = field(repr=False)
@@ -55,38 +55,38 @@ class Archive:
         return name in self.infos
 
     def described(self) -> str:
-        """The names, for a sentence: on one line and not long."""
+        """Return the names for a message: short and on one line."""
         return described_names(self.infos)
 
     def array(self, name: str) -> NDArray[Any]:
-        """The array of a name; NpzError where it is damaged, or an object, which would be run."""
+        """Return an array by name; NpzError for a damaged one or one of objects, which run code."""
         return self._member(name)[1]
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """The bytes with these arrays, of the sizes and dtypes that are there; nothing else moves.
+        """Return the bytes with these arrays, which keep size and dtype; nothing else changes.
 
-        Members that are stored plainly are replaced where they stand. A compressed one gets
-        another length: then the archive is packed anew, members in their order, each compressed
-        as it was. NpzError where another array proves to be damaged on that way.
+        Stored members are replaced in place. A compressed member changes its length, so the archive
+        is packed again, with members in their order, each compressed as before. NpzError if another
+        array turns out to be damaged.
         """
         contents = {name: self._content(name, values) for name, values in arrays.items()}
         return self.with_contents(contents)
 
     def with_contents(self, contents: Mapping[str, bytes]) -> bytes:
-        """The same with members of these bytes, as many as there are."""
+        """Return the bytes with members replaced by the given bytes of equal length."""
         if all(self.infos[name].compress_type == zipfile.ZIP_STORED for name in contents):
             return self._in_place(contents)
         return self._packed(contents)
 
     def raw(self, name: str) -> bytes:
-        """The bytes of a member, unpacked; NpzError where it is damaged."""
+        """Return the unpacked bytes of a member; NpzError if it is damaged."""
         info = self.infos[name]
         try:
             with (
                 zipfile.ZipFile(io.BytesIO(self.data)) as archive,
                 archive.open(info) as member,
             ):
-                # Without a count it unpacks all that comes, and only then looks how much was told.
+                # Without a count everything is unpacked before the declared size is checked.
                 return member.read(max(info.file_size, 1))
         except Exception:
             raise self._damaged(name) from None
@@ -95,14 +95,14 @@ class Archive:
         return NpzError(f"{self.path}: expected a complete array {quoted(name)}")
 
     def _member(self, name: str) -> tuple[bytes, NDArray[Any], bool]:
-        """Its header, its values and whether these stand column by column."""
+        """Return a member's header, its values, and whether they are in column order."""
         raw = self.raw(name)
         try:
             start, shape, dtype, by_column = npy_header(raw)
             if not dtype.hasobject:
                 flat = np.frombuffer(raw, dtype=dtype, offset=start)
                 values = flat.reshape(shape, order="F" if by_column else "C")
-        except Exception:  # so does a header, which is a Python literal
+        except Exception:  # a header is a Python literal and can raise almost anything
             raise self._damaged(name) from None
         if dtype.hasobject:
             raise NpzError(
@@ -153,7 +153,7 @@ class Archive:
 
 
 def described_names(names: Iterable[str]) -> str:
-    """Some names for a sentence: on one line and not long."""
+    """Return names for a message: short and on one line."""
     every = list(names)
     more = f" and {len(every) - 12} more" if len(every) > 12 else ""
     text = "".join(c if c.isprintable() else "?" for c in ", ".join(every[:12])[:500])
@@ -161,22 +161,23 @@ def described_names(names: Iterable[str]) -> str:
 
 
 def open_archive(path: Path, data: bytes) -> Archive:
-    """The members of an .npz; none is unpacked yet. NpzError."""
+    """Open an .npz without unpacking members; NpzError if it is not valid."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             infos = archive.infolist()
     except Exception:
         instead = found_instead(data, NPZ)
-        raise NpzError(f"{path}: {instead or 'expected an .npz of numpy'}") from None
+        raise NpzError(f"{path}: {instead or 'expected an .npz archive'}") from None
     check_members(path, infos, len(data))
     return Archive(path, data, {info.filename.removesuffix(_NPY): info for info in infos})
 
 
 def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> None:
-    """NpzError unless all can be read, one beside the other, and unpack to what a file may hold.
+    """Raise NpzError unless all members are readable, do not overlap and unpack to a plausible
+    size.
 
-    size: of the file, bytes. Nothing is unpacked: :func:`room` bounds what the directory says, and
-    a member is never read beyond that.
+    size: of the file, bytes. Nothing is unpacked: :func:`room` limits the declared sizes, and a
+    member is never read beyond its declared size.
     """
     if len({info.filename.removesuffix(_NPY) for info in infos}) < len(infos):
         raise NpzError(f"{path}: expected every array once, found two with the same name")
@@ -184,8 +185,8 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
         raise NpzError(f"{path}: expected arrays that are not encrypted")
     if odd := [info for info in infos if info.compress_type not in _AS_NUMPY]:
         raise NpzError(
-            f"{path}: expected arrays stored or deflated, as numpy does, found another compression "
-            f"of {quoted(odd[0].filename)}"
+            f"{path}: expected arrays stored or deflated, as numpy does, but "
+            f"{quoted(odd[0].filename)} has another compression"
         )
     if (total := sum(info.file_size for info in infos)) > room(size):
         raise _too_much(path, total, size)
@@ -197,15 +198,15 @@ def check_members(path: Path, infos: Sequence[zipfile.ZipInfo], size: int) -> No
 
 
 def room(size: int) -> int:
-    """Bytes that may come out of a file of `size` bytes."""
+    """Return how many bytes may be unpacked from a file of `size` bytes."""
     return min(LARGEST, _FREE + _RATIO * size)
 
 
 def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
-    """Where the numbers of an .npy begin, shape, dtype, and whether they stand column by column.
+    """Return offset of the numbers, shape, dtype, and whether they are in column order.
 
-    Raises ValueError for lengths below 0 or beyond what the bytes could hold, and nearly everything
-    else for a damaged one.
+    Raises ValueError for negative or impossibly large lengths, and almost any exception for a
+    damaged header.
     """
     file, form = io.BytesIO(raw), np.lib.format
     version = form.read_magic(file)
@@ -213,7 +214,7 @@ def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
         raise ValueError(version)
     first = version == (1, 0)
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a header of Python 2's, or one that looks like it
+        warnings.simplefilter("ignore")  # a header of Python 2, or one that looks like it
         read = form.read_array_header_1_0 if first else form.read_array_header_2_0
         shape, by_column, dtype = read(file)
     check_shape(shape, len(raw))
@@ -221,7 +222,7 @@ def npy_header(raw: bytes) -> tuple[int, tuple[int, ...], np.dtype[Any], bool]:
 
 
 def check_shape(shape: Sequence[int], size: int) -> None:
-    """ValueError where an array of `size` bytes cannot be so long, even if it has no elements."""
+    """Raise ValueError if an array of `size` bytes cannot have this shape."""
     if not all(0 <= length <= max(size, _EMPTY) for length in shape):
         raise ValueError(shape)
 
@@ -229,17 +230,17 @@ def check_shape(shape: Sequence[int], size: int) -> None:
 def _too_much(path: Path, found: int, size: int) -> NpzError:
     most, found = room(size) >> 20, found >> 20
     return NpzError(
-        f"{path}: expected arrays of at most {most} MiB in so small a file, found {found} MiB"
+        f"{path}: expected at most {most} MiB of arrays in a file of this size, found {found} MiB"
     )
 
 
 def too_large(path: Path) -> NpzError:
-    """For a file or an array in it."""
+    """Return the error for a file, or an array in it, that is too large."""
     return NpzError(f"{path}: expected a file and arrays of at most {LARGEST >> 30} GiB")
 
 
 def _directory(data: bytes) -> list[tuple[int, int]]:
-    """Where each entry of the directory stands, and where its member does."""
+    """Return offsets of each directory entry and its member."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         at, infos = archive.start_dir, archive.infolist()
     found = []

@@ -1,9 +1,9 @@
-"""The joints of SMPL, SMPL-H and SMPL-X by name, and how long bones are where a file has no body.
+"""Joint names of SMPL, SMPL-H and SMPL-X, and bone lengths for files without a body.
 
-Of the models' own shapes nothing is here. Arms, legs and heights are those of an average adult, as
+The models' own shapes are not included. Arms, legs and heights are those of an average adult, as
 shares of the height [Winter, Biomechanics and Motor Control of Human Movement, fig. 4.1, after
-Drillis and Contini 1966], on the axes of a T-pose: y up, facing z, left at +x. How the trunk is
-divided between its joints, and where fingers begin, is estimated.
+Drillis and Contini 1966], in a T-pose: y up, facing z, left at +x. The division of the trunk
+between its joints and the start of the fingers are estimated.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from twistcore.work.frozen import dataclass
 
 Triple: TypeAlias = tuple[float, float, float]
 
-BODY = 22  # joints before the hands, alike in all of them
+BODY = 22  # joints before the hands, the same in all models
 _BODY_NAMES = (
     "pelvis", "left_hip", "right_hip", "spine1", "left_knee", "right_knee", "spine2",
     "left_ankle", "right_ankle", "spine3", "left_foot", "right_foot", "neck", "left_collar",
@@ -30,7 +30,7 @@ _FINGERS = ("index", "middle", "pinky", "ring", "thumb")
 _FACE = ("jaw", "left_eye_smplhf", "right_eye_smplhf")
 
 _HEIGHT = 1.7  # metres
-# Shares of the height, (x to the left, y up, z ahead), from the joint above; right is mirrored.
+# Shares of the height, (x to the left, y up, z forward), from the parent; right is mirrored.
 _SHARES: dict[str, Triple] = {
     "left_hip": (0.055, -0.05, 0.0), "left_knee": (0.0, -0.245, 0.0),
     "left_ankle": (0.0, -0.246, 0.0), "left_foot": (0.0, -0.03, 0.08),
@@ -53,10 +53,10 @@ _ENDS: dict[str, Triple] = {
 
 @dataclass(frozen=True, eq=False)
 class BodyModel:
-    """A model's joints and what is known of their lengths without its files.
+    """A model's joints, with lengths known without its files.
 
-    names; parents, (joints,); offsets: from the joint above at rest, metres, (joints, 3); ends: of
-    bones without a joint below, as in Skeleton.
+    names; parents, (joints,); offsets: from the parent at rest, metres, (joints, 3); ends: of bones
+    without children, as in Skeleton.
     """
 
     names: tuple[str, ...]
@@ -66,7 +66,7 @@ class BodyModel:
 
 
 def _hand(side: str) -> list[tuple[str, str]]:
-    """Joints of a hand, each with the one above."""
+    """Return a hand's joints, each with its parent."""
     wrist = f"{side}_wrist"
     return [
         (f"{side}_{finger}{k}", f"{side}_{finger}{k - 1}" if k > 1 else wrist)
@@ -75,8 +75,8 @@ def _hand(side: str) -> list[tuple[str, str]]:
     ]
 
 
-def _of(name: str, shares: dict[str, Triple]) -> Triple | None:
-    """Metres of a joint or its mirror image; None where no share is told."""
+def _offset(name: str, shares: dict[str, Triple]) -> Triple | None:
+    """Return a joint's offset in metres, mirrored for the right side; None if it has no share."""
     left = name.replace("right_", "left_")
     if left not in shares:
         return None
@@ -85,14 +85,14 @@ def _of(name: str, shares: dict[str, Triple]) -> Triple | None:
 
 
 def _model(below: list[tuple[str, str]]) -> BodyModel:
-    """The body with these joints, each with the one above, behind its 22."""
+    """Return the body's 22 joints followed by these joints, each given with its parent."""
     names = (*_BODY_NAMES, *(name for name, _ in below))
     parents = (*_BODY_PARENTS, *(names.index(above) for _, above in below))
-    offsets = [_of(name, _SHARES) or (0.0, 0.0, 0.0) for name in names]
+    offsets = [_offset(name, _SHARES) or (0.0, 0.0, 0.0) for name in names]
     ends = tuple(
         (j, end)
         for j, name in enumerate(names)
-        if (end := _of(name, _ENDS)) is not None and (j not in parents or name == "head")
+        if (end := _offset(name, _ENDS)) is not None and (j not in parents or name == "head")
     )
     return BodyModel(names, np.array(parents, dtype=np.int64), np.array(offsets), ends)
 

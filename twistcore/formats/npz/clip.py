@@ -1,4 +1,4 @@
-"""Poses on SMPL's joints as a file has them by name, and how they are rewritten."""
+"""A clip of SMPL poses: arrays by name, and how they are rewritten."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from twistcore.work.frozen import dataclass
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class NpzClip(Clip):
-    """An .npz of poses: AMASS's, and others (docs/amass.md).
+    """An .npz of poses, of AMASS and others (docs/amass.md).
 
     archive: its arrays; poses: rotation vectors, radians, in the file's dtype, (frames, 3 joints);
-    parts: arrays that hold them, together every number once; place: the array of the root's place,
-    '' where there is none; trans: that array, (frames, 3), in units of which there are `scale` in a
-    metre, less `rest`, (3,), where the root is at rest; repeated: arrays that repeat numbers of
-    `poses`, and go with them.
+    parts: the arrays that hold them, together every number once; place: name of the array of the
+    root's position, '' if none; trans: that array, (frames, 3), with `scale` units in a metre,
+    minus `rest`, (3,), the root's rest position; repeated: arrays that repeat numbers of `poses`
+    and change with them.
     """
 
     format = "npz"
@@ -46,11 +46,11 @@ class NpzClip(Clip):
 
     @property
     def columns(self) -> int:
-        """Numbers of a pose and a place."""
+        """Number of values in a pose and a position."""
         return int(self.poses.shape[1]) + 3
 
     def read_motion(self) -> Motion:
-        """Rotations and the root's places in the file's axes, metres."""
+        """Return rotations and root positions in the file's axes, metres."""
         rotations = exponential(self._vectors(slice(None)))
         places = np.asarray(self.trans, dtype=np.float64) / self.scale + self.rest
         return Motion(self.skeleton, rotations, (0,), places[:, None], self.frame_time)
@@ -60,21 +60,22 @@ class NpzClip(Clip):
         return np.asarray(vectors, dtype=np.float64)
 
     def angles(self, joint: int) -> Array:
-        """A joint's rotation vector, degrees, (frames, 3)."""
+        """Return a joint's rotation vector, degrees, (frames, 3)."""
         return np.degrees(self._vectors(joint))
 
     def euler(self, joint: int) -> tuple[str, Array] | None:
-        """None: the file has no Euler angles."""
+        """Return None: the file has no Euler angles."""
         del joint
         return None
 
     def patched(
         self, motion: Motion, changed: NDArray[np.bool_], *, positions: bool = False
     ) -> Patch:
-        """The bytes with the rotation vectors at `changed` (frames, joints) taken from `motion`.
+        """Return the bytes with the rotation vectors at `changed` (frames, joints) taken from
+        `motion`.
 
-        positions: also the root's place where it differs. Every other number stays bit for bit, and
-        every other array, but those that repeated `poses` and go on to do so.
+        positions: also write the root positions that differ. All other numbers keep their bits, and
+        other arrays are kept, except arrays that repeat `poses`, which are updated.
         """
         arrays: dict[str, NDArray[Any]] = {}
         jumps: list[ChannelJump] = []
@@ -87,7 +88,7 @@ class NpzClip(Clip):
             for part in (*self.parts, *self.repeated):
                 here = slice(part.start, part.stop)
                 if changed[:, part.start // 3 : part.stop // 3].any():
-                    # A part may have a narrower dtype than all: what is not changed fits in it.
+                    # A part may have a narrower dtype than `poses`; unchanged values fit in it.
                     own = self.archive.array(part.name).dtype
                     arrays[part.name] = poses[:, here].astype(own)
         if positions and self.place:
@@ -100,7 +101,7 @@ class NpzClip(Clip):
     def _turned(
         self, joint: int, changed: NDArray[np.bool_], q: Array
     ) -> tuple[Array, list[ChannelJump]]:
-        """Vectors of a joint where it changed, (n, 3), and steps that stay beyond half a turn."""
+        """Return a joint's changed vectors, (n, 3), and remaining steps above half a turn."""
         own, out, jumps = self._vectors(joint), [], []
         edges = np.flatnonzero(np.diff(changed, prepend=False, append=False)).reshape(-1, 2)
         for start, stop in edges.tolist():
@@ -119,6 +120,6 @@ class NpzClip(Clip):
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class PklClip(NpzClip):
-    """The same in a pickle, as AIST++ has it, which is read and rewritten without running it."""
+    """A pickle of poses, as in AIST++, read and rewritten without running it."""
 
     format = "pkl"

@@ -1,4 +1,4 @@
-"""Archives and pickles without poses: a body's shape, say, or a model."""
+"""Recognise archives and pickles without poses, for example a body's shape or a model."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from twistcore.files.ordinary import open_to_read
 from twistcore.formats.npz.archive import names_in
 from twistcore.formats.npz.pose_names import SMPL_POSES, has_pose_names
 
-_HEAD = 1 << 16  # bytes of a pickle in which its names are looked for
+_HEAD = 1 << 16  # bytes of a pickle that are searched for names
 
 
 def archive_without_poses(path: Path) -> bool:
-    """True if an archive's directory names no poses; False for a damaged one."""
+    """True if an archive's directory lists no poses; False for a damaged archive."""
     names = names_in(path)
     return names is not None and not has_pose_names(names)
 
 
 def pickle_without_poses(path: Path) -> bool:
-    """True if the beginning of a pickle names no SMPL poses."""
+    """True if the beginning of a pickle has no name of SMPL poses."""
     try:
         with open_to_read(path) as file:
             return SMPL_POSES.encode() not in file.read(_HEAD)

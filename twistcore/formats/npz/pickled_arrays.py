@@ -1,10 +1,10 @@
-"""Arrays, lists, dicts, words and numbers of a pickle, and nothing else: it runs nothing.
+"""Read arrays, lists, dicts, strings and numbers from a pickle without running anything.
 
-A pickle may name any function and have it called. Here no name is looked up: the few that numpy and
-joblib write for arrays stand for classes of this module, all others for an object that ignores
-whatever is done to it. Bytes become arrays of plain numbers here, not in numpy's own unpickling,
-which believes what a file says about its memory. Where these bytes are in the file is kept, so that
-an array can be replaced by one of its size without writing the pickle anew.
+A pickle may name any function and have it called. Here no name is looked up: the few names that
+numpy and joblib write for arrays stand for classes of this module, and all other names for an
+object that ignores all operations. Bytes become arrays of plain numbers here and not in numpy's own
+unpickling, which trusts the file about its memory. The position of the bytes in the file is kept,
+so that an array can be replaced by one of equal size without writing the pickle again.
 """
 
 from __future__ import annotations
@@ -20,39 +20,39 @@ from numpy.typing import NDArray
 from twistcore.formats.npz.archive import check_shape
 
 _KINDS = "biuf"  # dtypes that are plain numbers
-_KEY = 1 << 60  # whole numbers up to there hash as themselves
+_KEY = 1 << 60  # integers up to this size hash as themselves
 
 
 class Unreadable:
-    """An object of a kind that is not read; whatever is done to it changes nothing."""
+    """An object of an unsupported class; all operations on it are ignored."""
 
     kind = "object"
 
     def __new__(cls, *_: object, **__: object) -> Unreadable:
-        """Whatever it is made of."""
+        """Create the object, ignoring all arguments."""
         return super().__new__(cls)
 
     def __init__(self, *_: object, **__: object) -> None:
         pass
 
     def set_state(self, state: Any) -> None:
-        """Keep nothing of it."""
+        """Ignore the state."""
 
     def append(self, item: Any) -> None:
-        """Keep nothing of it."""
+        """Ignore the item."""
 
     def extend(self, items: Any) -> None:
-        """Keep nothing of them."""
+        """Ignore the items."""
 
     def add(self, item: Any) -> None:
-        """Keep nothing of it."""
+        """Ignore the item."""
 
     def __setitem__(self, key: Any, value: Any) -> None:
         pass
 
 
 class _Dtype(Unreadable):
-    """numpy.dtype: its letters and the order of its bytes."""
+    """numpy.dtype: its type code and byte order."""
 
     def __init__(self, letters: object = "", *_: object) -> None:
         self.letters, self.order = str(letters), "="
@@ -61,17 +61,17 @@ class _Dtype(Unreadable):
         self.order = str(state[1])
 
     def plain(self) -> np.dtype[Any]:
-        """As numpy's; ValueError where it is none of plain numbers."""
+        """Return the numpy dtype; ValueError if it is not of plain numbers."""
         found = np.dtype(self.letters)
         if self.order in ("<", ">"):
             found = np.dtype(self.order + found.str[1:])
         if found.kind not in _KINDS or found.subdtype or found.names:
-            raise ValueError("no plain numbers")
+            raise ValueError("not plain numbers")
         return found
 
 
 class _Array(Unreadable):
-    """numpy.ndarray: made empty, then given its state."""
+    """numpy.ndarray: created empty, then given its state."""
 
     value: Any = None
 
@@ -85,7 +85,7 @@ class _Array(Unreadable):
 
 
 class _Inline(Unreadable):
-    """joblib's stand-in for an array whose bytes follow in the stream."""
+    """joblib's placeholder for an array whose bytes follow in the stream."""
 
     state: Any = None
 
@@ -93,7 +93,7 @@ class _Inline(Unreadable):
         self.state = state
 
     def read(self, source: io.BytesIO) -> Any:
-        """The array behind it."""
+        """Return the array that follows."""
         shape, dtype = tuple(self.state["shape"]), self.state["dtype"]
         if dtype.letters.startswith("O"):
             return _Reader(source).load()
@@ -104,24 +104,24 @@ class _Inline(Unreadable):
 
 
 def _check_keys(keys: list[Any]) -> None:
-    """UnpicklingError for numbers that may be many and hash alike: each would meet all others."""
+    """Raise UnpicklingError for large integer keys, which may all collide in a dict."""
     if any(isinstance(key, int) and abs(key) > _KEY for key in keys):
         raise pickle.UnpicklingError("too many keys")
 
 
 def _count(shape: tuple[Any, ...]) -> int:
-    """How many elements, in whole numbers that cannot overflow."""
+    """Return the number of elements, in integers that cannot overflow."""
     out = 1
     for n in shape:
         if not isinstance(n, int) or n < 0:
-            raise ValueError("no shape")
+            raise ValueError("not a shape")
         out *= n
     return out
 
 
 def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
     if not isinstance(dtype, _Dtype):
-        raise TypeError("no dtype")
+        raise TypeError("not a dtype")
     shape = tuple(shape)
     plain, count = dtype.plain(), _count(shape)
     check_shape(shape, len(raw))
@@ -131,7 +131,7 @@ def _shaped(raw: Any, dtype: Any, shape: Any, order: str) -> NDArray[Any]:
 
 
 def _objects(items: list[Any], shape: Any) -> Any:
-    """What an array of objects holds: itself if there is one without a shape, else a list."""
+    """Return the items of an object array, or the single item of one without a shape."""
     return items[0] if not shape and len(items) == 1 else items
 
 
@@ -174,17 +174,17 @@ _NAMES: dict[tuple[str, str], Any] = {
 
 
 class Places:
-    """Where the bytes of arrays are in the pickle that they were read from."""
+    """Offsets of arrays' bytes in the pickle they were read from."""
 
     def __init__(self) -> None:
-        self._starts: dict[int, tuple[Any, int]] = {}  # by identity of what holds the bytes
+        self._starts: dict[int, tuple[Any, int]] = {}  # by id() of the object with the bytes
 
     def note(self, held: Any, start: int) -> None:
-        """Keep where some bytes begin; they are held, so that their identity stays theirs."""
+        """Remember the offset of some bytes; holding the object keeps its id() unique."""
         self._starts[id(held)] = held, start
 
     def of(self, array: NDArray[Any]) -> int | None:
-        """Offset of an array's first byte; None where its bytes are not in the file as they are."""
+        """Return the offset of an array's first byte; None if the file has no such bytes."""
         held: Any = array
         while isinstance(held, np.ndarray):
             held = held.base
@@ -193,12 +193,12 @@ class Places:
         return None if found is None else found[1]
 
 
-class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand between its opcodes
-    """Unpickles with the names above. source is in memory: no length in it can make it grow."""
+class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes between opcodes
+    """Unpickler for the names above; `source` is in memory, so lengths cannot exhaust it."""
 
     inherited: ClassVar[dict[int, Callable[[Any], None]]] = pickle._Unpickler.dispatch
     dispatch: ClassVar[dict[int, Callable[[Any], None]]] = dict(inherited)
-    stack: list[Any]  # these three are made by load()
+    stack: list[Any]  # the next three are set by load()
     read: Callable[[int], bytes]
     append: Callable[[Any], None]
     _unframer: Any
@@ -206,14 +206,14 @@ class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand bet
     def __init__(self, source: io.BytesIO, places: Places | None = None) -> None:
         super().__init__(source)
         self.source, self.places = source, places
-        self._frame = 0  # where the frame begins that is read
+        self._frame = 0  # offset of the frame being read
 
     def find_class(self, module: str, name: str) -> Any:
         known = _NAMES.get((module, name))
         return known or type("Unread", (Unreadable,), {"kind": f"{module}.{name}"})
 
     def _build(self) -> None:
-        # The inherited one sets attributes of whatever it is given, classes among them.
+        # The inherited method sets attributes of any object, even of classes.
         state = self.stack.pop()
         made = self.stack[-1]
         if not isinstance(made, Unreadable):
@@ -223,7 +223,7 @@ class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand bet
             self.stack[-1] = made.read(self.source)
 
     def _bytearray(self) -> None:
-        # The inherited one asks for the memory before it looks for the bytes.
+        # The inherited method allocates memory before it checks for the bytes.
         size = int.from_bytes(self.read(8), "little")
         raw = self.read(size)
         if len(raw) != size:
@@ -248,7 +248,7 @@ class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand bet
         self._note_place()
 
     def _note_place(self) -> None:
-        """Keep where the bytes are that were just read."""
+        """Remember the offset of the bytes that were just read."""
         if self.places is None:
             return
         frame, held = self._unframer.current_frame, self.stack[-1]
@@ -279,16 +279,16 @@ class _Reader(pickle._Unpickler):  # the one in Python: joblib's bytes stand bet
 
 
 def read_pickle(data: bytes) -> Any:
-    """Dicts, lists, tuples, words, numbers and arrays of a pickle, one of joblib's among them.
+    """Return the dicts, lists, tuples, strings, numbers and arrays of a pickle, joblib's included.
 
-    Arrays of objects come as lists, one without a shape as the object in it; what is neither of
-    these as :class:`Unreadable`. ValueError where it is no whole pickle.
+    Arrays of objects become lists, one without a shape becomes its object, and any other object
+    becomes :class:`Unreadable`. ValueError if the pickle is incomplete.
     """
     return read_pickle_places(data)[0]
 
 
 def read_pickle_places(data: bytes) -> tuple[Any, Places]:
-    """The same, and where the arrays' bytes are in the pickle."""
+    """Return the contents of a pickle, and the offsets of its arrays' bytes."""
     places = Places()
     try:
         return _plain(_Reader(io.BytesIO(data), places).load()), places
@@ -297,7 +297,7 @@ def read_pickle_places(data: bytes) -> tuple[Any, Places]:
 
 
 def _plain(found: Any) -> Any:
-    """With arrays in place of what was made for them, in all that dicts and lists hold."""
+    """Replace the placeholders of arrays in all dicts and lists by the arrays."""
     seen: dict[int, Any] = {}
     todo: list[tuple[Any, Any, Any]] = []
 

@@ -1,8 +1,8 @@
-"""Under which names files have poses on SMPL's joints, and where each joint's numbers stand.
+"""Array names of poses on SMPL's joints, and the columns of each joint.
 
-AMASS [Mahmood et al. 2019]: `poses`, `trans`; its SMPL-X release repeats `poses` in parts, and
-other files have the parts alone, by the names of AMASS or of the package smplx. AIST++ [Li et al.
-2021]: `smpl_poses`, `smpl_trans`, `smpl_scaling`.
+AMASS [Mahmood et al. 2019]: `poses`, `trans`. Its SMPL-X release repeats `poses` in parts; other
+files have only the parts, with the names of AMASS or of the package smplx. AIST++ [Li et al. 2021]:
+`smpl_poses`, `smpl_trans`, `smpl_scaling`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _ROOTS, _BODIES, _PLACES = (
     (TRANS, "transl"),
 )
 _LEFT_EYE, _RIGHT_EYE = "left_eye_smplhf", "right_eye_smplhf"
-# Arrays of some joints, from the first to the last of them.
+# Arrays of some joints: first and last joint.
 PARTS = {
     "root_orient": ("pelvis", "pelvis"), "global_orient": ("pelvis", "pelvis"),
     "pose_body": ("left_hip", "right_wrist"), "body_pose": ("left_hip", "right_wrist"),
@@ -40,9 +40,9 @@ _JAWS, _EYES = (("pose_jaw",), ("jaw_pose",)), (("pose_eye",), ("leye_pose", "re
 
 @dataclass(frozen=True)
 class PosePart:
-    """An array that holds some joints of the poses, such as 'pose_body' of SMPL-X.
+    """An array with some joints of the poses, such as 'pose_body' of SMPL-X.
 
-    start, stop: which numbers of a frame's pose it has.
+    start, stop: range of its numbers in a frame's pose.
     """
 
     name: str
@@ -54,9 +54,10 @@ class PosePart:
 class PoseNames:
     """The arrays of one layout.
 
-    joints: of the body; parts: arrays that together hold every number of a pose once; place: the
-    root's; scale: units of that in a metre; rate: frames a second where the file says nothing, and
-    whose those are, or None; left: arrays of joints that are not read, and stay as they are.
+    joints: of the body; parts: arrays that together hold every number of a pose once; place: array
+    of the root's position; scale: its units in a metre; rate: frames a second if the file has none,
+    and the data set they come from, or None; left: arrays of joints that are not read and stay
+    unchanged.
     """
 
     joints: int
@@ -68,14 +69,14 @@ class PoseNames:
 
 
 def has_pose_names(names: Collection[str]) -> bool:
-    """Whether an archive is one of poses by the names in it; a frame of a video alone is none."""
+    """True if the names are those of poses; the poses of a single video frame do not count."""
     parts = _first(_ROOTS, names) and _first(_BODIES, names) and _first(_PLACES, names)
     video = {"results", "sequence_results"}.issubset(names)
     return POSES in names or SMPL_POSES in names or bool(parts) or video
 
 
 def find_pose_names(arrays: Arrays) -> PoseNames | None:
-    """The layout of a file; None where its names are of none that is known here. NpzError."""
+    """Return the layout of a file; None if its names are unknown. NpzError."""
     if POSES in arrays:
         return _whole(arrays, POSES, TRANS)
     if SMPL_POSES in arrays:
@@ -92,7 +93,7 @@ def _whole(
     scale: float = 1.0,
     rate: tuple[float, str] | None = None,
 ) -> PoseNames:
-    """All joints in one array."""
+    """Return the layout with all joints in one array."""
     shape = arrays.array(poses).shape
     width = (
         3 * shape[1] if len(shape) == 3 and shape[2] == 3 else shape[1] if len(shape) == 2 else 0
@@ -106,7 +107,7 @@ def _whole(
 
 
 def _scale(arrays: Arrays) -> float:
-    """Units of AIST++'s places in a metre."""
+    """Return the units in a metre of AIST++'s positions."""
     if SMPL_SCALING not in arrays:
         return 1.0
     found = arrays.array(SMPL_SCALING)
@@ -117,7 +118,7 @@ def _scale(arrays: Arrays) -> float:
 
 
 def _by_parts(arrays: Arrays) -> PoseNames | None:
-    """The root, the body and, where they are all there, hands and face in arrays of their own."""
+    """Return the layout with root, body and, if complete, hands and face in separate arrays."""
     root, body, place = (_first(names, arrays) for names in (_ROOTS, _BODIES, _PLACES))
     if not (root and body and place):
         return None
@@ -129,7 +130,7 @@ def _by_parts(arrays: Arrays) -> PoseNames | None:
         return PoseNames(24, (PosePart(root, 0, 3), PosePart(body, 3, 72)), place)
 
     def there(choices: tuple[tuple[str, ...], ...], joints: int) -> tuple[str, ...]:
-        """The names of one choice, if they have all these joints in every frame."""
+        """Return the names of the first choice with all these joints in every frame."""
         for names in choices:
             if all(name in arrays and len(arrays.array(name)) == frames for name in names):
                 widths = [_width(arrays, name) for name in names]
@@ -152,7 +153,7 @@ def _part(name: str, joints: tuple[str, ...]) -> PosePart:
 
 
 def _width(arrays: Arrays, name: str) -> int:
-    """Numbers of a frame; 0 where they are no rotation vectors of one person."""
+    """Return the numbers in a frame; 0 if they are not rotation vectors of one person."""
     shape: tuple[int, ...] = arrays.array(name).shape
     if len(shape) == 3 and shape[2] == 3:
         return 3 * shape[1]

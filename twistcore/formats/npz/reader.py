@@ -1,4 +1,4 @@
-"""From the bytes of an .npz or a pickle of poses to a Clip."""
+"""Parse the bytes of an .npz or a pickle of poses into a Clip."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from twistcore.work.progress import Tell, nobody
 _RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
 _ASSUMED_FPS = 30.0
 _FRAMES = 1_000_000  # hours of motion
-# Poses as estimators name them, which another command reads.
+# Names of poses in files of pose estimators, which another command reads.
 _ELSEWHERE = (
     "global_orient", "root_orient", "body_pose", "pose_body", "pose_world", "pose", "pred_rotmat",
     "smpl_thetas", "smpl_params_global", "outputs",
@@ -39,17 +39,17 @@ _ELSEWHERE = (
 
 
 def read_npz(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> NpzClip:
-    """Read an .npz of poses (docs/amass.md); fps: instead of the file's; tell: how far.
+    """Read an .npz of poses (docs/amass.md); fps: replaces the file's rate; tell: progress.
 
-    Nothing in it is run. Raises NpzError, one sentence, for what is something else or damaged; what
-    was assumed is in Clip.warnings.
+    No code in the file is run. Raises NpzError with one sentence if the file is damaged or has
+    other data. Assumptions are listed in Clip.warnings.
     """
     path = Path(path)
     return parse_npz(_bytes_of(path, "an .npz"), path, fps=fps, tell=tell)
 
 
 def read_pkl(path: str | Path, *, fps: float | None = None, tell: Tell | None = None) -> PklClip:
-    """Read a pickle of poses, as AIST++ has them, in the same way: nothing in it is run."""
+    """Read a pickle of poses, as in AIST++, without running any code in it."""
     path = Path(path)
     return parse_pkl(_bytes_of(path, "a pickle"), path, fps=fps, tell=tell)
 
@@ -61,7 +61,7 @@ def parse_npz(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> NpzClip:
-    """:func:`read_npz` from bytes in memory."""
+    """Parse an .npz from bytes; parameters as in :func:`read_npz`."""
     archive = open_archive(Path(path), data)
     names = find_pose_names(archive)
     if names is None and (video := read_video_poses(archive)) is not None:
@@ -78,7 +78,7 @@ def parse_pkl(
     fps: float | None = None,
     tell: Tell | None = None,
 ) -> PklClip:
-    """:func:`read_pkl` from bytes in memory."""
+    """Parse a pickle from bytes; parameters as in :func:`read_pkl`."""
     pickled = open_pickle(Path(path), data)
     return PklClip(**_read(data, pickled, find_pose_names(pickled), fps, tell or nobody))
 
@@ -99,7 +99,7 @@ def _bytes_of(path: Path, what: str) -> bytes:
 def _read(
     data: bytes, arrays: Arrays, names: PoseNames | None, fps: float | None, tell: Tell
 ) -> dict[str, Any]:
-    """What a clip is made of."""
+    """Return the arguments for a clip."""
     path = arrays.path
     if names is None:
         raise _no_poses(arrays)
@@ -147,7 +147,7 @@ def _no_poses(arrays: Arrays) -> NpzError:
 
 
 def _poses(arrays: Arrays, names: PoseNames) -> NDArray[Any]:
-    """Rotation vectors, (frames, 3 joints); NpzError where some are none."""
+    """Return rotation vectors, (frames, 3 joints); NpzError if some are not valid."""
     path = arrays.path
     found: list[NDArray[Any]] = []
     for part in names.parts:
@@ -195,7 +195,7 @@ def _check_finite(archive: Arrays, name: str, values: NDArray[Any], row: str = "
 
 
 def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float:
-    """Seconds; where the file has none that can be meant, those of the layout or of 30 frames."""
+    """Return seconds a frame from the file, or of the layout's rate or 30 fps if unusable."""
     rate, whose = names.rate or (_ASSUMED_FPS, "")
     assumed = f"{rate:g} frames per second are assumed (set another rate with the commands' --fps)"
     if whose:
@@ -208,9 +208,9 @@ def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float
             continue
         found = archive.array(name)
         if found.dtype.kind in "fiu" and found.size == 1:
-            told = float(found.reshape(-1)[0])
-            if np.isfinite(told) and told > 0.0 and SHORTEST <= 1.0 / told <= LONGEST:
-                return 1.0 / told
+            fps = float(found.reshape(-1)[0])
+            if np.isfinite(fps) and fps > 0.0 and SHORTEST <= 1.0 / fps <= LONGEST:
+                return 1.0 / fps
         warnings.append(f"{name} is not usable; {assumed}.")
         return 1.0 / rate
     warnings.append(f"The file has no frame rate; {assumed}.")
@@ -218,9 +218,10 @@ def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float
 
 
 def _skeleton(archive: Arrays, joints: int, warnings: list[str]) -> tuple[Skeleton, Array]:
-    """The joints by name, and where the root rests, (3,): from the file, or as a template has it.
+    """Return the skeleton and the root's rest position, (3,), from the file or a template.
 
-    'offsets': from the joint above; 'J': places at rest. Of all joints, or of the body's first.
+    'offsets': from the parent; 'J': positions at rest. Each for all joints, or for the body's
+    first.
     """
     body = BODIES[joints]
     offsets = body.offsets.copy()
@@ -260,7 +261,7 @@ def _repeated(
     names: tuple[str, ...],
     warnings: list[str],
 ) -> tuple[PosePart, ...]:
-    """Arrays in which numbers of the poses stand once more, bit for bit."""
+    """Return the arrays that repeat numbers of the poses, bit for bit."""
     found = []
     parts = {part.name for part in layout.parts}
     those = repr(POSES) if POSES in parts else "the poses that are read"
@@ -274,7 +275,7 @@ def _repeated(
         there = archive.array(name)
         start, stop = 3 * names.index(first), 3 * names.index(last) + 3
         if len(names) == 24 and there.size > len(poses) * (stop - start):
-            stop = poses.shape[1]  # SMPL's body goes on to its hands
+            stop = poses.shape[1]  # SMPL's body includes its hands
         same = poses[:, start:stop]
         equal = (there.size, there.dtype) == (same.size, same.dtype)
         if equal and there.tobytes() == same.tobytes():

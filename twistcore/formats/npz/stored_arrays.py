@@ -1,4 +1,4 @@
-"""Arrays of a file by name, whatever holds them, and the file with some of them replaced."""
+"""Arrays of a file by name, for archives and pickles alike."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from twistcore.work.frozen import dataclass
 
 
 class Arrays(Protocol):
-    """What an :class:`Archive <twistcore.formats.npz.archive.Archive>` and its like can do."""
+    """Interface of :class:`Archive <twistcore.formats.npz.archive.Archive>` and similar files."""
 
     @property
     def path(self) -> Path:
-        """The file, for sentences."""
+        """The file, for messages."""
         ...
 
     def __contains__(self, name: object) -> bool: ...
 
     def described(self) -> str:
-        """The names, for a sentence: on one line and not long."""
+        """Return the names for a message: short and on one line."""
         ...
 
     def array(self, name: str) -> NDArray[Any]:
-        """The array of a name; NpzError where it is damaged or none of numbers."""
+        """Return an array by name; NpzError if it is damaged or not of numbers."""
         ...
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """The file's bytes with these arrays, of the sizes and dtypes that are there."""
+        """Return the file's bytes with these arrays, which keep size and dtype."""
         ...
 
 
@@ -45,8 +45,8 @@ class Arrays(Protocol):
 class PickledDict:
     """A pickle of arrays by name, read without running it.
 
-    path: for sentences; data: the bytes; names: what stands under each; places: where the arrays'
-    bytes are.
+    path: for messages; data: the bytes; names: contents by name; places: offsets of the arrays'
+    bytes.
     """
 
     path: Path
@@ -58,11 +58,11 @@ class PickledDict:
         return name in self.names
 
     def described(self) -> str:
-        """The names, for a sentence: on one line and not long."""
+        """Return the names for a message: short and on one line."""
         return described_names(map(str, self.names))
 
     def array(self, name: str) -> NDArray[Any]:
-        """The array of a name, or an array of the numbers there; NpzError for anything else."""
+        """Return an array by name, also of plain numbers; NpzError for anything else."""
         found = self.names[name]
         numbers = isinstance(found, int | float | np.generic) or (
             isinstance(found, list | tuple) and all(isinstance(x, int | float) for x in found)
@@ -75,9 +75,9 @@ class PickledDict:
         return values
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """The bytes with these arrays where the others stood; every other byte stays.
+        """Return the bytes with these arrays in place of the old ones; all other bytes are kept.
 
-        NpzError where a pickle of an old protocol has them in a form of another length.
+        NpzError if the pickle has an old protocol, which stores arrays with another length.
         """
         data = bytearray(self.data)
         for name, values in arrays.items():
@@ -93,7 +93,7 @@ def put(
     values: NDArray[Any],
     offset: int = 0,
 ) -> None:
-    """Write values over the bytes of the array that is there, in its order and dtype.
+    """Write values over the bytes of the array `there`, in its order and dtype.
 
     offset: of the pickle in the data.
     """
@@ -112,7 +112,7 @@ def put(
 
 
 def open_pickle(path: Path, data: bytes) -> PickledDict:
-    """The names of a pickle; NpzError where it is none, or holds something else than names."""
+    """Open a pickle of arrays by name; NpzError for any other contents."""
     if instead := found_instead(data, PICKLE):
         raise NpzError(f"{path}: {instead}")
     try:

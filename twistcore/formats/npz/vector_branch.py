@@ -1,6 +1,6 @@
-"""Which of the rotation vectors of a rotation is written: the one that goes on from its neighbours.
+"""Choose among equivalent rotation vectors the one that continues its neighbours.
 
-A rotation by |v| about v/|v| is also one by |v| + 2πk about the same line.
+A rotation by |v| about v/|v| is also one by |v| + 2πk about the same axis.
 """
 
 from __future__ import annotations
@@ -10,27 +10,28 @@ import numpy as np
 from twistcore.skeleton.rotation import Array, logarithm
 
 _TURN = 2.0 * np.pi
-_NONE = 1e-9  # radians: a rotation so small has no axis of its own
-_MOST_TURNS = 8  # to either side; vectors beyond are no file's, and ways grow by the square
-_OWN = 1e-3  # how much nearness to the file's own vector counts beside the steps
+_NONE = 1e-9  # radians: a smaller rotation has no defined axis
+_MOST_TURNS = 8  # in each direction; no file has more, and the cost grows with the square
+_OWN = 1e-3  # weight of the distance to the file's own vector compared with the steps
 
 
 def continuous_vectors(
     q: Array, own: Array, before: Array | None = None, after: Array | None = None
 ) -> Array:
-    """Rotation vectors of q, (n, 4) -> (n, 3), radians, with the smallest Σ|Δv| over the frames.
+    """Return rotation vectors of q, (n, 4) -> (n, 3), radians, with the smallest Σ|Δv| over the
+    frames.
 
-    own: the file's vectors there, (n, 3), which decide where two ways are equally short; before,
-    after: the vectors of the frames beside, (3,), None at an end of the clip.
+    own: the file's vectors in these frames, (n, 3), which decide between equally short paths;
+    before, after: the vectors of the neighbouring frames, (3,), None at an end of the clip.
     """
     short = logarithm(q)
     angle = np.linalg.norm(short, axis=1)
-    # Where nothing is turned, the axis about which the file turns by whole turns.
+    # For unturned frames, take the axis about which the file makes whole turns.
     axis = np.where(angle[:, None] > _NONE, short, own)
     size = np.linalg.norm(axis, axis=1)
     axis = axis / np.where(size > _NONE, size, 1.0)[:, None]
-    beside = [v[None] for v in (before, after) if v is not None]
-    most = np.linalg.norm(np.concatenate([own, *beside]), axis=1).max()
+    edges = [v[None] for v in (before, after) if v is not None]
+    most = np.linalg.norm(np.concatenate([own, *edges]), axis=1).max()
     whole = min(int(most / _TURN) + 1, _MOST_TURNS)
     turns = _TURN * np.arange(-whole, whole + 1)
     choices = short[:, None] + turns[:, None] * axis[:, None]  # (n, turns, 3)
@@ -43,7 +44,7 @@ def continuous_vectors(
 
 
 def _cheapest(choices: Array, cost: Array) -> list[int]:
-    """The choice of each frame on the way with the least cost and length (Viterbi)."""
+    """Return the choice in each frame on the path with the least cost and length (Viterbi)."""
     steps = np.linalg.norm(choices[1:, None] - choices[:-1, :, None], axis=3)  # (from, to)
     here, came = cost[0], []
     for step, own in zip(steps, cost[1:], strict=True):

@@ -1,9 +1,9 @@
-"""Poses that ROMP and BEV saw in a video [Sun et al. 2021]: a dict by frame, of a person in each.
+"""Poses that ROMP and BEV estimated in a video [Sun et al. 2021]: a dict of persons by frame.
 
 `results` of `video_results.npz` is an object, which numpy would unpickle; here it is read without
 running anything (:mod:`pickled_arrays <twistcore.formats.npz.pickled_arrays>`). Its frames are
-dicts with a row a person: `smpl_thetas` (persons, 72), `cam_trans` (persons, 3) and, where people
-were tracked, `track_ids`; earlier versions have a list of dicts with `poses` (72,).
+dicts with a row for each person: `smpl_thetas` (persons, 72), `cam_trans` (persons, 3) and, if
+people were tracked, `track_ids`. Earlier versions have a list of dicts with `poses` (72,).
 `sequence_results` repeats the rows by person.
 """
 
@@ -33,17 +33,17 @@ _NUMBERS = 72
 
 @dataclass(frozen=True, eq=False)
 class _Object:
-    """A member of an archive that is one object: its bytes and what is in it."""
+    """An archive member that is one object: its bytes and its contents."""
 
     raw: bytes = field(repr=False)
-    start: int  # where its pickle begins
+    start: int  # offset of its pickle
     found: Any
     places: Places
 
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One person in one frame: its arrays, and which row of them."""
+    """One person in one frame: its arrays, and the row in them."""
 
     frame: int
     who: Any
@@ -52,13 +52,13 @@ class _Row:
     row: int
 
     def array(self, name: str) -> NDArray[Any]:
-        """THETAS or PLACE of all persons in the frame."""
+        """Return THETAS or PLACE of all persons in the frame."""
         found = self.pose if name == THETAS else self.place
         assert found is not None
         return found
 
     def numbers(self, name: str) -> NDArray[Any]:
-        """The person's own of them."""
+        """Return THETAS or PLACE of this person."""
         array = self.array(name)
         return array[self.row] if array.ndim > 1 else array
 
@@ -68,7 +68,7 @@ class VideoPoses:
     """The rows of one person as arrays by name: THETAS (frames, 72) and PLACE (frames, 3).
 
     archive: the file; rows: one for each frame in which the person was seen; notes: sentences on
-    who was left out and what was filled in.
+    persons left out and frames filled in.
     """
 
     archive: Archive
@@ -78,28 +78,28 @@ class VideoPoses:
 
     @property
     def path(self) -> Path:
-        """The file, for sentences."""
+        """The file, for messages."""
         return self.archive.path
 
     def __contains__(self, name: object) -> bool:
         return name == THETAS or (name == PLACE and self.rows[0].place is not None)
 
     def described(self) -> str:
-        """The names in the archive."""
+        """Return the names in the archive."""
         return self.archive.described()
 
     @property
     def filled(self) -> NDArray[np.bool_]:
-        """Which frames do not have the person, and are not written."""
+        """Mask of the frames without the person, which are not written."""
         frames = np.array([row.frame for row in self.rows]) - self.rows[0].frame
         filled = np.ones(frames[-1] + 1, dtype=np.bool_)
         filled[frames] = False
         return filled
 
     def array(self, name: str) -> NDArray[Any]:
-        """THETAS or PLACE, a row a frame from the first to the last in which the person is seen.
+        """Return THETAS or PLACE, one row a frame from the person's first to last frame.
 
-        Frames between, without the person, are filled in: rotations by slerp, places linearly.
+        Frames between without the person are filled in: rotations by slerp, positions linearly.
         """
         rows = np.stack([row.numbers(name) for row in self.rows])
         if not (absent := self.filled).any():
@@ -111,9 +111,9 @@ class VideoPoses:
         return filled.astype(rows.dtype)
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:
-        """The archive with these rows in the place of the person's; frames without it have none.
+        """Return the archive with these rows for the person; frames without the person are skipped.
 
-        `sequence_results` goes with them where it has the same numbers.
+        `sequence_results` is updated where it has the same numbers.
         """
         contents = {name: bytearray(one.raw) for name, one in self.objects.items()}
         for name, values in arrays.items():
@@ -144,7 +144,7 @@ class VideoPoses:
         put(contents[member], self.path, one.places, there, fresh, one.start)
 
     def _repeated(self, name: str) -> dict[int, NDArray[Any]]:
-        """Arrays of 'sequence_results' with the same numbers, by frame."""
+        """Return arrays of 'sequence_results' with the same numbers, by frame."""
         sequences = self.objects.get(SEQUENCES)
         every = sequences.found if sequences is not None else None
         own = every.get(self.rows[0].who) if isinstance(every, dict) else None
@@ -164,9 +164,9 @@ class VideoPoses:
 
 
 def read_video_poses(archive: Archive) -> VideoPoses | None:
-    """The person of a video's results; None where they are something else. NpzError.
+    """Return the person seen in most frames of a video's results; None for other data.
 
-    Of several persons the one seen in most frames.
+    Raises NpzError.
     """
     objects = {}
     for name in (RESULTS, SEQUENCES):
@@ -176,7 +176,7 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
         return None
     frames = objects[RESULTS].found
     if isinstance(frames, list) or (isinstance(frames, dict) and _pose(frames) is not None):
-        frames = {"": frames}  # of a picture
+        frames = {"": frames}  # results of a picture
     if not isinstance(frames, dict):
         return None
     rows = [row for k, frame in enumerate(frames.values()) for row in _rows(k, frame)]
@@ -198,20 +198,20 @@ def read_video_poses(archive: Archive) -> VideoPoses | None:
 
 
 def _object(archive: Archive, name: str) -> _Object | None:
-    """A member that is an object; None where it holds plain numbers or is damaged."""
+    """Return a member that is an object; None if it has plain numbers or is damaged."""
     raw = archive.raw(name)
     try:
         start, _, dtype, _ = npy_header(raw)
         if not dtype.hasobject:
             return None
         found, places = read_pickle_places(raw[start:])
-    except Exception:  # a header, which is a Python literal, fails in as many ways as a pickle
+    except Exception:  # a damaged header or pickle can raise almost anything
         return None
     return _Object(raw, start, found, places)
 
 
 def _rows(frame: int, found: Any) -> Iterator[_Row]:
-    """The persons of a frame."""
+    """Yield the persons of a frame."""
     if isinstance(found, list):  # a dict a person
         for who, one in enumerate(found):
             if isinstance(one, dict) and (pose := _pose(one)) is not None and pose.ndim == 1:
@@ -236,7 +236,7 @@ def _pose(found: dict[Any, Any]) -> NDArray[Any] | None:
 
 
 def _numbers(found: dict[Any, Any], names: tuple[str, ...], width: int) -> NDArray[Any] | None:
-    """The first array of these names with so many numbers a row."""
+    """Return the first array of these names with the given number of columns."""
     for name in names:
         array = found.get(name)
         if not (isinstance(array, np.ndarray) and array.dtype.kind == "f"):
@@ -251,7 +251,7 @@ def _items(found: Any) -> list[Any]:
 
 
 def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
-    """Sentences on what was chosen and what was filled in."""
+    """Yield sentences on the chosen person and on filled-in frames."""
     if len(seen) > 1:
         others = ", ".join(f"{who} in {n} frames" for who, n in seen.most_common(6)[1:])
         yield (
@@ -271,7 +271,7 @@ def _notes(own: Sequence[_Row], seen: Counter[Any]) -> Iterator[str]:
 
 
 def _turned(rows: NDArray[Any], times: Array) -> Array:
-    """Rotation vectors at times between rows, (times, numbers), by slerp."""
+    """Return rotation vectors at times between rows, (times, numbers), by slerp."""
     before = np.minimum(times.astype(np.intp), len(rows) - 1)
     after = np.minimum(before + 1, len(rows) - 1)
     q = exponential(np.asarray(rows, dtype=np.float64).reshape(len(rows), -1, 3))
