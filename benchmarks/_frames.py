@@ -1,4 +1,4 @@
-"""What the benchmarks of drawn frames share: their options, a copy of the clip, the table."""
+"""Options, clip copy and table shared by the benchmarks of drawn frames."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ def run(
     measure: Callable[[Path, int], Figures],
     is_good: Callable[[Figures], bool],
 ) -> int:
-    """Measure a copy of the clip, print the table; 1 if a target is missed.
+    """Measure a copy of the clip and print the table; return 1 if a target is missed.
 
-    clip, frames: what is measured unless the command line says otherwise.
+    clip, frames: defaults of the command line.
     """
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--clip", type=Path, default=clip)
     parser.add_argument("--frames", type=int, default=frames)
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:  # a review's journal lies beside its clip
+    with tempfile.TemporaryDirectory() as folder:  # a review's journal is written next to its clip
         figures = measure(Path(shutil.copy(options.clip, folder)), options.frames)
     good = is_good(figures)
     if options.json:

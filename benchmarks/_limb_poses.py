@@ -1,6 +1,6 @@
-"""Limbs in the world, by places and orientations of joints alone: what no body can do.
+"""Find impossible motion of limbs from the joints' places and orientations in the world.
 
-The judge's own geometry (:mod:`benchmarks.real_flips`), which shares nothing with the detector's.
+The geometry of the judge (:mod:`benchmarks.real_flips`); the detector uses none of it.
 """
 
 from __future__ import annotations
@@ -17,19 +17,23 @@ from twistcore.skeleton.motion import Motion, forward_kinematics
 
 Array = NDArray[np.float64]
 
-FASTEST = 7500.0  # degrees a second: no segment of a body turns faster about its own axis
-LEAST, LEAST_SLOW, SLOW = 60.0, 120.0, 50.0  # degrees a frame; below so many frames a second
-BENT = 0.05  # of the limb's length: how far C stands off the line
-STILL = 0.12  # of the limb's length: how far E moves from P in a frame
-BACKWARD = 110.0  # degrees off the limb's own side
-FIRST = 2  # the first frame looked at for a jump
-ALIKE = 0.3  # of the longer bone: where names say nothing, the shorter one of a limb
+FASTEST = 7500.0  # degrees per second: no segment of a body turns faster about its own axis
+LEAST, LEAST_SLOW, SLOW = (
+    60.0,
+    120.0,
+    50.0,
+)  # degrees per frame; LEAST_SLOW applies below SLOW frames per second
+BENT = 0.05  # of the limb's length: distance of C from the line
+STILL = 0.12  # of the limb's length: motion of E relative to P in a frame
+BACKWARD = 110.0  # degrees from the limb's own side
+FIRST = 2  # the first frame examined for a jump
+ALIKE = 0.3  # of the longer bone: least length of the shorter one, without known names
 TINY = 1e-12
 
 
 @dataclass(frozen=True)
 class Limb:
-    """Hip, knee and ankle, or shoulder, elbow and wrist, by joint index; `leg`: by its name."""
+    """Joint indices of hip, knee and ankle, or shoulder, elbow and wrist; `leg`: by its name."""
 
     name: str
     p: int
@@ -40,7 +44,7 @@ class Limb:
 
 @dataclass(frozen=True)
 class Jump:
-    """From the frame before to `frame` something turned by `degrees`; of a limb or a joint."""
+    """A turn by `degrees` from the previous frame to `frame`, of a limb or a joint."""
 
     of: str
     frame: int
@@ -57,14 +61,14 @@ class Pose:
 
 
 def pose(motion: Motion) -> Pose:
-    """A motion in the world."""
+    """Return a motion in the world."""
     q, at = forward_kinematics(motion)
     matrices = Rotation.from_quat(q[..., [1, 2, 3, 0]].reshape(-1, 4)).as_matrix()
     return Pose(motion, matrices.reshape(*q.shape[:2], 3, 3), at)
 
 
 def find(motion: Motion) -> tuple[Limb, ...]:
-    """Arms and legs by name; where no name tells, chains whose two bones are of like length."""
+    """Find arms and legs by name; without known names, chains with two bones of similar length."""
     names = motion.skeleton.names
     chains = find_chains(motion)
     real = [c for c in chains if c.grandchild >= 0]
@@ -86,10 +90,10 @@ def find(motion: Motion) -> tuple[Limb, ...]:
 
 
 def turns(line: Array, side: Array) -> Array:
-    """Degrees that `side` turned about `line` since the frame before, (frames,); the first is 0.
+    """Return degrees by which `side` turned about `line` in each frame, (frames,), first 0.
 
-    line: directions (frames, 3); side: what stands off them, perpendicular (frames, 3). The side of
-    the frame before is taken along by the minimal rotation from its line to this frame's.
+    line: directions (frames, 3); side: directions perpendicular to them (frames, 3). The side of
+    the previous frame is carried along by the minimal rotation from its line to this frame's.
     """
     a, b = line[:-1], line[1:]
     axis, cos = np.cross(a, b), _dot(a, b)
@@ -102,18 +106,18 @@ def turns(line: Array, side: Array) -> Array:
 
 
 def off_line(c: Array, e: Array) -> tuple[Array, Array]:
-    """The direction to E and the part of C that stands off it, both (frames, 3), from P."""
+    """Return the direction from P to E and the part of C perpendicular to it, (frames, 3) each."""
     line = unit(e)
     return line, c - _dot(c, line)[:, None] * line
 
 
 def most(fps: float) -> float:
-    """Degrees that a segment can turn in a frame."""
+    """Return the most degrees that a segment can turn in a frame."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
 def swivels(world: Pose, limb: Limb) -> list[Jump]:
-    """Impossible swivels of a limb."""
+    """Return impossible swivels of a limb."""
     c, e, length = _from_p(world, limb)
     line, side = off_line(c, e)
     bent = _length(side) > BENT * length
@@ -124,9 +128,9 @@ def swivels(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def own_side(world: Pose, limb: Limb) -> Array:
-    """Median direction in which C stands off the line, in the frame of P's parent, (3,).
+    """Return the median direction of C from the line, in the frame of P's parent, (3,).
 
-    Found anew a few times among the frames that agree with it, so that flips have no say.
+    The median is repeated a few times over the frames that agree with it, to exclude flips.
     """
     _, side, _ = _in_parent(world, limb)
     side = unit(side)
@@ -139,7 +143,7 @@ def own_side(world: Pose, limb: Limb) -> Array:
 
 
 def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
-    """Frames in which C stands on the other side than `own`, of :func:`own_side`."""
+    """Return frames with C on the opposite side of `own`, from :func:`own_side`."""
     line, side, length = _in_parent(world, limb)
     ahead = own - (line @ own)[:, None] * line
     across = np.abs(_dot(np.cross(ahead, side), line))
@@ -149,7 +153,7 @@ def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
 
 
 def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
-    """Impossible turns about their own bones of the limbs' first joints and all below them."""
+    """Return impossible turns of the limbs' first joints and all below about their own bones."""
     skeleton = world.motion.skeleton
     below = {limb.p for limb in limbs}
     for joint, parent in enumerate(skeleton.parents.tolist()):
@@ -171,7 +175,7 @@ def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
 
 
 def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> float:
-    """Farthest that any of the joints moved, of the height; 0 where the decimals can do it.
+    """Return the largest motion of the joints, of the height; 0 if rounding explains it.
 
     Rounding turns each joint above by at most half of the last decimal in each of three channels.
     """
@@ -198,18 +202,18 @@ def _length(v: Array) -> Array:
 
 
 def unit(v: Array) -> Array:
-    """Vectors (…, 3) of length 1."""
+    """Scale vectors (…, 3) to length 1."""
     return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY)
 
 
 def _from_p(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """C and E from P in the world, and the limb's length."""
+    """Return C and E relative to P in the world, and the limb's length."""
     c, e = (world.at[:, j] - world.at[:, limb.p] for j in (limb.c, limb.e))
     return c, e, float((_length(c) + _length(e - c)).mean())
 
 
 def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """The line, C's side and the limb's length, as P's parent sees them."""
+    """Return line, C's side and the limb's length in the frame of P's parent."""
     c, e, length = _from_p(world, limb)
     parent = int(world.motion.skeleton.parents[limb.p])
     if parent >= 0:
@@ -218,7 +222,7 @@ def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
 
 
 def _bone(motion: Motion, joint: int) -> Array | None:
-    """Direction of a joint's own bone in its own frame, (frames, 3); None where it has none."""
+    """Return the direction of a joint's bone in its own frame, (frames, 3), or None."""
     skeleton = motion.skeleton
     ends = [motion.translation(child) for child in skeleton.children[joint]]
     ends += [np.array(offset) for at, offset in skeleton.ends if at == joint]

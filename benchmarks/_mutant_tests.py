@@ -1,9 +1,10 @@
-"""How benchmarks/mutation.py tries mutants: the tests of a module, in a forked process for each.
+"""Try mutants for benchmarks/mutation.py: run a module's tests in a forked process for each.
 
-One process imports the tests of a module and forks for each mutant; the child gives functions
-their changed code and runs what reaches them. Where that changes nothing (a constant) or not all
-(it survives, but importing the tests has run the function, too) a child is forked that has imported
-neither and imports the changed module. What tests start as other programs sees the unchanged code.
+One process imports the tests of a module and forks for each mutant; the child replaces the code of
+functions and runs the tests that reach them. If this changes nothing (a constant) or perhaps not
+everything (the mutant survives, but importing the tests also ran the function), a child without
+these imports is forked and imports the changed module. Other programs started by tests see the
+unchanged code.
 """
 
 from __future__ import annotations
@@ -36,12 +37,12 @@ from benchmarks._mutants import Mutant
 
 SHARED = "fixtures of more than one test"
 Trial = Callable[[Mutant, Sequence[str]], Callable[[], int]]
-AFRESH = 77  # the exit status of a child that could not change what was imported
+AFRESH = 77  # exit status of a child that could not change the imported code
 SAID = "said.txt"
 MEMORY = 2 * 1024**3
 
 hypothesis.settings.register_profile(
-    "mutation",  # the same examples for each mutant; shrinking would tell nobody anything
+    "mutation",  # the same examples for each mutant; shrinking has no use here
     database=None,
     deadline=None,
     derandomize=True,
@@ -51,7 +52,7 @@ hypothesis.settings.register_profile(
 
 @dataclass(frozen=True)
 class Tests:
-    """Which tests reach which line of a file, and how long each takes.
+    """The tests that reach each line of a file, and their times.
 
     reached: line → names of tests, SHARED and "" (on import) among them. seconds: name of a test →
     its processor time.
@@ -62,10 +63,10 @@ class Tests:
     seconds: Mapping[str, float]
 
     def of(self, mutant: Mutant) -> tuple[str, ...]:
-        """Tests that could see a mutant, the fastest first; all of them if any might.
+        """Return the tests that could notice a mutant, the fastest first.
 
-        A line that is run on import (a constant, a default) is seen by what runs its function, and
-        otherwise by every test.
+        A line that runs on import (a constant, a default) concerns the tests that run its function,
+        or all tests if it is outside functions.
         """
         names = self._within(mutant.lines) - {""}
         if not names and mutant.function:
@@ -79,11 +80,11 @@ class Tests:
         return (*quick, *others)
 
     def on_import(self, lines: tuple[int, int]) -> bool:
-        """Whether a line of these was run outside of tests."""
+        """True if one of these lines ran outside tests."""
         return "" in self._within(lines)
 
     def limit(self, name: str) -> float:
-        """Seconds of processor time that a test may take; it may be first to want a fixture."""
+        """Return a test's limit in seconds of processor time, with time for its fixtures."""
         return 3.0 + 4.0 * self.seconds[name]
 
     def _within(self, lines: tuple[int, int]) -> set[str]:
@@ -91,7 +92,7 @@ class Tests:
 
 
 def learn(path: Path, files: Sequence[str], slowest: float) -> Tests:
-    """Run all tests once, unchanged; those that take longer than slowest (seconds) are left out.
+    """Run all tests once, unchanged; leave out tests that take longer than slowest (seconds).
 
     Raises ValueError if one fails.
     """
@@ -101,7 +102,7 @@ def learn(path: Path, files: Sequence[str], slowest: float) -> Tests:
         _, status = os.waitpid(child, 0)
         if status or not result.exists():
             said = (Path(folder) / SAID).read_text(errors="replace")
-            raise ValueError(f"{said}\n{' '.join(files)}: these fail before anything is mutated")
+            raise ValueError(f"{said}\n{' '.join(files)}: these tests fail before any mutation")
         found = json.loads(result.read_text())
     seconds = {name: s for name, s in found["seconds"].items() if s <= slowest}
     quick = seconds.keys() | {SHARED, ""}
@@ -112,7 +113,7 @@ def learn(path: Path, files: Sequence[str], slowest: float) -> Tests:
 def outcomes(
     mutants: Sequence[Mutant], tests: Tests, jobs: int = 1
 ) -> Iterator[tuple[Mutant, str]]:
-    """Each mutant with "killed", "survived" or "timeout", as they end."""
+    """Yield each mutant with "killed", "survived" or "timeout" when it ends."""
     afresh = [m for m in mutants if not m.function]
     in_place = [m for m in mutants if m.function]
     if in_place:
@@ -159,7 +160,7 @@ def _tried(
 
 
 def _next(running: Mapping[int, float]) -> tuple[int, int]:
-    """The next child that ends, and its status; one that waits for ever is ended."""
+    """Return the next child that ends, and its status; kill a child that hangs."""
     while True:
         for child, until in running.items():
             ended, status = os.waitpid(child, os.WNOHANG)
@@ -179,7 +180,7 @@ def _said(status: int) -> str:
 
 
 def _start(action: Callable[[], int], folder: Path) -> int:
-    """The id of a forked child that does this, silently, its temporary files below folder."""
+    """Fork a silent child that runs `action`, its temporary files in folder; return its id."""
     sys.stdout.flush()
     child = os.fork()
     if child:
@@ -195,7 +196,7 @@ def _start(action: Callable[[], int], folder: Path) -> int:
     except BaseException:
         os.write(2, traceback.format_exc().encode())
     finally:
-        os._exit(code)  # whatever was raised: nothing of the parent's may go on here
+        os._exit(code)  # after any exception: the parent's code must not continue here
 
 
 def _trial(mutant: Mutant, tests: Tests, chosen: Sequence[str]) -> Callable[[], int]:
@@ -216,9 +217,9 @@ def _run(files: Sequence[str], plugin: object) -> int:
 
 
 def changed_in_place(name: str, source: str) -> bool:
-    """Give the functions of an imported module the code that they have in other source.
+    """Replace the code of an imported module's functions by their code in other source.
 
-    False if none differs: what was changed is no function's code. Raises what importing raises.
+    Returns False if none differs, so the change is outside functions. Raises errors of importing.
     """
     module = sys.modules.get(name)
     if module is None:
@@ -239,7 +240,7 @@ def changed_in_place(name: str, source: str) -> bool:
 
 
 def _alike(one: CodeType, other: CodeType) -> bool:
-    """Whether two do the same; their own == also tells whether one of them has run yet."""
+    """True if two codes do the same; == also compares whether they have run."""
     pairs = zip(one.co_consts, other.co_consts, strict=False)
     return (
         (one.co_code, one.co_names, one.co_varnames, len(one.co_consts))
@@ -251,7 +252,7 @@ def _alike(one: CodeType, other: CodeType) -> bool:
 
 
 def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, FunctionType]]:
-    """The functions and methods of a module, also below decorators, by where they are found."""
+    """Yield the functions and methods of a module, also below decorators, with their places."""
     for at, thing in list(found.items()):
         for name in ("", "fget", "fset", "__func__", "func"):
             inner = getattr(thing, name, None) if name else thing
@@ -266,12 +267,12 @@ def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, 
 
 
 def module_name(path: Path) -> str:
-    """A path from the root of the checkout, as it is imported."""
+    """Return the module name of a path from the root of the checkout."""
     return ".".join(path.with_suffix("").parts)
 
 
 class _Instead(importlib.abc.MetaPathFinder):
-    """Imports one module from changed source."""
+    """Import one module from changed source."""
 
     def __init__(self, path: Path, source: str) -> None:
         self.name = module_name(path)
@@ -295,7 +296,7 @@ class _Loader(importlib.machinery.SourceFileLoader):
 
 
 class _Limited:
-    """Ends the process if a test takes too long."""
+    """Plugin that ends the process if a test takes too long."""
 
     def __init__(self, tests: Tests) -> None:
         self.tests = tests
@@ -306,12 +307,12 @@ class _Limited:
 
 
 class _Chosen(_Limited):
-    """Runs some tests, in the order given."""
+    """Plugin that runs the chosen tests in the given order."""
 
     def __init__(self, names: Sequence[str], tests: Tests) -> None:
         super().__init__(tests)
         self.place = {name: place for place, name in enumerate(names)}
-        signal.setitimer(signal.ITIMER_PROF, 10.0)  # for what is imported
+        signal.setitimer(signal.ITIMER_PROF, 10.0)  # for imports
 
     @pytest.hookimpl(trylast=True)
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
@@ -320,7 +321,7 @@ class _Chosen(_Limited):
 
 
 class _Served(_Limited):
-    """Instead of running the tests, forks for each mutant; tells its place and its outcome."""
+    """Plugin that forks for each mutant instead of running the tests, and reports outcomes."""
 
     def __init__(self, mutants: Sequence[Mutant], tests: Tests, jobs: int, tell: int) -> None:
         super().__init__(tests)
@@ -337,7 +338,7 @@ class _Served(_Limited):
                     if not changed_in_place(module_name(mutant.path), mutant.source()):
                         return AFRESH
                 except Exception:
-                    return 1  # it cannot even be imported
+                    return 1  # the mutant cannot even be imported
                 wanted = [items[name] for name in chosen]
                 for item, following in zip(wanted, [*wanted[1:], None], strict=True):
                     item.config.hook.pytest_runtest_protocol(item=item, nextitem=following)
@@ -365,16 +366,16 @@ def _learn(path: Path, files: Sequence[str], result: Path) -> int:
 
 
 class _Noted:
-    """Notes which test runs, for coverage, and how long each takes.
+    """Plugin that records the running test for coverage, and the time of each test.
 
-    What a module keeps of the test before (functools.cache) is forgotten: it would hide the lines
-    that the next test needs, too.
+    Caches of the previous test (functools.cache) are cleared, since they would hide lines that the
+    next test also needs.
     """
 
     def __init__(self, traced: coverage.Coverage, module: str) -> None:
         self.traced, self.module = traced, module
         self.seconds: dict[str, float] = {}
-        self.test = ""  # that runs
+        self.test = ""  # the running test
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:

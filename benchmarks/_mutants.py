@@ -1,8 +1,8 @@
-"""What benchmarks/mutation.py tries: a module's mutants, made by mutmut's operators.
+"""Make a module's mutants with mutmut's operators, for benchmarks/mutation.py.
 
-Unlike mutmut's own command, this mutates properties, other decorated functions and constants of a
-module, too: a mutant here is a whole source file, so nothing need be wrapped. Sentences (strings
-with a blank) are left as they are: a test that quotes them would test the wording.
+Unlike mutmut's own command, this also mutates properties, other decorated functions and constants
+of a module: a mutant is a whole source file, so nothing is wrapped. Sentences (strings with a
+blank) are not changed: a test that quotes them would test the wording.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from mutmut.mutation.pragma_handling import IgnoredCode
 class Mutant:
     """One change of one file.
 
-    lines: the first and last line (from 1) of what is changed. function: those of the body of the
-    function around it, None outside of functions. change: what stood there and what stands there
-    now. source(): the whole changed file.
+    lines: first and last line (from 1) of the change. function: first and last line of the
+    enclosing function's body, None outside functions. change: the old and the new code. source():
+    the whole changed file.
     """
 
     path: Path
@@ -40,7 +40,7 @@ class Mutant:
 
 class _Visitor(MutationVisitor):
     def _skip_node_and_children(self, node: cst.CSTNode) -> bool:
-        if isinstance(node, cst.FunctionDef):  # decorated ones, too
+        if isinstance(node, cst.FunctionDef):  # also decorated ones
             return False
         if isinstance(node, cst.SimpleString):
             return " " in node.value
@@ -48,12 +48,12 @@ class _Visitor(MutationVisitor):
 
 
 def mutants_of(path: Path) -> list[Mutant]:
-    """Every mutant of a Python file, in the order of its lines."""
+    """Return every mutant of a Python file, in the order of lines."""
     wrapper = MetadataWrapper(cst.parse_module(path.read_text(encoding="utf-8")))
     visitor = _Visitor(mutation_operators, IgnoredCode(set(), set(), set()))
     wrapper.visit(visitor)
     places = wrapper.resolve(PositionProvider)
-    functions = []  # where each begins, where its body does, where it ends
+    functions = []  # first line, first line of the body, last line
     for node in _below(wrapper.module):
         if isinstance(node, cst.FunctionDef):
             begin, end = places[node].start.line, places[node].end.line
@@ -67,7 +67,7 @@ def mutants_of(path: Path) -> list[Mutant]:
             _text(wrapper.module, n) for n in (mutation.original_node, mutation.mutated_node)
         )
         if old != new:
-            function = max(around)[1:] if around else None  # the innermost: it begins last
+            function = max(around)[1:] if around else None  # the innermost, which begins last
             source = partial(_changed, wrapper.module, mutation)
             made.append(Mutant(path, lines, function, _shown(old, new), source))
     return sorted(made, key=lambda mutant: (mutant.lines, mutant.change))
@@ -79,7 +79,7 @@ def _changed(module: cst.Module, mutation: Mutation) -> str:
 
 
 def _shown(old: str, new: str, around: int = 24) -> str:
-    """Both, less what is alike at their ends but for a few characters."""
+    """Return both texts without their common ends, except a few characters."""
     begin = max(_alike(old, new) - around, 0)
     end = max(_alike(old[begin:][::-1], new[begin:][::-1]) - around, 0)
     first, last = ("… " if begin else ""), (" …" if end else "")
@@ -87,7 +87,7 @@ def _shown(old: str, new: str, around: int = 24) -> str:
 
 
 def _alike(a: str, b: str) -> int:
-    """How many characters two texts begin with alike."""
+    """Return the length of the common beginning of two texts."""
     pairs = enumerate(zip(a, b, strict=False))
     return next((i for i, (x, y) in pairs if x != y), min(len(a), len(b)))
 
@@ -103,9 +103,9 @@ def _below(node: cst.CSTNode) -> Iterator[cst.CSTNode]:
 
 
 def files_of(names: Iterable[str]) -> list[Path]:
-    """Python files that are named, and those in folders that are named.
+    """Return the named Python files, and the Python files in named folders.
 
-    Raises ValueError for a name that is neither.
+    Raises ValueError for any other name.
     """
     found: list[Path] = []
     for name in map(Path, names):
@@ -114,5 +114,5 @@ def files_of(names: Iterable[str]) -> list[Path]:
         elif name.suffix == ".py" and name.is_file():
             found.append(name)
         else:
-            raise ValueError(f"{name}: neither a Python file nor a folder of them")
+            raise ValueError(f"{name} is neither a Python file nor a folder of Python files")
     return found

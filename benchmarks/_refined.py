@@ -1,4 +1,4 @@
-"""A clip corrected as `twistcore refine` does it: what several benchmarks look at."""
+"""Correct a clip like `twistcore refine`, for several benchmarks."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pathlib import Path
 from twistcore.cli import main as twistcore
 from twistcore.errors import TwistError
 
-EVERYTHING = ("--min-confidence", "0", "--include-open")  # as if all that is found were accepted
+EVERYTHING = ("--min-confidence", "0", "--include-open")  # as if all finds were accepted
 
 
 def refine_file(path: Path, output: Path, *words: str) -> None:
-    """Write the corrected clip to `output`; TwistError where it cannot be read or corrected."""
+    """Write the corrected clip to `output`; raise TwistError if this is impossible."""
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         status = twistcore(["refine", str(path.resolve()), "-o", str(output), *words])

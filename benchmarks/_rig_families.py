@@ -1,6 +1,7 @@
-"""The rigs of `benchmarks.rigs`: names and hierarchies as public rigs have them.
+"""The rigs of `benchmarks.rigs`, with names and hierarchies of public rigs.
 
-Where along a bone a piece or helper is, and its share of the roll, is ours; no two exports agree.
+The place of a piece or helper along a bone and its share of the roll are our choice; no two exports
+agree.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 from benchmarks._rigs import TRUNK, Helper, Rig
 
 SIBLINGS, IN_CHAIN, THREE = "twist bones next to the chain", "in the chain", "three pieces"
-BELOW_HAND, STRANGERS = "helpers below the hand", "read elsewhere, never tuned on"
+BELOW_HAND, STRANGERS = "helpers below the hand", "read from public sources, never tuned on"
 
 _LONG = ("Left", "Right")
 _SMALL = ("l", "r")
@@ -273,7 +274,7 @@ _IN_THREE = (
 
 
 def _fingers(hand: str, *fingers: str, marks: str = "12") -> tuple[Helper, ...]:
-    """Two joints a finger, each with its mark in place of '#'."""
+    """Return two joints per finger, each with its mark in place of '#'."""
     across = [0.5 - k / max(len(fingers) - 1, 1) for k in range(len(fingers))]
     found = []
     for finger, aside in zip(fingers, across, strict=True):

@@ -1,4 +1,4 @@
-"""Rigs as people have them, built from CMU motion: same joints in the room, another skeleton.
+"""Build common rigs from CMU motion: the same joint positions, another skeleton.
 
 A rig names the joints of CMU's skeleton, divides bones into pieces that share the bone's roll, and
 adds helpers: twist bones next to the chain, fingers, props.
@@ -22,7 +22,7 @@ from twistcore.skeleton.rotation import (
     twist_angle,
 )
 
-# What CMU calls the joints of the trunk, and those of a side behind 'Left' or 'Right'.
+# CMU's names of trunk joints, and of side joints after 'Left' or 'Right'.
 TRUNK = ("Hips", "LowerBack", "Spine", "Spine1", "Neck", "Neck1", "Head")
 LIMBS = ("Shoulder", "Arm", "ForeArm", "Hand", "UpLeg", "Leg", "Foot", "ToeBase")
 # The joint below each bone that is divided or has helpers.
@@ -35,8 +35,8 @@ BELOW = {
     "Leg": "Foot",
     "Foot": "ToeBase",
 }
-CHAINED = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")  # bones that have a chain
-# Bones whose last piece takes over roll of the joint below: pronation lies in the forearm.
+CHAINED = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")  # bones with a chain
+# Bones whose last piece takes over roll of the joint below, as in pronation of the forearm.
 ROLLED = ("ForeArm", "Leg")
 _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 _STILL = 1e-9  # radians
@@ -44,12 +44,12 @@ _STILL = 1e-9  # radians
 
 @dataclass(frozen=True)
 class Helper:
-    """A joint that no chain needs.
+    """An additional joint that no chain needs.
 
-    name, parent: with {s} for the side; bone: of LIMBS, whose direction and roll it has; at: where
-    from the parent, as a share of the bone; aside: at right angles to it, likewise; undo: share of
-    the bone's own roll that it turns back; follow: share of the roll of the joint below that it
-    takes; bend: share of the whole rotation of the joint below.
+    name, parent: with {s} for the side; bone: the bone of LIMBS whose direction and roll it has;
+    at: distance from the parent, as a share of the bone; aside: perpendicular distance, as a share;
+    undo: share of the bone's own roll that the helper turns back; follow: share of the roll of the
+    joint below that it adopts; bend: share of the whole rotation of the joint below.
     """
 
     name: str
@@ -64,12 +64,12 @@ class Helper:
 
 @dataclass(frozen=True)
 class Rig:
-    """A family of rigs; a name with {s} is that of either side.
+    """A family of rigs; names with {s} exist for both sides.
 
-    trunk: names for TRUNK, shorter where the head has fewer; limbs: names for LIMBS, several where
-    a bone is in pieces; sides: what {s} is; pelvis: a joint between the first one and the legs;
-    share: of a bone's own roll that its first piece has, and of the roll of the joint below that
-    the last one leaves there; source: where names and hierarchy were read; as_is: CMU's own rig.
+    trunk: names for TRUNK, fewer if the head has fewer joints; limbs: names for LIMBS, several if a
+    bone is in pieces; sides: values of {s}; pelvis: a joint between the first one and the legs;
+    share: share of a bone's own roll in its first piece, and share of the roll of the joint below
+    that the last piece leaves there; source: origin of names and hierarchy; as_is: CMU's own rig.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Rig:
         return any(not isinstance(names, str) for names in self.limbs)
 
     def pieces(self, role: str, side: int) -> tuple[str, ...]:
-        """Names of a bone's joints on a side (0, 1), the first piece first."""
+        """Return the names of a bone's joints on a side (0, 1), the first piece first."""
         names = self.limbs[LIMBS.index(role)]
         names = (names,) if isinstance(names, str) else names
         return tuple(name.format(s=self.sides[side]) for name in names)
@@ -118,7 +118,7 @@ class _Making:
 
 
 def rigged(motion: Motion, rig: Rig) -> Motion:
-    """The motion of a CMU clip on another rig; joints that both have keep their places."""
+    """Return a CMU clip's motion on another rig; common joints keep their places."""
     if rig.as_is:
         return motion
     made = _Making(motion, rig)
@@ -130,7 +130,7 @@ def rigged(motion: Motion, rig: Rig) -> Motion:
 
 
 def shared_joints(motion: Motion, rig: Rig) -> dict[str, str]:
-    """CMU's name of each joint that a rig has, by the rig's name."""
+    """Return CMU's name of each joint of a rig, by the rig's name."""
     found = {name: cmu for cmu, name in zip(TRUNK, rig.trunk, strict=False)}
     for side, long in enumerate(("Left", "Right")):
         found |= {rig.pieces(role, side)[0]: long + role for role in LIMBS}
@@ -138,9 +138,9 @@ def shared_joints(motion: Motion, rig: Rig) -> dict[str, str]:
 
 
 def _descend(made: _Making, joint: int, parent: int, offset: Array, turn: Array | None) -> None:
-    """Make a joint of CMU's, its pieces and helpers, and all below.
+    """Make a joint of CMU's rig, its pieces and helpers, and all joints below.
 
-    turn: what the pieces of the bone above have taken of its rotation, or None.
+    turn: the part of its rotation taken by the pieces of the bone above, or None.
     """
     skeleton, rig = made.motion.skeleton, made.rig
     cmu = skeleton.names[joint]
@@ -160,7 +160,7 @@ def _descend(made: _Making, joint: int, parent: int, offset: Array, turn: Array 
         for child in skeleton.children[joint]:
             _descend(made, child, parent, offset + skeleton.offsets[child], None)
         return
-    else:  # fingers, which each rig has of its own
+    else:  # fingers, which differ between rigs
         return
     hips = made.add(rig.pelvis, last, np.zeros(3), _IDENTITY) if rig.pelvis and joint == 0 else last
     if joint in skeleton.end_offsets:
@@ -177,7 +177,7 @@ def _descend(made: _Making, joint: int, parent: int, offset: Array, turn: Array 
 def _bone(
     made: _Making, joint: int, parent: int, offset: Array, q: Array
 ) -> tuple[int, dict[int, Array]]:
-    """Make the pieces of a bone, and its helpers; the last piece, and what children turn back."""
+    """Make a bone's pieces and helpers; return the last piece and the turns undone by children."""
     motion, rig = made.motion, made.rig
     skeleton = motion.skeleton
     side, role = _role(skeleton.names[joint])
@@ -204,7 +204,7 @@ def _bone(
 
 
 def _add_helpers(made: _Making, role: str, side: int, bone: Array, joint: int = -1) -> None:
-    """Make the helpers of a bone, in their order; a parent must have been made before."""
+    """Make the helpers of a bone in order; a parent must precede its children."""
     motion = made.motion
     if np.linalg.norm(bone) < _STILL:
         return
@@ -223,21 +223,21 @@ def _add_helpers(made: _Making, role: str, side: int, bone: Array, joint: int = 
         for k in (side,) if joint >= 0 else (0, 1):
             word = made.rig.sides[k]
             name, above = helper.name.format(s=word), helper.parent.format(s=word)
-            if name in made.names and joint < 0:  # of the trunk, one for both sides
+            if name in made.names and joint < 0:  # a trunk helper, shared by both sides
                 continue
             roll = helper.follow * below - helper.undo * own
             rotation = quaternion_from_axis_angle(axis, roll)
             if helper.bend:
                 rotation = exponential(helper.bend * bend)
             length = float(np.linalg.norm(bone))
-            # Sides differ where one helper is made for both.
+            # The sides differ although one helper is made for both.
             out = helper.aside * (1.0 if k == 0 or joint >= 0 else -1.0)
             offset = helper.at * bone + out * length * across
             made.add(name, made.names.index(above), offset, rotation)
 
 
 def _role(cmu: str) -> tuple[int, str]:
-    """Side, 0 or 1, and role of a joint of CMU's; ('LeftArm' → 0, 'Arm')."""
+    """Return side, 0 or 1, and role of a CMU joint; ('LeftArm' → 0, 'Arm')."""
     for side, word in enumerate(("Left", "Right")):
         if cmu.startswith(word):
             return side, cmu.removeprefix(word)
@@ -245,21 +245,21 @@ def _role(cmu: str) -> tuple[int, str]:
 
 
 def _child(skeleton: Skeleton, joint: int, role: str) -> int:
-    """The joint at the other end of a bone of CMU's, −1 where there is none."""
+    """Return the joint at the other end of a CMU bone, or −1."""
     side = skeleton.names[joint].removesuffix(role)
     name = side + BELOW.get(role, "")
     return skeleton.names.index(name) if role in BELOW and name in skeleton.names else -1
 
 
 def _roll(q: Array, axis: Array) -> Array:
-    """Twist about an axis, radians, (frames,), without jumps of a whole turn."""
+    """Return the twist about an axis, radians, (frames,), without jumps of a whole turn."""
     return np.unwrap(twist_angle(q, axis))
 
 
 def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int]]:
-    """P and C of each joint of the limbs by side and role of its bone: what an error turns.
+    """Return P and C of each limb joint, by side and role of its bone, for injecting errors.
 
-    P is the joint that C hangs on: the last piece.
+    P is the parent of C: the last piece.
     """
     skeleton = motion.skeleton
     pairs = {}
@@ -271,7 +271,7 @@ def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int
 
 
 def piece_pairs(motion: Motion, rig: Rig) -> list[tuple[tuple[int, int], tuple[int, bool]]]:
-    """P and C of neighbouring pieces of a bone, of all bones, each with its limb."""
+    """Return P and C of neighbouring pieces of all bones, each with its limb."""
     index = motion.skeleton.index
     found = []
     for side in (0, 1):

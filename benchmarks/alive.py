@@ -1,4 +1,4 @@
-"""What of the program is alive: memory, files, threads, processes, widgets, clips, reviews."""
+"""Count what the program keeps alive: memory, files, threads, widgets, clips, reviews."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ _PROCESS = Path("/proc/self")
 
 @dataclass(frozen=True)
 class Alive:
-    """Counts once garbage is collected.
+    """Counts after garbage collection.
 
-    mib: resident memory; windows: widgets without a parent; ours: Qt's objects of our classes that
-    Python knows and Qt has not deleted; the rest by what they are.
+    mib: resident memory; windows: widgets without a parent; ours: Qt objects of our classes that
+    Python references and Qt has not deleted; the other fields are named after their objects.
     """
 
     mib: float
@@ -55,22 +55,22 @@ class Alive:
 
     @classmethod
     def heads(cls) -> str:
-        """Names of the columns, as wide as the numbers."""
+        """Return the column names, as wide as the numbers."""
         first, *rest = (f.name for f in fields(cls))
         return f"{first:>8}" + "".join(f"{name:>10}" for name in rest)
 
 
 def alive() -> Alive:
-    """Count now; what nobody holds goes first."""
+    """Collect garbage and count now."""
     gc.collect()
     gc.collect()
     give_back()
     kinds: Counter[type] = Counter()
     ours = 0
     for thing in gc.get_objects():
-        kind = type(thing)  # asked in its place: a proxy would ask what it stands for
+        kind = type(thing)  # not isinstance: a proxy would ask its target
         kinds[kind] += 1
-        # The kind first: there are types whose __module__ is no text.
+        # Check the kind first: some types have a __module__ that is no string.
         if issubclass(kind, QObject) and kind.__module__.startswith("inspector."):
             ours += isValid(thing)
 
@@ -94,22 +94,22 @@ def alive() -> Alive:
 
 
 def give_back() -> None:
-    """Free memory that the allocator keeps for later, where it can be told to."""
+    """Free memory that the allocator keeps for later, if possible."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)
 
 
 def resident() -> float:
-    """Memory of this process, MiB."""
+    """Return the memory of this process, MiB."""
     pages = (_PROCESS / "statm").read_text(encoding="ascii").split()[1]
     return int(pages) * 4096 / 2**20
 
 
 def children() -> list[str]:
-    """Command lines of the processes that this one has started and that are there still.
+    """Return the command lines of running processes that this one has started.
 
-    But for the one in which Python's multiprocessing keeps a list, as long as the program runs.
+    Excludes the resource tracker of Python's multiprocessing, which runs as long as the program.
     """
     numbers = [n for t in (_PROCESS / "task").iterdir() for n in _read(t / "children").split()]
     lines = [_read(Path("/proc", n, "cmdline")).replace("\0", " ").strip() for n in numbers]
@@ -119,18 +119,18 @@ def children() -> list[str]:
 def _read(file: Path) -> str:
     try:
         return file.read_text("utf-8", "replace")
-    except OSError:  # it has ended meanwhile
+    except OSError:  # the process has ended
         return ""
 
 
 @dataclass
 class Said:
-    """What went wrong: exceptions that nobody caught, and warnings of Qt's."""
+    """Problems: uncaught exceptions, and Qt's warnings."""
 
     wrong: list[str] = field(default_factory=list)
 
     def note(self, kind: type[BaseException], error: object, trace: TracebackType | None) -> None:
-        """An exception, where it was raised last."""
+        """Record an exception with the place where it was last raised."""
         while trace is not None and trace.tb_next is not None:
             trace = trace.tb_next
         place = ""
@@ -151,7 +151,7 @@ class _Logged(logging.Handler):
 
 @contextmanager
 def heard() -> Iterator[Said]:
-    """Hear every exception of a slot or thread, every warning of Qt's or of a log."""
+    """Record every exception of a slot or thread, and every warning of Qt or a log."""
     said = Said()
 
     def message(kind: QtMsgType, _context: object, text: str) -> None:
@@ -159,7 +159,7 @@ def heard() -> Iterator[Said]:
             said.wrong.append(f"Qt: {text}")
 
     def warning(text: object, kind: type[Warning], *_place: object) -> None:
-        caught = sys.exc_info()  # pyqtgraph catches what a drag raises, and warns of it
+        caught = sys.exc_info()  # pyqtgraph catches exceptions of a drag and warns
         said.note(*caught) if caught[0] is not None else said.wrong.append(
             f"{kind.__name__}: {text}"
         )

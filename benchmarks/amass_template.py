@@ -1,9 +1,10 @@
-"""What a template's bones cost where an AMASS file has no body: `… FOLDER [--tilt DEG]…`.
+"""Measure the cost of a template's bones if an AMASS file has no body: `… FOLDER [--tilt DEG]…`.
 
-Each BVH of the folder becomes an AMASS clip whose limbs rest DEG off the template's, every bone
-another way, and gets errors of protocol P0. Told are the counter-twists that are found with the
-body at hand, in the same frames without it, and how far joints of the real body move when these
-are taken out about the template's bones. A real body's limbs lie up to 8° off a T-pose's axes.
+Each BVH of the folder becomes an AMASS clip whose limbs rest DEG away from the template's, each
+bone in another direction, and gets errors of protocol P0. The table shows the counter-twists found
+with the body available, those in the same frames without it, and how far joints of the real body
+move when these are corrected about the template's bones. A real body's limbs are up to 8° away from
+a T-pose's axes.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ _LIMBS = (1, 2, 4, 5, 7, 8, 16, 17, 18, 19)
 
 
 def tilts(degrees: float, rng: np.random.Generator) -> np.ndarray:
-    """Rotation a joint's bones rest by, (24, 4): none but in limbs."""
+    """Return the rest rotation of each joint's bones, (24, 4); only limbs are rotated."""
     axes = np.zeros((24, 3))
     axes[list(_LIMBS)] = np.radians(degrees) * normalise(rng.normal(size=(len(_LIMBS), 3)))
     return exponential(axes)
 
 
 def clips(motion: Motion, name: str, degrees: float) -> tuple[Clip, Clip]:
-    """A clip with errors, read with its body at hand and without."""
+    """Return a clip with errors, read with and without its body."""
     rng = generator(1, name)
     arrays = amass_arrays(motion, 24, tilt=tilts(degrees, rng))
     clean = parse_npz(packed(arrays), name)
@@ -50,14 +51,14 @@ def clips(motion: Motion, name: str, degrees: float) -> tuple[Clip, Clip]:
 
 
 def packed(arrays: dict[str, np.ndarray]) -> bytes:
-    """The bytes of an .npz."""
+    """Return the bytes of an .npz."""
     out = io.BytesIO()
     np.savez(out, **arrays)
     return out.getvalue()
 
 
 def row(paths: list[Path], degrees: float) -> str:
-    """Found with the body, found without, more without, and how far joints of the body move."""
+    """Return a row: found with the body, also without, only without, and motion of joints."""
     known = same = more = 0
     moved = []
     for path in paths:
@@ -83,7 +84,7 @@ def main() -> None:
     """Print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
-    parser.add_argument("--every", type=int, default=1, help="only each so manieth clip")
+    parser.add_argument("--every", type=int, default=1, help="only every N-th clip")
     parser.add_argument("--tilt", type=float, nargs="+", default=[0.0, 2.0, 5.0, 8.0])
     arguments = parser.parse_args()
     paths = sorted(arguments.folder.glob("*.bvh"))[:: arguments.every]

@@ -1,15 +1,14 @@
-"""Joints of AMC clips beside those of the same trials as BVH.
+"""Compare joints of AMC clips with the same trials as BVH.
 
 python -m benchmarks.amc_crosscheck FOLDER_AMC FOLDER_BVH
 
-Both folders hold files of the same names: those of the CMU Motion Capture Database as it was
-released, with their ASF, and a release of it as BVH, whose joints stand in the same order. Frame 0
-of such a BVH may be a T-pose that was added later. It leaves the length of a bone out on which
-several others hang (thorax, wrists): these joints have an OFFSET of 0 there. What is printed is the
-largest distance of a joint in any frame, in the length unit of the AMC after the one scale between
-both, as told by the ways of the roots: of the joints that nothing left out lies above, and of all
-after those lengths were put back. Exit status 1 where it is more than the decimals of both files
-can explain.
+Both folders contain files of the same names: the CMU Motion Capture Database as released, with its
+ASF files, and a BVH version of it with the same order of joints. Frame 0 of such a BVH may be a
+T-pose that was added later. The BVH omits the length of bones with several children (thorax,
+wrists): these joints have an OFFSET of 0. The output is the largest distance of a joint in any
+frame, in the length unit of the AMC, after one scale for both, estimated from the paths of the
+roots: for joints without an omitted length above them, and for all joints after these lengths were
+restored. The exit status is 1 if a distance exceeds the rounding of both files.
 """
 
 from __future__ import annotations
@@ -25,8 +24,8 @@ from twistcore.formats.amc import read_amc
 from twistcore.formats.bvh import read_bvh
 from twistcore.skeleton.motion import Motion, forward_kinematics
 
-# The root has 4 decimals in a BVH, up to 9e-5 off on three axes; so have the angles, up to 3e-5 off
-# over a limb of 17 units, and more of them lie above a hand.
+# The root has 4 decimals in a BVH, an error of up to 9e-5 over three axes; the angles too, up to
+# 3e-5 over a limb of 17 units, and several of them are above a hand.
 MOST = 2e-4
 
 
@@ -42,7 +41,7 @@ class Compared:
 
 
 def compared(amc: Path, bvh: Path) -> Compared:
-    """Set two files of the same trial beside each other; ValueError where they are not."""
+    """Compare two files of the same trial; raise ValueError if they are not."""
     mine, theirs = read_amc(amc).motion, read_bvh(bvh).motion
     if theirs.frames == mine.frames + 1:
         theirs = theirs.sliced(1, theirs.frames)
@@ -50,7 +49,7 @@ def compared(amc: Path, bvh: Path) -> Compared:
         raise ValueError(f"{amc.name}: {mine.frames} frames, but {theirs.frames} in the BVH")
     ours, skeleton = mine.skeleton, theirs.skeleton
     if not np.array_equal(ours.parents, skeleton.parents):
-        raise ValueError(f"{amc.name}: the joints of the BVH stand in another order")
+        raise ValueError(f"{amc.name}: the joints of the BVH have another order")
     ways = [m.translation(0).ravel() for m in (mine, theirs)]
     scale = float(ways[0] @ ways[1] / (ways[1] @ ways[1]))
     gone = (skeleton.offsets == 0.0).all(axis=1) & (ours.offsets != 0.0).any(axis=1)
@@ -67,13 +66,13 @@ def compared(amc: Path, bvh: Path) -> Compared:
 
 
 def _largest(mine: Motion, theirs: Motion, scale: float) -> np.ndarray:
-    """By joint, over all frames."""
+    """Return the largest distance over all frames."""
     places = [forward_kinematics(m)[1] for m in (mine, theirs)]
     return np.linalg.norm(places[0] - scale * places[1], axis=-1).max(axis=0)
 
 
 def main() -> int:
-    """Compare every AMC of a folder that has a BVH of its name in the other."""
+    """Compare every AMC of a folder with the BVH of the same name in the other."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("amc", type=Path)
     parser.add_argument("bvh", type=Path)

@@ -1,10 +1,10 @@
-"""AMC clips in and out: python -m benchmarks.amc_round_trip FOLDER [--flip]
+"""Read and write AMC clips: python -m benchmarks.amc_round_trip FOLDER [--flip]
 
-Every clip of the folder is detected and corrected as `twistcore refine` does it, and what was
-written is compared with the source word by word: every word may differ that is a number of a bone
-and a frame which an accepted interval turns, and no other. --flip: first a flip of 170° about the
-right leg's line, foot and all, is put into 12 frames, since few clips have errors that a bone of
-theirs can take back. Exit status 1 where another word differs, or a flip put in is not taken out.
+Every clip of the folder is detected and corrected like with `twistcore refine`, and the output is
+compared with the source word by word: only numbers of a bone in a frame that an accepted interval
+changes may differ. --flip: first a flip of 170° about the right leg's line, including the foot, is
+injected into 12 frames, since few clips have errors that their bones allow to correct. The exit
+status is 1 if any other word differs, or if an injected flip is not corrected.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ FLIPPED, DEGREES = 12, 170.0
 
 
 def with_flip(clip: AmcClip) -> AmcClip:
-    """The clip with the flip, as it would stand in a file."""
+    """Return the clip with the flip, as read from a file."""
     analysis = analyse(clip)
     limb = next(limb for limb in analysis.limbs if limb.label == "Right leg")
     offset = np.zeros(clip.frames)
@@ -39,7 +39,7 @@ def with_flip(clip: AmcClip) -> AmcClip:
 
 
 def words(data: bytes) -> list[tuple[int, str, bytes]]:
-    """Every word with its frame, from 0, and its line's first word."""
+    """Return every word with its frame, from 0, and its line's first word."""
     out, frame = [], -1
     for line in data.splitlines():
         own = line.split()
@@ -51,7 +51,7 @@ def words(data: bytes) -> list[tuple[int, str, bytes]]:
 
 
 def turned(clip: AmcClip, accepted: Iterable[Interval]) -> set[tuple[int, str]]:
-    """(frame, bone) of all that the intervals turn."""
+    """Return (frame, bone) of all rotations that the intervals change."""
     chains = {c.name: c for c in analyse(clip).chains_and_limbs}
     names, out = clip.skeleton.names, set()
     for i in accepted:
@@ -61,7 +61,7 @@ def turned(clip: AmcClip, accepted: Iterable[Interval]) -> set[tuple[int, str]]:
 
 
 def main() -> int:
-    """One line a clip."""
+    """Print one line per clip."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--flip", action="store_true")

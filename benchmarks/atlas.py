@@ -1,17 +1,17 @@
-"""What is found in folders of captures: python -m benchmarks.atlas FOLDER [--json FILE].
+"""Survey the finds in folders of captures: python -m benchmarks.atlas FOLDER [--json FILE].
 
     python3 dev.py bench atlas FOLDER [--only SET]… [--json FILE] [--pictures DIR] [--verdicts CSV]
 
-FOLDER holds one folder a set of captures. Every clip is read and searched at default settings; the
-table tells of each set its clips, minutes and failures, the intervals found by kind, and how many
-an hour. `applied` are those that `refine` would correct unasked. A clip that cannot be read or
-searched is listed and stops no other; exit status 1 then.
+FOLDER contains one folder for each set of captures. Every clip is read and searched at default
+settings; the table shows for each set its clips, minutes and failures, and the intervals by kind,
+in total and per hour. `applied` are automatic corrections. A clip that cannot be read or searched
+is listed without stopping the others; the exit status is then 1.
 
---blind draws them for judges who see neither set nor confidence (:mod:`benchmarks.blind_verdicts`).
---pictures draws what was found on contact sheets (:mod:`benchmarks.atlas_pictures`), --most of
-them at random, spread over sets and kinds. --verdicts prints how often the eye said *error*,
-*doubtful* and *alarm*, of a table whose columns are those of docs/atlas-verdicts.csv, with the
-interval of Wilson around the share of errors.
+--blind draws the finds for judges who see neither set nor confidence
+(:mod:`benchmarks.blind_verdicts`). --pictures draws finds on contact sheets
+(:mod:`benchmarks.atlas_pictures`), --most of them at random, spread over sets and kinds. --verdicts
+prints the numbers of *error*, *doubtful* and *alarm* in a table of visual verdicts with the columns
+of docs/atlas-verdicts.csv, and Wilson's interval of the share of errors.
 """
 
 from __future__ import annotations
@@ -38,17 +38,17 @@ from twistcore.work.processes import each, reason
 KINDS = tuple(kind for kind in Kind if not kind.of_capture)  # the atlas judges errors of twist
 VERDICTS = ("error", "doubtful", "alarm")
 COLUMNS = ("set", "clip", "chain", "joint", "start", "stop", "kind", "degrees", "applied")
-WILSON = 1.96  # of 95 %
-FREE = "cmu"  # sets whose skeletons anybody may show
+WILSON = 1.96  # for 95 %
+FREE = "cmu"  # sets whose skeletons may be published
 
 Row = dict[str, float | int | str]
 
 
 @dataclass(frozen=True)
 class Find:
-    """An interval of a clip; offset: degrees a frame; degrees: what a table shows of it.
+    """An interval of a clip; offset: degrees by frame; degrees: the number in tables.
 
-    applied: whether `refine` corrects it unasked.
+    applied: True for an automatic correction of `refine`.
     """
 
     clip: str
@@ -66,7 +66,7 @@ class Find:
 
 @dataclass(frozen=True)
 class Seen:
-    """A clip that was looked at; problem: why it could not be, else ''."""
+    """A surveyed clip; problem: the reason if it failed, else ''."""
 
     set: str
     clip: str
@@ -78,12 +78,12 @@ class Seen:
 
     @property
     def seconds(self) -> float:
-        """How long it lasts."""
+        """Return the length of the clip in seconds."""
         return self.frames / self.fps if self.fps > 0.0 else 0.0
 
 
 def look(path: Path) -> Seen:
-    """Read and search a clip; raises TwistError."""
+    """Read and search a clip; raise TwistError."""
     motion = read_clip(path).motion
     analysis = analyse(motion)
     found = analysis.detect(kinds=KINDS)
@@ -110,7 +110,7 @@ def _find(clip: str, i: Interval, *, applied: bool) -> Find:
 
 
 def survey(folder: Path, only: Sequence[str] = (), workers: int = 2) -> Iterator[Seen]:
-    """What is in each clip of each set, as it comes; a clip that fails says why."""
+    """Yield the survey of each clip of each set as it finishes; a failed clip has a problem."""
     paths = [p for p in sorted(folder.glob("*/*")) if is_clip(p)]
     paths = [p for p in paths if not only or p.parent.name in only]
     for path, seen in each(look, paths, workers):
@@ -121,7 +121,7 @@ def survey(folder: Path, only: Sequence[str] = (), workers: int = 2) -> Iterator
 
 
 def table(seen: Iterable[Seen]) -> list[Row]:
-    """A row a set and one of all: clips, minutes, failures; finds, those applied, an hour."""
+    """Return a row per set and a total: clips, minutes, failures, finds, applied, per hour."""
     by_set: dict[str, list[Seen]] = defaultdict(list)
     for s in seen:
         by_set[s.set].append(s)
@@ -150,9 +150,9 @@ def _row(name: str, own: Sequence[Seen]) -> Row:
 
 
 def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]:
-    """At most so many finds with their sets: as many as may be of every set, kind and `applied`.
+    """Draw at most `most` finds with their sets, evenly from every set, kind and `applied`.
 
-    Where such a group has more than its share, its finds are drawn at random.
+    If such a group has more than its share, its finds are drawn at random.
     """
     groups: dict[tuple[str, str, bool], list[Find]] = defaultdict(list)
     for s in sorted(seen, key=lambda s: (s.set, s.clip)):
@@ -171,7 +171,7 @@ def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]
 
 
 def wilson(right: int, of: int) -> tuple[float, float]:
-    """The interval of Wilson (1927) of a share, at 95 %; all of it where there is nothing."""
+    """Return the 95 % interval of Wilson (1927) of a share; 0 to 1 without data."""
     if not of:
         return 0.0, 1.0
     p, z2 = right / of, WILSON**2
@@ -181,7 +181,7 @@ def wilson(right: int, of: int) -> tuple[float, float]:
 
 
 def precision(verdicts: Iterable[Mapping[str, str]], *by: str) -> list[Row]:
-    """Verdicts counted by some columns: how many of each, the share of errors and its interval."""
+    """Count verdicts by some columns: numbers, share of errors and its interval."""
     counted: dict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
     for row in verdicts:
         counted[tuple(row[column] for column in by)][row["verdict"]] += 1
@@ -196,7 +196,7 @@ def precision(verdicts: Iterable[Mapping[str, str]], *by: str) -> list[Row]:
 
 
 def markdown(rows: Sequence[Mapping[str, object]]) -> str:
-    """Rows as a table of Markdown; '' for none."""
+    """Return rows as a Markdown table; '' without rows."""
     if not rows:
         return ""
     lines = [list(rows[0]), ["---"] * len(rows[0]), *(list(r.values()) for r in rows)]
@@ -204,18 +204,20 @@ def markdown(rows: Sequence[Mapping[str, object]]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Survey, print the table, draw what was asked for; 1 if a clip failed."""
+    """Survey, print the table and draw the chosen pictures; return 1 if a clip failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", action="append", default=[], metavar="SET")
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument("--json", type=Path, help="what was found, clip by clip")
+    parser.add_argument("--json", type=Path, help="write the finds, clip by clip")
     parser.add_argument("--pictures", type=Path, help="a folder for contact sheets")
-    parser.add_argument("--blind", type=Path, help="a folder for pictures that tell no more")
+    parser.add_argument(
+        "--blind", type=Path, help="a folder for pictures without set and confidence"
+    )
     parser.add_argument("--most", type=int, default=300, help="finds on contact sheets")
     parser.add_argument("--seed", type=int, default=19)
     parser.add_argument("--verdicts", type=Path, help="a table of verdicts to count")
-    parser.add_argument("--figures", type=Path, help="a folder for the pictures that it names")
+    parser.add_argument("--figures", type=Path, help="a folder for the pictures named in the table")
     options = parser.parse_args(arguments)
     seen = []
     for s in survey(options.folder, options.only, options.workers):
@@ -241,7 +243,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
-    """Contact sheets of finds, and beside them a table that has a line for each, verdicts open."""
+    """Draw contact sheets of finds and write a table of them with empty verdicts."""
     from benchmarks.atlas_pictures import A_SHEET, sheet
 
     output.mkdir(parents=True, exist_ok=True)
@@ -259,9 +261,9 @@ def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
 def draw_blind(
     folder: Path, finds: Sequence[tuple[str, Find]], output: Path, seed: int = 19
 ) -> None:
-    """A picture of each find in random order, numbered, and the key to them, which no judge opens.
+    """Draw numbered pictures of the finds in random order, and a key that judges do not open.
 
-    Judged with :mod:`benchmarks.blind_verdicts`.
+    Evaluate the verdicts with :mod:`benchmarks.blind_verdicts`.
     """
     from benchmarks.atlas_pictures import picture
 
@@ -280,7 +282,7 @@ def draw_blind(
 def figures(
     folder: Path, seen: Iterable[Seen], verdicts: Iterable[Mapping[str, str]], output: Path
 ) -> None:
-    """A picture of each find that has a name for one; as a bare line but of sets that are free."""
+    """Draw each find with a picture name; only bare lines unless the set may be published."""
     from benchmarks.atlas_pictures import picture
 
     def key(name: str, find: Mapping[str, object]) -> tuple[str, ...]:

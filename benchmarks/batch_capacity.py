@@ -1,10 +1,13 @@
-"""Workers, hours and cost of many clips: python -m benchmarks.batch_capacity OUTDIR… [--hours H].
+"""Estimate workers, hours and cost of many clips.
 
-Draws clips at random from those of manifests, with the seconds that each took, and lets workers
-take them one after the other: the largest file first, as `batch` does, and in any order. Some are
-slowed tenfold, as by a busy disk or neighbour. Printed for so many clips and workers: hours until
-the last clip is done, what share of the workers' time is work (else they wait for stragglers, or
-start), worker-hours and cost; then how many workers get it done in the hours wished for.
+    python -m benchmarks.batch_capacity OUTDIR… [--hours H]
+
+Draws clips at random from manifests, with the seconds that each took, and assigns them to workers
+one after the other: the largest file first, like `batch`, and in random order. Some clips are
+slowed tenfold, as if by a busy disk or neighbour. The table shows for numbers of clips and workers:
+hours until the last clip is finished, the share of the workers' time spent on work (the rest is
+waiting for stragglers, or starting), worker-hours and cost; then the number of workers that finish
+in the given hours.
 """
 
 from __future__ import annotations
@@ -21,13 +24,13 @@ from twistcore.batch import Manifest
 
 CLIPS = (10_000, 100_000, 1_000_000)
 WORKERS = (1, 4, 16, 64, 256, 1024)
-SLOWER = 10.0  # times, of those that are slowed
+SLOWER = 10.0  # factor of slowed clips
 
 Array = NDArray[np.float64]
 
 
 def measured(folders: Sequence[Path]) -> tuple[Array, Array, Array]:
-    """Seconds, bytes of the file and bytes of memory of every clip that was done."""
+    """Return seconds, bytes of the file and bytes of memory of every finished clip."""
     rows = []
     for folder in folders:
         with Manifest.open(folder) as manifest:
@@ -38,7 +41,7 @@ def measured(folders: Sequence[Path]) -> tuple[Array, Array, Array]:
 
 
 def until_done(seconds: Array, workers: int, start: float) -> float:
-    """Seconds until the last of these clips is done, taken in this order; start: of a worker."""
+    """Return seconds until the last clip is finished, in this order; start: of a worker."""
     free = [start] * workers
     for each in seconds.tolist():
         heapq.heapreplace(free, free[0] + each)
@@ -46,7 +49,7 @@ def until_done(seconds: Array, workers: int, start: float) -> float:
 
 
 def workers_for(seconds: Array, hours: float, start: float) -> int | None:
-    """About the least number of workers that are done in so many hours; None where none is."""
+    """Return about the least number of workers that finish in `hours`; None if impossible."""
     if seconds.max() + start > 3600.0 * hours:
         return None
     workers = max(1, int(seconds.sum() / (3600.0 * hours)))
@@ -56,11 +59,11 @@ def workers_for(seconds: Array, hours: float, start: float) -> int | None:
 
 
 def main() -> None:
-    """Run it and print the tables."""
+    """Print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="+", type=Path, metavar="OUTDIR")
-    parser.add_argument("--hours", type=float, default=8.0, help="to be done in; default 8")
-    parser.add_argument("--price", type=float, default=0.04, help="of a worker for an hour")
+    parser.add_argument("--hours", type=float, default=8.0, help="the time limit; default 8")
+    parser.add_argument("--price", type=float, default=0.04, help="price of a worker per hour")
     parser.add_argument("--start", type=float, default=0.5, help="seconds a worker needs to start")
     parser.add_argument("--slow", type=float, default=0.01, help="share of clips that are slowed")
     parser.add_argument("--clips", type=int, nargs="+", default=CLIPS)
@@ -93,7 +96,7 @@ def main() -> None:
                 f"{other / 3600:>11.3f}{hours:>14,.1f}{hours * arguments.price:>10,.2f}"
             )
         need = workers_for(largest_first, arguments.hours, arguments.start)
-        print(f"done in {arguments.hours:g} h by {need} workers")
+        print(f"{need} workers finish in {arguments.hours:g} h")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,12 @@
-"""How fast `twistcore batch` is: python -m benchmarks.batch_speed FOLDER [--rounds N] [--json].
+"""Measure the speed of `twistcore batch`.
 
-The whole command, cold, over the folder's clips with one worker, with two, and on a local Dask
-cluster of two; then again over what is done. Printed: seconds (the best of the rounds), clips and
-bytes a second, how much faster two are than one, memory of a worker at its largest clip, and
-whether all made the same results. Aims: 12 clips a second with two workers, 1.7 times as fast as
-one, and 0.5 s + 2 ms a clip where nothing is new.
+    python -m benchmarks.batch_speed FOLDER [--rounds N] [--json]
+
+Runs the whole command, cold, over the folder's clips with one worker, with two, and on a local Dask
+cluster of two; then again over finished clips. The table shows seconds (the best of the rounds),
+clips and bytes per second, the speed-up of two workers, a worker's memory at its largest clip, and
+whether all results are equal. Aims: 12 clips per second with two workers, 1.7 times as fast as one,
+and 0.5 s + 2 ms per clip if nothing is new.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ WAYS = {"1": ("--workers", "1"), "2": ("--workers", "2"), "dask": ("--local-clus
 
 
 def run(folder: Path, out: Path, *words: str) -> float:
-    """Seconds of the whole command."""
+    """Return the seconds of the whole command."""
     command = [sys.executable, "-m", "twistcore", "batch", str(folder), "-o", str(out), *words]
     begin = time.perf_counter()
     subprocess.run(command, check=True, capture_output=True)
@@ -33,14 +35,14 @@ def run(folder: Path, out: Path, *words: str) -> float:
 
 
 def mark(out: Path) -> str:
-    """A hash of all results of a folder."""
+    """Return a hash of all results of a folder."""
     with Manifest.open(out) as manifest:
         results = {record.name: record.result for record in manifest.each_record()}
     return hashlib.sha256(json.dumps(results, sort_keys=True).encode()).hexdigest()
 
 
 def main() -> None:
-    """Run it and print the figures."""
+    """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--rounds", type=int, default=3)
@@ -50,7 +52,7 @@ def main() -> None:
     marks, records = set(), []
     with tempfile.TemporaryDirectory() as folder:
         for k in range(arguments.rounds):
-            for name, words in WAYS.items():  # by turns: the machine's mood is everybody's
+            for name, words in WAYS.items():  # in turns, so that load on the machine affects all
                 out = Path(folder, f"{name}-{k}")
                 seconds[name].append(run(arguments.folder, out, *words))
                 marks.add(mark(out))

@@ -1,12 +1,14 @@
-"""Our export in Blender: python -m benchmarks.blender_check FILE-OR-FOLDER… [--blender PYTHON].
+"""Compare our export with Blender.
 
-Every rotation number of each clip is written anew from quaternions, and the clip is corrected of
-all that `refine` finds; Blender imports both files, and the heads of bones are compared with our
-joints in up to 40 frames, of the skeleton's height (expected ≤ 1e-3). Exit status 1 if any is
-further away. In corrected files, frames that were corrected are among those.
+    python -m benchmarks.blender_check FILE-OR-FOLDER… [--blender PYTHON]
 
-PYTHON is an interpreter that can import bpy; it may be another than this one, since bpy comes for
-one version of Python only: python3.11 -m venv v && v/bin/pip install bpy==4.5.* numpy
+Every rotation number of each clip is written again from quaternions, and in a second file all finds
+of `refine` are corrected; Blender imports both files, and the heads of bones are compared with our
+joints in up to 40 frames, as a share of the skeleton's height (expected ≤ 1e-3). The exit status is
+1 if any distance is larger. In corrected files the frames include corrected ones.
+
+PYTHON is an interpreter that can import bpy; it may differ from this one, since bpy exists for one
+version of Python only: python3.11 -m venv v && v/bin/pip install bpy==4.5.* numpy
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ FRAMES = 40
 
 
 def export(source: Path, folder: Path) -> list[Path]:
-    """Write the clip anew and corrected into `folder`, and beside each where its joints are."""
+    """Write the clip, rewritten and corrected, into `folder`, each with its joint positions."""
     from benchmarks._refined import EVERYTHING, refine_file
     from benchmarks.bvh_crosscheck import rewritten
     from twistcore.formats.bvh import read_bvh
@@ -50,7 +52,7 @@ def export(source: Path, folder: Path) -> list[Path]:
 
 
 def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) -> None:
-    """Leave the places of joints beside a file: in frames evenly spread, and in some of `also`."""
+    """Write joint positions next to a file: in evenly spread frames, and in some of `also`."""
     from twistcore.skeleton.motion import forward_kinematics
 
     positions = forward_kinematics(clip.motion)[1]
@@ -63,7 +65,7 @@ def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) 
 
 
 def in_blender(path: Path) -> dict[str, Any]:
-    """Import an export into Blender and compare; runs where bpy is, without twistcore."""
+    """Import an export into Blender and compare; runs with bpy and without twistcore."""
     import bpy
 
     names, height = json.loads(path.with_suffix(".json").read_text())
@@ -82,16 +84,16 @@ def in_blender(path: Path) -> dict[str, Any]:
                 continue
             head = np.array(rig.matrix_world @ rig.pose.bones[name].head) / height
             distance = float(np.abs(head - position).max())
-            if not distance <= worst:  # no number is the worst
+            if not distance <= worst:  # NaN counts as the worst
                 worst, where = distance, f"{name}, frame {frame}"
     version = bpy.app.version_string
     return {"worst": worst, "where": where, "missing": missing, "blender": version}
 
 
 def compared(source: Path, blender: str) -> list[dict[str, Any]]:
-    """What `in_blender` found for one clip, written anew and corrected.
+    """Return the results of `in_blender` for one clip, rewritten and corrected.
 
-    RuntimeError where Blender could not read it, TwistError where we cannot.
+    Raises RuntimeError if Blender cannot read it, TwistError if we cannot.
     """
     with tempfile.TemporaryDirectory() as folder:
         paths = map(str, export(source, Path(folder)))
@@ -106,12 +108,12 @@ def compared(source: Path, blender: str) -> list[dict[str, Any]]:
 
 
 def main() -> int:
-    """Print one line a clip."""
+    """Print one line per clip."""
     if sys.argv[1:2] == ["--inside"]:
         with contextlib.redirect_stdout(sys.stderr):
             found = [in_blender(Path(name)) for name in sys.argv[2:]]
         print(json.dumps(found), flush=True)
-        os._exit(0)  # Blender's own clean-up may crash as a module, long after the result
+        os._exit(0)  # as a module, Blender may crash in its clean-up, after the result
     from twistcore.errors import TwistError
 
     parser = argparse.ArgumentParser(description=__doc__)
@@ -136,7 +138,7 @@ def main() -> int:
                 note, wrong = f" at {found['where']} <-- differs", wrong + 1
         said = f"{again['worst']:.1e} written, {corrected['worst']:.1e} corrected"
         print(f"{path.name}: {said}{note}  Blender {again['blender']}", flush=True)
-    print(f"{len(files)} files, {wrong} differ or were refused; worst {worst:.1e} of the height")
+    print(f"{len(files)} files, {wrong} different or refused; worst {worst:.1e} of the height")
     return int(wrong > 0)
 
 

@@ -1,13 +1,13 @@
-"""Two blind judges: what they say together. python -m benchmarks.blind_verdicts DIR [--csv FILE].
+"""Combine two blind judges' verdicts: python -m benchmarks.blind_verdicts DIR [--csv FILE].
 
-DIR is a folder that `python -m benchmarks.atlas FOLDER --blind DIR` made: a picture for every find,
-numbered in random order and without set, clip, kind or confidence, and `key.csv`, which a judge
-does not open. Each judge writes a table `number,verdict,why`, as `first.csv` and `second.csv`.
+DIR is a folder made by `python -m benchmarks.atlas FOLDER --blind DIR`: a picture for every find,
+numbered in random order and without set, clip, kind or confidence, and `key.csv`, which the judges
+do not open. Each judge writes a table `number,verdict,why`: `first.csv` and `second.csv`.
 
-A find on which they differ is doubtful. Printed: Cohen's kappa over all and over the automatic
-ones; verdicts by kind, by set and by what is automatic; and how confidence compares with the share
-of errors among errors and alarms, bin by bin, with the mean distance (ECE).
---csv writes a table as docs/atlas-blind.csv; --figure the picture of reliability.
+A find on which the judges differ is doubtful. The output shows Cohen's kappa over all finds and
+over automatic corrections; verdicts by kind, set and automatic correction; and confidence compared
+with the share of errors among errors and alarms, by bins, with the mean distance (ECE). --csv
+writes a table like docs/atlas-blind.csv; --figure a picture of the reliability.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from benchmarks.atlas import COLUMNS, VERDICTS, markdown, precision
 from benchmarks.evidence import equal_bins
 from twistcore.tuning.learned_confidence import Bin, expected_error
 
-BINS = 5  # of equally many finds
+BINS = 5  # with equal numbers of finds
 
 
 def kappa(first: Sequence[str], second: Sequence[str]) -> float:
-    """Agreement of two judges beyond chance [Cohen 1960]: 1 for all alike, 0 as by chance."""
+    """Return the agreement of two judges beyond chance [Cohen 1960]: 1 if equal, 0 by chance."""
     if not first:
         return float("nan")
     same = float(np.mean([a == b for a, b in zip(first, second, strict=True)]))
@@ -39,19 +39,19 @@ def kappa(first: Sequence[str], second: Sequence[str]) -> float:
 
 
 def agreed(first: str, second: str) -> str:
-    """The verdict of both; doubtful where they differ."""
+    """Return the verdict of both; doubtful if they differ."""
     return first if first == second else "doubtful"
 
 
 def reliability(rows: Iterable[Mapping[str, str]], bins: int = BINS) -> list[Bin]:
-    """Confidence against the share of errors, of finds that are errors or alarms."""
+    """Compare confidence with the share of errors among errors and alarms, in bins."""
     own = [r for r in rows if r["confidence"] and r["verdict"] in ("error", "alarm")]
     confidence = np.array([float(r["confidence"]) for r in own])
     return equal_bins(confidence, np.array([r["verdict"] == "error" for r in own]), bins)
 
 
 def judged(folder: Path) -> list[dict[str, str]]:
-    """The rows of the key with what both judges say; ValueError for a verdict that is none."""
+    """Return the key's rows with both verdicts; raise ValueError for an unknown verdict."""
     key = {row["number"]: row for row in _rows(folder / "key.csv")}
     said = [_verdicts(folder / f"{name}.csv") for name in ("first", "second")]
     both = sorted(set(said[0]) & set(said[1]) & set(key), key=int)
@@ -67,7 +67,7 @@ def _verdicts(path: Path) -> dict[str, str]:
     for row in _rows(path):
         verdict = row["verdict"].strip()
         if verdict not in VERDICTS:
-            said = f"{path.name}, number {row['number']}: {verdict!r} is no verdict"
+            said = f"{path.name}, number {row['number']}: {verdict!r} is not a verdict"
             raise ValueError(f"{said}; expected one of {', '.join(VERDICTS)}")
         out[str(int(row["number"]))] = verdict
     return out
@@ -79,7 +79,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
 
 
 def picture(bins: Sequence[Bin], output: Path) -> None:
-    """Confidence against the share of errors, with its interval at 95 %."""
+    """Plot confidence against the share of errors, with its 95 % interval."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -99,7 +99,7 @@ def picture(bins: Sequence[Bin], output: Path) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print what two judges say together."""
+    """Print the combined verdicts of two judges."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--csv", type=Path)
@@ -109,7 +109,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, own in (("all", rows), ("automatic", [r for r in rows if r["applied"] == "yes"])):
         value = kappa([r["first"] for r in own], [r["second"] for r in own])
         alike = sum(r["first"] == r["second"] for r in own)
-        print(f"{name}: {len(own)} judged by both, {alike} alike, kappa {value:.2f}")
+        print(f"{name}: {len(own)} judged by both, {alike} equal, kappa {value:.2f}")
     for by in (("kind", "applied"), ("applied", "set"), ("set", "kind")):
         print(f"\n{markdown(precision(rows, *by))}")
     bins = reliability(r for r in rows if r["kind"] == "counter-twist")

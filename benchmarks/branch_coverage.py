@@ -1,10 +1,12 @@
-"""The branches that tests go: python -m benchmarks.branch_coverage [--html FOLDER] [WORD …].
+"""Measure the branch coverage of the tests.
 
-WORD: for `dev.py test`; without any, all tests. Runs the tests with every process measured:
-workers, programs that are forked or started, Qt's threads (tests/conftest.py). What is killed tells
-nothing. Printed: the share of each package's statements and branches, and of branches alone, and
-the modules with the most that no test goes; --html: every line. The exit code is 1 if twistcore has
-less than 95 % or inspector less than 88 %. It takes twice the time of the tests.
+    python -m benchmarks.branch_coverage [--html FOLDER] [WORD …]
+
+WORD: for `dev.py test`; without any, all tests run. Every process is measured: workers, forked or
+started programs, Qt's threads (tests/conftest.py), but not killed processes. The output shows each
+package's share of covered statements and branches, and of branches alone, and the modules with the
+most uncovered ones; --html: every line. The exit code is 1 if twistcore has less than 95 % or
+inspector less than 88 %. A run takes twice the time of the tests.
 """
 
 from __future__ import annotations
@@ -39,7 +41,7 @@ exclude_also =
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """0 if both packages have their share."""
+    """Return 0 if both packages reach their share."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -60,12 +62,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def tell(files: Mapping[str, Mapping[str, int]]) -> int:
-    """Print the shares; 1 if one is less than wanted. `files`: path -> coverage's summary."""
+    """Print the shares; return 1 if one is too small. `files`: path -> coverage's summary."""
     sums: dict[str, Counter[str]] = defaultdict(Counter)
     for name, of in files.items():
         sums[Path(name).parts[0]].update(of)
     for name, of in sorted(files.items(), key=lambda item: _gone(item[1]) - _all(item[1]))[:SHOWN]:
-        print(f"{name}: {_all(of) - _gone(of)} of {_all(of)} not gone")
+        print(f"{name}: {_all(of) - _gone(of)} of {_all(of)} not covered")
     shares = {package: 100 * _gone(of) / _all(of) for package, of in sorted(sums.items())}
     for package, share in shares.items():
         of = sums[package]

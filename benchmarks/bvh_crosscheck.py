@@ -1,10 +1,10 @@
-"""Joint positions beside pybvh: python -m benchmarks.bvh_crosscheck FOLDER…
+"""Compare joint positions with pybvh: python -m benchmarks.bvh_crosscheck FOLDER…
 
-For every file that both can read: the largest distance between our joints and pybvh's, of the
-skeleton's height, as read (expected ≤ 1e-9), after every rotation number was written anew from
-quaternions and read back by pybvh (≤ 1e-6), and after correction of all that `refine` finds, which
-pybvh reads, too (≤ 1e-9); and how far the correction moved any joint by pybvh's account. Exit
-status 1 if any of the first three is larger.
+For every file that both can read: the largest distance between our joints and pybvh's, as a share
+of the skeleton's height: as read (expected ≤ 1e-9), after every rotation number was written again
+from quaternions and read back by pybvh (≤ 1e-6), and after correction of all finds of `refine`,
+also read by pybvh (≤ 1e-9); and how far the correction moved any joint according to pybvh. The exit
+status is 1 if any of the first three is larger.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ MOST = (1e-9, 1e-6, 1e-9)  # of the height: as read, rewritten, corrected
 
 
 def pybvh_positions(path: Path) -> NDArray[np.float64]:
-    """(frames, joints, 3) by pybvh, End Sites left out."""
+    """Return positions (frames, joints, 3) from pybvh, without End Sites."""
     import pybvh
 
     with warnings.catch_warnings():
@@ -40,14 +40,14 @@ def pybvh_positions(path: Path) -> NDArray[np.float64]:
 
 
 def rewritten(clip: Clip) -> bytes:
-    """The clip with every rotation number written anew from quaternions."""
+    """Return the clip with every rotation number written again from quaternions."""
     every = np.zeros(clip.motion.rotations.shape[:2], dtype=np.bool_)
     every[:] = clip.skeleton.rotatable
     return clip.patched(clip.motion, every).data
 
 
 def corrected(path: Path) -> tuple[float, float]:
-    """After correction, of the height: our joints beside pybvh's, and how far pybvh's moved."""
+    """Return distance from pybvh's joints and their motion after correction, of the height."""
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "corrected.bvh"
         refine_file(path, output, *EVERYTHING)
@@ -59,7 +59,7 @@ def corrected(path: Path) -> tuple[float, float]:
 
 
 def differences(path: Path) -> tuple[float, float]:
-    """Largest distance of any joint, of the height: as read, and after rewriting."""
+    """Return the largest distance of any joint, of the height: as read, and rewritten."""
     clip = read_bvh(path)
     ours = forward_kinematics(clip.motion)[1]
     height = clip.skeleton.height
@@ -71,7 +71,7 @@ def differences(path: Path) -> tuple[float, float]:
 
 
 def main() -> int:
-    """Print one line a file."""
+    """Print one line per file."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path)
     worst, count, wrong = [0.0, 0.0, 0.0], 0, 0

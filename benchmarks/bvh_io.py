@@ -1,14 +1,16 @@
-"""Reading, posing and writing BVH beside other readers: python -m benchmarks.bvh_io [--runs N].
+"""Compare reading, posing and writing of BVH with other libraries.
 
-What a person gets who starts a program for a clip: every figure is the median of processes that do
-each step once, imports left out, the tools in turn. The clip is a sample tiled to 20,000 frames of
-96 channels: with 6 decimals throughout, as the sample is written (4 decimals, and a row of
-integers in every 435), and with 6 digits as %g writes them, so that decimals vary. Peers that are
-not installed (pip install 'twist-inspector[peers]') are skipped with a line.
+    python -m benchmarks.bvh_io [--runs N]
 
-parse: file → skeleton and numbers. fk: numbers → positions of every joint in every frame,
-for us with the quaternions. write: 2 joints (6 of 96 columns) changed in every frame, to a file;
-the peers write all columns, as they can do no other. memory: peak of parsing, imports left out.
+The figures apply to a program started for one clip: each is the median of processes that do each
+step once, without imports, the tools in turn. The clip is a sample tiled to 20,000 frames of 96
+channels: with 6 decimals throughout, as the sample is written (4 decimals, and a row of integers in
+every 435), and with 6 digits as written by %g, so that decimals vary. Peers that are not installed
+(pip install 'twist-inspector[peers]') are skipped with a line.
+
+parse: file → skeleton and numbers. fk: numbers → positions of every joint in every frame, in our
+case including quaternions. write: 2 joints (6 of 96 columns) changed in every frame, to a file; the
+peers can only write all columns. memory: peak of parsing, without imports.
 """
 
 from __future__ import annotations
@@ -42,7 +44,7 @@ TOOLS = (
     "numpy.loadtxt",
     "numpy.fromstring",
 )
-SLOW = ("bvhio", "bvhsdk")  # take minutes for FK of the whole; measured over fewer frames
+SLOW = ("bvhio", "bvhsdk")  # take minutes for FK of the whole clip; measured over fewer frames
 FORMS = {"uniform decimals": "%.6f", "as the sample is written": "", "varying decimals": "%g"}
 Steps = tuple[
     Callable[[], Any], Callable[[Any], Any] | None, Callable[[Any], Callable[[], Any]] | None
@@ -50,7 +52,7 @@ Steps = tuple[
 
 
 def tiled(frames: int, form: str) -> bytes:
-    """The sample's rows over and over; with a form every number, a little larger, is so written."""
+    """Return the sample's rows repeated; with a form, every number, slightly changed, has it."""
     data = SAMPLE.read_bytes().replace(b"\r\n", b"\n")
     head, _, motion = data.partition(b"MOTION\n")
     rows = [row.strip() for row in motion.split(b"\n")[2:] if row.strip()]
@@ -61,7 +63,7 @@ def tiled(frames: int, form: str) -> bytes:
 
 
 def steps(tool: str, path: str, out: str) -> Steps:
-    """(parse, forward kinematics or None, what prepares to write or None) of one tool."""
+    """Return (parse, forward kinematics or None, preparation of writing or None) of one tool."""
     return _STEPS[tool](path, out)
 
 
@@ -149,7 +151,7 @@ _STEPS: dict[str, Callable[[str, str], Steps]] = {
 
 
 def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float]:
-    """Seconds of each step, and the peak of parsing in MB, of one tool in this process."""
+    """Measure seconds of each step, and the peak of parsing in MB, of one tool in this process."""
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
         parse, fk, write = steps(tool, path, str(Path(folder) / "out.bvh"))
@@ -169,7 +171,7 @@ def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float
 
 
 def _memory() -> float:
-    """Peak of this process in MB; ru_maxrss would begin with the parent's."""
+    """Return the peak of this process in MB; ru_maxrss would begin with the parent's."""
     status = Path("/proc/self/status")
     if status.exists():
         return int(status.read_text().partition("VmHWM:")[2].split()[0]) / 1024
@@ -198,7 +200,7 @@ def _table(title: str, arguments: argparse.Namespace) -> None:
         full, short = Path(folder) / "big.bvh", Path(folder) / "short.bvh"
         full.write_bytes(data)
         short.write_bytes(tiled(slow_frames, FORMS[title]))
-        # In turn, again and again: what else the machine does then meets all of them alike.
+        # In turn, repeatedly, so that other load on the machine affects all of them equally.
         for k in range(arguments.runs):
             for tool in TOOLS:
                 if tool not in SLOW:

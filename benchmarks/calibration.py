@@ -1,13 +1,15 @@
-"""Is the confidence calibrated? python -m benchmarks.calibration FOLDER [--seed N] [--step N].
+"""Test the calibration of the confidence.
 
-FOLDER holds clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols, plain and rich, are injected
-into each chain in turn; candidates are the intervals down to 0.3 τ. One is right if its IoU with a
-true interval is ≥ 0.5 and ≥ 80 % of that one's frames are corrected by ≥ 80 %. The logistic map is
-refitted on one subject (weights are printed, to compare with
+    python -m benchmarks.calibration FOLDER [--seed N] [--step N]
+
+FOLDER contains clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols, plain and rich, are
+injected into each chain in turn; candidates are the intervals down to 0.3 τ. A candidate is right
+if its IoU with a true interval is ≥ 0.5 and ≥ 80 % of the true interval's frames are corrected by ≥
+80 %. The logistic map is refitted on one subject (weights are printed, to compare with
 twistcore.detection.consistency.confidence); the tables judge the shipped map on all *other*
-subjects: as injected, and at a tenth of the errors, nine clean chains for each one with errors.
-Area under the ROC curve (AUC), expected calibration error over ten bins (ECE), reliability bin by
-bin.
+subjects: as injected, and at a tenth of the errors, with nine clean chains for each chain with
+errors. Area under the ROC curve (AUC), expected calibration error over ten bins (ECE), reliability
+bin by bin.
 """
 
 from __future__ import annotations
@@ -47,7 +49,7 @@ BINS = 10
 
 
 def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
-    """Whether an interval is one of the true ones, and puts it right."""
+    """True if an interval matches a true one and corrects it."""
     for e in errors:
         if e.chain != interval.chain:
             continue
@@ -66,7 +68,7 @@ def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
 
 
 def features(interval: Interval, tau: float) -> tuple[float, ...]:
-    """Gain, closing residual in σ, margin of the weaker edge, frames, whether it reaches τ."""
+    """Return gain, closing residual in σ, margin of the weaker edge, frames, is τ reached."""
     evidence = interval.evidence or {}
     weakest = np.radians(min(abs(e["jump_deg"]) for e in evidence["edges"]))
     margin = min(abs(e["jump_deg"]) / e["sigma_deg"] for e in evidence["edges"])
@@ -77,7 +79,7 @@ def features(interval: Interval, tau: float) -> tuple[float, ...]:
 def candidates(
     analysis: ConsistencyAnalysis, chains: Sequence[Chain]
 ) -> list[tuple[Interval, float]]:
-    """Closed intervals between jumps of all chains down to 0.3 τ, and τ."""
+    """Return closed intervals between jumps of all chains down to 0.3 τ, each with τ."""
     return [
         (i, tau)
         for c in chains
@@ -88,7 +90,7 @@ def candidates(
 
 
 class Sample:
-    """Features, shipped confidence, rightness of candidates that jumps were paired into."""
+    """Features, shipped confidence and correctness of candidates made from pairs of jumps."""
 
     def __init__(self) -> None:
         self.x: list[tuple[float, ...]] = []
@@ -102,7 +104,7 @@ class Sample:
         errors: Sequence[InjectedError],
         clean: bool,
     ) -> None:
-        """Candidates of one pass."""
+        """Add the candidates of one pass."""
         self.x += [features(i, tau) for i, tau in found]
         self.p += [i.confidence or 0.0 for i, _ in found]
         self.y += [right(i, errors) for i, _ in found]
@@ -110,7 +112,7 @@ class Sample:
 
 
 def collect(paths: Sequence[Path], seed: int) -> Sample:
-    """All candidates of all clips and protocols, each chain in turn, and of the clean clips."""
+    """Collect the candidates of all clips and protocols, each chain in turn, and of clean clips."""
     sample, detector = Sample(), ConsistencyDetector()
     for path in paths:
         captured = read_bvh(path).motion
@@ -133,7 +135,7 @@ def _arm(chain: Chain) -> bool:
 
 
 def fitted(sample: Sample) -> np.ndarray:
-    """Weights of the logistic map, intercept first, as in detection.consistency.confidence."""
+    """Return the logistic map's weights, intercept first, as in consistency.confidence."""
     gain, closing, margin, frames, beyond = np.array(sample.x, dtype=float).T
     columns = np.stack(
         [
@@ -150,8 +152,8 @@ def fitted(sample: Sample) -> np.ndarray:
     columns, sign = columns[use], 2.0 * np.array(sample.y)[use] - 1.0
 
     def loss(weights: np.ndarray) -> float:
-        # Few candidates are long, and one natural event that is drawn with every error is one of
-        # them: how long an interval is may not come to say much by that.
+        # Few candidates are long, and one natural event that occurs with every error is among
+        # them: the weight of the length must not become large because of it.
         penalty = 0.5 * float((weights[1:] ** 2).sum()) + 100.0 * (weights[4] + 0.13) ** 2
         return float(np.logaddexp(0.0, -sign * (columns @ weights)).sum()) + penalty
 
@@ -159,7 +161,7 @@ def fitted(sample: Sample) -> np.ndarray:
 
 
 def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
-    """Area under the ROC curve; equal confidences count half."""
+    """Return the area under the ROC curve; equal confidences count half."""
     levels, of = np.unique(p, return_inverse=True)
     good = np.bincount(of, weight * y, len(levels))
     bad = np.bincount(of, weight * ~y, len(levels))
@@ -168,9 +170,9 @@ def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
 
 
 def report(title: str, sample: Sample, clean_weight: float) -> None:
-    """Print one table; clean_weight: passes without errors for each with."""
+    """Print one table; clean_weight: passes without errors for each pass with errors."""
     p, y, clean = np.array(sample.p), np.array(sample.y), np.array(sample.clean)
-    # A clip has one clean pass of all its chains, but one pass with errors for each chain.
+    # A clip has one clean pass for all chains, but one pass with errors for each chain.
     weight = np.where(clean, clean_weight, 1.0)
     p, y, weight = p[weight > 0], y[weight > 0], weight[weight > 0]
     bins = np.minimum((p * BINS).astype(int), BINS - 1)
@@ -190,12 +192,12 @@ def report(title: str, sample: Sample, clean_weight: float) -> None:
 
 
 def main() -> None:
-    """Fit on one subject, judge on the others."""
+    """Fit on one subject and evaluate on the others."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=6)
     parser.add_argument("--step", type=int, default=1, help="every step-th clip")
-    parser.add_argument("--fit", default="05", help="the subject that the map is fitted on")
+    parser.add_argument("--fit", default="05", help="the subject used for fitting")
     arguments = parser.parse_args()
     paths = clips_in(arguments.folder, suffixes=BVH)
     own = [p for p in paths if p.stem.split("_")[0] == arguments.fit][:: arguments.step]

@@ -1,18 +1,19 @@
-"""What detection costs: python -m benchmarks.cost FOLDER... [--profile N] [--made FRAMES ERRORS].
+"""Measure the cost of detection.
 
-Every BVH clip below the folders is read and detected in this process, as `twistcore detect --json`
-does. Printed: processor time per megabyte of file (median, worst and their ratio), and the ten
-clips that cost the most. --profile: for the N worst of them, the functions that take the most
-time. --made: instead of folders, the sample over and over up to FRAMES frames with ERRORS injected
-twist errors, in a process of its own; printed are its finds, processor time and peak of memory.
+    python -m benchmarks.cost FOLDER... [--profile N] [--made FRAMES ERRORS]
+
+Every BVH clip below the folders is read and detected in this process, as with `twistcore detect
+--json`. The output shows processor time per megabyte of file (median, worst and their ratio), and
+the ten most expensive clips. --profile: for the N worst clips, the functions that take the most
+time. --made: instead of folders, the sample repeated up to FRAMES frames with ERRORS injected twist
+errors, in a separate process; the output shows its finds, processor time and peak of memory.
 --clip: the same for one file. --cold: processor time of a whole `twistcore detect` of a clip in a
-fresh process, next to the time in which pybvh (--pybvh: an interpreter that has it), or else plain
-numpy, reads the same file and takes the angular speeds of all joints.
+new process, compared with the time in which pybvh (--pybvh: an interpreter that has it), or plain
+numpy, reads the same file and computes the angular speeds of all joints.
 
 Seconds are processor time, so that other work on the machine counts little; threads of a library
 for linear algebra count too: set OPENBLAS_NUM_THREADS=1. Compiled modules are kept, as in an
-installation. A clip of less than 0.1 MB counts as one of 0.1 MB, since every clip costs something
-whatever its size.
+installation. A clip of less than 0.1 MB counts as 0.1 MB, since every clip has a minimum cost.
 """
 
 from __future__ import annotations
@@ -44,13 +45,13 @@ from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk.bvh"
 LEAST_MB = 0.1
-SHORT, ROUNDS = 0.5, 3  # a clip that takes less, in seconds, is measured so many times
+SHORT, ROUNDS = 0.5, 3  # a clip that takes less than SHORT seconds is measured ROUNDS times
 COLD_RUNS = 7
 
 
 @dataclass(frozen=True)
 class Cost:
-    """One clip: seconds of processor time, its size and what was found."""
+    """The cost of one clip: seconds of processor time, size and number of finds."""
 
     path: Path
     seconds: float
@@ -60,19 +61,19 @@ class Cost:
 
     @property
     def per_mb(self) -> float:
-        """Seconds per megabyte."""
+        """Return the seconds per megabyte."""
         return self.seconds / max(self.mb, LEAST_MB)
 
 
 def detected(path: Path) -> Detection:
-    """Do all that `twistcore detect --json` does with a clip."""
+    """Detect a clip with all steps of `twistcore detect --json`."""
     found = analyse(read_clip(path)).detect()
     json.dumps([intervals_to_json(found), [note.to_json() for note in found.notes]])
     return found
 
 
 def cost_of(path: Path) -> Cost:
-    """Measure a clip; the least of several rounds where one is short."""
+    """Measure a clip; for a short one, take the least of several rounds."""
     best, found = np.inf, None
     for _ in range(ROUNDS):
         begin = time.process_time()
@@ -86,7 +87,7 @@ def cost_of(path: Path) -> Cost:
 
 
 def clips_below(folders: Sequence[Path]) -> list[Path]:
-    """All BVH files below the folders, each content once."""
+    """Return all BVH files below the folders, each content once."""
     found: dict[tuple[str, int], Path] = {}
     for folder in folders:
         for path in sorted(folder.rglob("*.bvh")) if folder.is_dir() else [folder]:
@@ -95,7 +96,7 @@ def clips_below(folders: Sequence[Path]) -> list[Path]:
 
 
 def say_profile(path: Path) -> None:
-    """Print the functions of the core in which a clip's time is spent, with their shares."""
+    """Print the core's functions with their shares of a clip's time."""
     profile = cProfile.Profile()
     profile.runcall(detected, path)
     table = pstats.Stats(profile)
@@ -111,10 +112,10 @@ def say_profile(path: Path) -> None:
 
 
 def make_clip(path: Path, frames: int, errors: int) -> None:
-    """Write the sample over and over with twist errors of 20 to 60° at even distances."""
+    """Write the sample repeatedly, with twist errors of 20 to 60° at even distances."""
     head, _, rows = SAMPLE.read_text("ascii").rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
-    lines = lines + lines[::-1]  # to and fro, so that no seam jumps
+    lines = lines + lines[::-1]  # forwards and backwards, so that no seam jumps
     head = re.sub(r"Frames:.*", f"Frames: {frames}", head)
     with path.open("w", encoding="ascii") as file:
         file.write(f"{head}Frame Time:{step}\n")
@@ -145,7 +146,7 @@ print(f"{frames:,d} frames, {finds:,d} finds: {time.process_time():.1f} s, "
 
 
 def say_alone(path: Path) -> None:
-    """Print time and memory of a clip in a process of its own."""
+    """Print time and memory of a clip in a separate process."""
     subprocess.run([sys.executable, "-c", _CHILD, str(path)], check=True)
 
 
@@ -185,7 +186,7 @@ print(pybvh.read_bvh_file(sys.argv[1]).angular_velocities().shape)
 
 
 def cold_seconds(command: Sequence[str]) -> float:
-    """Least processor time of a fresh process, with all that it starts."""
+    """Return the least processor time of a new process and its children."""
     best, quiet = np.inf, subprocess.DEVNULL
     kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     kept |= {"PYTHONPYCACHEPREFIX": str(Path(tempfile.gettempdir(), "twistcore-cost"))}
@@ -199,7 +200,7 @@ def cold_seconds(command: Sequence[str]) -> float:
 
 
 def say_cold(path: Path, with_pybvh: str) -> None:
-    """Print the cold start next to a plain reading of the same clip."""
+    """Print the cold start compared with plain reading of the same clip."""
     nothing = cold_seconds([sys.executable, "-c", "import numpy"])
     plain = cold_seconds(
         [with_pybvh or sys.executable, "-c", _PYBVH if with_pybvh else _PLAIN, str(path)]
@@ -210,7 +211,7 @@ def say_cold(path: Path, with_pybvh: str) -> None:
 
 
 def say_costs(costs: Sequence[Cost], profiled: int) -> None:
-    """Print the table of costs and the slowest ten."""
+    """Print the table of costs and the ten slowest clips."""
     slowest = sorted(costs, key=lambda c: -c.per_mb)
     median = statistics.median(c.per_mb for c in costs)
     worst = slowest[0].per_mb
@@ -230,12 +231,12 @@ def say_costs(costs: Sequence[Cost], profiled: int) -> None:
 
 
 def main() -> None:
-    """Measure what is asked for."""
+    """Run the chosen measurements."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="*", type=Path)
     parser.add_argument("--profile", type=int, default=0, metavar="N")
     parser.add_argument("--made", nargs=2, type=int, metavar=("FRAMES", "ERRORS"))
-    parser.add_argument("--clip", type=Path, help="time and memory of one file, alone")
+    parser.add_argument("--clip", type=Path, help="time and memory of one file only")
     parser.add_argument("--cold", type=Path, help="start-up with one file")
     parser.add_argument("--pybvh", default="", help="an interpreter that has pybvh, for --cold")
     parser.add_argument("--table", type=Path, help="append a line of JSON per clip")

@@ -1,18 +1,19 @@
-"""Beside other people's programs, all at once: python -m benchmarks.crosschecks FOLDER…
+"""Run all cross-checks with other programs: python -m benchmarks.crosschecks FOLDER…
 
     python -m benchmarks.crosschecks FOLDER… [--blender PYTHON] [--uncorrected] [--list FILE]
 
-Every BVH file below the folders, whoever wrote it (test files of other libraries are good ones):
+Checks of every BVH file below the folders, from any program (test files of other libraries are
+useful):
 
-- it is read, or refused with a sentence, which is printed to be judged; anything else is a fault;
-- written with nothing corrected it comes back byte for byte;
-- joints are where pybvh puts them, as read, written anew and corrected
-  (:mod:`benchmarks.bvh_crosscheck`), and where Blender does, written anew and corrected
-  (:mod:`benchmarks.blender_check`), where PYTHON can import bpy.
+- the file is read, or refused with a sentence, which is printed; anything else is a fault;
+- written without corrections, the file is the same byte for byte;
+- joints have the same positions as in pybvh, as read, rewritten and corrected
+  (:mod:`benchmarks.bvh_crosscheck`), and as in Blender, rewritten and corrected
+  (:mod:`benchmarks.blender_check`), if PYTHON can import bpy.
 
---uncorrected leaves the correction out, which takes longest. FILE: a line of JSON a file. Exit
-status 1 where a file ends in a fault, comes back changed, or a joint is elsewhere. What pybvh or
-Blender refuse is counted, not judged. AMC files have a command of their own,
+--uncorrected skips the correction, which takes longest. FILE: a line of JSON per file. The exit
+status is 1 if a file ends in a fault or comes back changed, or if a joint differs. Files refused by
+pybvh or Blender are counted, not judged. AMC files have a separate command,
 :mod:`benchmarks.amc_crosscheck`; a report's pages are opened in a browser by
 `python3 dev.py test tests/gui/test_report_in_browser.py`.
 """
@@ -37,7 +38,7 @@ from twistcore.formats.clip_files import BVH, clips_in
 
 @dataclass(frozen=True)
 class Peer:
-    """What another program makes of a file: its distances of our height, or why it has none."""
+    """Another program's result for a file: distances as shares of the height, or the refusal."""
 
     name: str
     distances: tuple[float, ...] = ()
@@ -46,7 +47,7 @@ class Peer:
 
     @property
     def outcome(self) -> str:
-        """In a word."""
+        """Return the outcome in a word."""
         if self.refused:
             return "refuses"
         fits = all(d <= most for d, most in zip(self.distances, self.most, strict=True))
@@ -55,7 +56,7 @@ class Peer:
 
 @dataclass(frozen=True)
 class Checked:
-    """One file: read, refused or FAULT, what was said, whether its bytes came back, and peers."""
+    """The check of one file: outcome, sentence, whether its bytes came back, and peers."""
 
     path: str
     outcome: str
@@ -65,13 +66,13 @@ class Checked:
 
     @property
     def is_wrong(self) -> bool:
-        """Whether something is."""
+        """True if anything is wrong."""
         differs = any(peer.outcome == "DIFFERS" for peer in self.peers)
         return self.outcome == "FAULT" or not self.kept or differs
 
 
 def checked(path: Path, blender: str | None, *, correct: bool) -> Checked:
-    """What we and others make of a file."""
+    """Check a file with our reader and other programs."""
     try:
         clip = read_bvh(path)
         kept = comes_back(clip)
@@ -89,7 +90,7 @@ def checked(path: Path, blender: str | None, *, correct: bool) -> Checked:
 
 
 def asked(name: str, ask: Callable[[], tuple[float, ...]], most: tuple[float, ...]) -> Peer:
-    """What a peer answers; whatever it raises is its refusal, whatever we raise is ours to see."""
+    """Return a peer's answer; an exception counts as its refusal, unless our code raised it."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -111,8 +112,8 @@ def _by_blender(path: Path, blender: str) -> tuple[float, ...]:
     return tuple(found["worst"] for found in blender_check.compared(path, blender))
 
 
-def told(one: Checked) -> str:
-    """A line of a file."""
+def line_of(one: Checked) -> str:
+    """Return the line of a file."""
     words = [one.path, one.outcome, one.said, "" if one.kept else "COMES BACK CHANGED"]
     for peer in one.peers:
         figures = " ".join(f"{d:.1e}" for d in peer.distances)
@@ -121,7 +122,7 @@ def told(one: Checked) -> str:
 
 
 def summary(files: list[Checked]) -> list[str]:
-    """The counts, over all files."""
+    """Return the counts over all files."""
     ours = Counter(one.outcome for one in files)
     lines = [
         f"{len(files)} files: {ours['read']} read, {ours['refused']} refused with a sentence, "
@@ -139,7 +140,7 @@ def summary(files: list[Checked]) -> list[str]:
 
 
 def main() -> int:
-    """Print a line a file, then the counts."""
+    """Print one line per file, then the counts."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -152,7 +153,7 @@ def main() -> int:
     for folder in arguments.folders:
         for path in sorted(clips_in(folder, below=True, suffixes=BVH)):
             files.append(checked(path, arguments.blender, correct=not arguments.uncorrected))
-            print(told(files[-1]), flush=True)
+            print(line_of(files[-1]), flush=True)
     if arguments.list:
         lines = [json.dumps(asdict(one)) + "\n" for one in files]
         arguments.list.write_text("".join(lines), "utf-8")

@@ -1,12 +1,14 @@
-"""A day at the window: python -m benchmarks.day_at_the_window FOLDER [--clips N] [--log FILE].
+"""Simulate a day at the window.
 
-Copies of the folder's clips get seeded errors and are reviewed as a person reviews them: the
-program starts with fresh settings under a window manager, and what acts on it are the keys and the
-mouse of the X server. Half of the clips are judged by keys alone, the other half by the mouse
-alone. On the way the program is killed three times, another program writes over a file, and one
-clip changes on disk. Printed: keys and clicks a decision, boxes that stood in the way, keys that
-went elsewhere, and whether every decision is in the sessions at the end. --log: a line of JSON for
-each event. --look: the theme, and whether there is a compositor.
+    python -m benchmarks.day_at_the_window FOLDER [--clips N] [--log FILE]
+
+Copies of the folder's clips get seeded errors and are reviewed like by a person: the program starts
+with new settings under a window manager, and all input comes from keys and mouse of the X server.
+Half of the clips are judged by keys only, the other half by the mouse only. Meanwhile the program
+is killed three times, another program overwrites a file, and one clip changes on disk. The output
+shows keys and clicks per decision, boxes that blocked the review, keys that went to another widget,
+and whether every decision is in the sessions at the end. --log: a line of JSON for each event.
+--look: the theme, and whether there is a compositor.
 """
 
 from __future__ import annotations
@@ -47,7 +49,7 @@ def with_errors(source: Path, target: Path) -> None:
 
 @dataclass
 class Day:
-    """What happened. decided: decisions by clip; wrong: what should not have been."""
+    """The events of the day. decided: decisions by clip; wrong: failures."""
 
     log: IO[str]
     rng: random.Random
@@ -63,56 +65,56 @@ class Day:
 
     @property
     def decisions(self) -> int:
-        """So far."""
+        """Return the number of decisions so far."""
         return self.by_keys + self.by_mouse
 
     def tell(self, event: str, **more: object) -> None:
-        """A line of the log."""
+        """Write a line of the log."""
         line = {"s": round(time.monotonic() - self.began, 2), "event": event, **more}
         print(json.dumps(line), file=self.log, flush=True)
 
     def blame(self, what: str) -> None:
-        """Something that should not have been."""
+        """Record a failure."""
         self.wrong.append(what)
         self.tell("wrong", what=what)
 
 
 @dataclass
 class Person:
-    """Hands at a running program; mouse: that alone, or the keys alone."""
+    """A person at a running program; mouse: True for mouse only, False for keys only."""
 
     screen: RealScreen
     program: WatchedProgram
     day: Day
     mouse: bool = False
 
-    # -- what hands do ------------------------------------------------------------------------
+    # -- input --------------------------------------------------------------------------------
 
     def press(self, *keys: str, counts: bool = True) -> None:
-        """Press keys; those of recovering from an accident do not count as keys of the review."""
+        """Press keys; keys for recovering from an accident do not count."""
         self.screen.key(*keys)
         self.day.keys += len(keys) if counts else 0
         self._look(keys)
 
     def click(self, widget: str, *, counts: bool = True) -> None:
-        """Click a widget's middle, likewise."""
+        """Click a widget's middle; counts as in `press`."""
         self.screen.click(self.program.rect(widget))
         self.day.clicks += 1 if counts else 0
         self._look(widget)
 
     def _look(self, done: object) -> None:
-        """Nothing stands in the way, and the keys belong to the review."""
+        """Record a failure if a box blocks the review or another widget has the keys."""
         name = "type(QApplication.{}()).__name__"
         box = self.program.ask(name.format("activeModalWidget"))
         if box not in ("NoneType", "ExportDialog"):
-            self.day.blame(f"{box} stood in the way after {done}")
+            self.day.blame(f"{box} blocked the review after {done}")
             self.screen.key("Escape")
         focus = self.program.ask(name.format("focusWidget"))
         if box == "NoneType" and focus in ("QLineEdit", "QSpinBox", "QDoubleSpinBox", "QComboBox"):
             self.day.blame(f"a {focus} had the keys after {done}")
 
     def answer(self, text: str) -> None:
-        """Answer the bar's question by its button with this text, once it asks."""
+        """Wait for the bar's question and answer it with the button of this text."""
         buttons = "[b.text() for b in window.bar.buttons()]"
         self.program.until(f"window.bar.isVisible() and {text!r} in {buttons}")
         place = self.program.ask(buttons).index(text)
@@ -122,18 +124,18 @@ class Person:
             self.press(f"alt+{place + 1}", counts=False)
         self.day.tell("answer", text=text)
 
-    # -- what is seen -------------------------------------------------------------------------
+    # -- state --------------------------------------------------------------------------------
 
     @property
     def clip(self) -> str:
-        """The open clip's name; '' while none is."""
+        """Return the open clip's name; '' if none is open."""
         data = "window.document.data"
         return str(self.program.ask(f"{data}.clip.path.name if {data} else ''"))
 
     # -- the review ---------------------------------------------------------------------------
 
     def judge(self) -> bool:
-        """Judge what is selected; whether there was anything to judge."""
+        """Judge the selected interval; return False if there is none."""
         before = self.program.decisions()
         if "undecided" not in before:
             return False
@@ -158,7 +160,7 @@ class Person:
         return True
 
     def start_export(self) -> None:
-        """Ask for the export as the dialog would start it."""
+        """Start the export as the dialog would."""
         if self.mouse:
             self.screen.click(self.program.ask("menu('File')"))
             self.program.until("entry('export_at_once') is not None")
@@ -169,7 +171,7 @@ class Person:
             self.day.keys += 1
 
     def export(self) -> str:
-        """Export; the name of the clip that opens by itself then, '' where none is left."""
+        """Export; return the name of the clip that opens afterwards, '' if none is left."""
         last = self.clip
         self.start_export()
         end = time.monotonic() + 30.0
@@ -191,8 +193,8 @@ class Person:
 
 
 def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int) -> None:
-    """The whole folder: start, judge, export, and start again after each kill."""
-    accidents = {"overwrite": clips // 4, "change": 5 * clips // 8}  # behind so many exports
+    """Review the whole folder: start, judge, export, and start again after each kill."""
+    accidents = {"overwrite": clips // 4, "change": 5 * clips // 8}  # after so many exports
     kills = [clips // 5, clips // 2, 4 * clips // 5]
     expected = ""  # the clip that was open when the program was killed
     while True:
@@ -230,7 +232,7 @@ def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int
 
 
 def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
-    """After a kill: the clip is offered again, and nothing that was decided is missing."""
+    """Continue after a kill: the clip is offered again, and no decision is missing."""
     person.answer("Restore" if with_folder else "Open and restore")
     before = person.day.decided[expected]
     person.program.until("window.document.data is not None", 60.0)
@@ -250,28 +252,28 @@ def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
 
 
 def overwrite(person: Person, folder: Path) -> None:
-    """Another program writes where the export is to go: it must not be replaced unasked."""
+    """Let another program write the export's file, which must not be replaced silently."""
     clip = person.clip
     target = folder / f"{Path(clip).stem}_refined.bvh"
     target.write_text(_FOREIGN)
     person.start_export()
     person.program.until("type(QApplication.activeModalWidget()).__name__ == 'ExportDialog'")
     if person.program.ask("QApplication.activeModalWidget().do_it.isEnabled()"):
-        person.day.blame(f"{target.name}: may be replaced unasked")
+        person.day.blame(f"{target.name}: may be replaced without a question")
     person.screen.key("Escape")
     person.program.until("QApplication.activeModalWidget() is None")
     if target.read_text() != _FOREIGN:
-        person.day.blame(f"{target.name}: what another program wrote is gone")
+        person.day.blame(f"{target.name}: the other program's file was lost")
     target.unlink()
     person.day.tell("overwrite", clip=clip)
 
 
 def change(person: Person, folder: Path) -> None:
-    """Another program writes another version of the clip: decisions are carried over."""
+    """Let another program change the clip: decisions must be carried over."""
     clip, before = person.clip, person.program.decisions()
     path = folder / clip
     path.write_bytes(path.read_bytes() + b"\n")
-    person.press("ctrl+s", counts=False)  # which looks at the file
+    person.press("ctrl+s", counts=False)  # checks the file
     person.answer("Open it again")
     person.answer("Carry decisions over")
     end = time.monotonic() + 10.0
@@ -283,7 +285,7 @@ def change(person: Person, folder: Path) -> None:
 
 
 def kept(folder: Path, day: Day) -> int:
-    """How many decisions the sessions on disk have, as they were made; blames the others."""
+    """Return the number of correct decisions in the sessions on disk; record others as failures."""
     count = 0
     for clip, decisions in day.decided.items():
         session = json.loads((folder / f"{Path(clip).stem}.twist.json").read_text())
@@ -295,7 +297,7 @@ def kept(folder: Path, day: Day) -> int:
 
 
 def main() -> int:
-    """Run the day and print what it was like."""
+    """Run the day and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", type=int, default=40)

@@ -1,10 +1,10 @@
-"""How fast the consistency detector is: python -m benchmarks.detection_speed [--frames N]…
+"""Measure the speed of the consistency detector: python -m benchmarks.detection_speed [--frames N]…
 
-Tiles a sample to 10,000 frames, injects errors into all ten chains and prints medians of
-(a) analyse: everything before any τ, and what of it is not tables of pairs of edges: signals and
-predictions, (b) the first τ of ten chains, (c) a new τ of ten chains and (d) of one. An analysis
-remembers what it has solved, so every τ is measured once on it, and lets another set of edges pass
-than any before. One core: set OMP_NUM_THREADS=1. Aims: 100 for signals and predictions, 20, 20, 2.
+Tiles a sample to 10,000 frames, injects errors into all ten chains and prints medians in ms of
+(a) analyse: everything before any τ, and its part without tables of pairs of edges (signals and
+predictions), (b) the first τ of ten chains, (c) a new τ of ten chains and (d) of one. An analysis
+caches its solutions, so every τ is measured once and lets a new set of edges pass. One core: set
+OMP_NUM_THREADS=1. Aims: 100 for signals and predictions, 20, 20, 2.
 
 Then rigs of N joints in one line (--line N…), 1,000 frames with an error in each chain every 140:
 find_chains, analyse and the intervals of all chains at the automatic τ. Aim: 2,000 at 300 joints.
@@ -34,11 +34,11 @@ from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "basketball.bvh"
 FIRST = float(np.radians(2.0))
-BELOW = (0.02, 0.05, 0.1, 0.2)  # shares of a chain's edges above `FIRST` that a new τ leaves out
+BELOW = (0.02, 0.05, 0.1, 0.2)  # shares of a chain's edges above `FIRST` that a new τ excludes
 
 
 def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """The sample there and back to a number of frames, an error in each chain every 140 frames."""
+    """Return the sample forwards and backwards, with an error in each chain every 140 frames."""
     motion = read_bvh(SAMPLE).motion
     length = motion.frames - 1  # frame 0 is a T-pose
     at = 1 + np.abs((np.arange(frames) + length - 1) % (2 * length - 2) - (length - 1))
@@ -47,7 +47,7 @@ def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
 
 
 def one_line(joints: int, frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """Joints in one line that sway by some 10° with 0.05° of noise, 60 Hz, and errors as above."""
+    """Return joints in one line that sway by about 10° with 0.05° noise, 60 Hz, and errors."""
     rng = np.random.default_rng(seed)
     t = np.arange(frames)[:, None, None] / 60.0
     angles = np.radians(0.05) * rng.standard_normal((frames, joints, 3))
@@ -61,7 +61,7 @@ def one_line(joints: int, frames: int, seed: int = 1) -> tuple[Motion, tuple[Cha
 
 
 def with_errors(motion: Motion, rng: np.random.Generator) -> tuple[Motion, tuple[Chain, ...]]:
-    """An error in each chain every 140 frames."""
+    """Inject an error into each chain every 140 frames."""
     frames, chains, errors = motion.frames, find_chains(motion), []
     for chain in chains:
         for start in range(20 + int(rng.integers(100)), frames - 160, 140):
@@ -72,7 +72,7 @@ def with_errors(motion: Motion, rng: np.random.Generator) -> tuple[Motion, tuple
 
 
 def new_taus(chain: ChainAnalysis) -> list[float]:
-    """τ in radians that let different sets of edges pass, other sets than `FIRST` does."""
+    """Return τ in radians that pass different sets of edges, also different from `FIRST`."""
     jumps = np.sort(np.abs(chain.edges.jump))
     jumps = jumps[jumps >= FIRST]
     out = sorted({int(share * len(jumps)) for share in BELOW} - {0})
@@ -80,14 +80,14 @@ def new_taus(chain: ChainAnalysis) -> list[float]:
 
 
 def milliseconds(act: Callable[..., object], *arguments: object) -> float:
-    """Time of a call."""
+    """Return the time of a call in milliseconds."""
     begin = time.perf_counter()
     act(*arguments)
     return 1e3 * (time.perf_counter() - begin)
 
 
 def detected(motion: Motion) -> int:
-    """Intervals of all chains at their automatic τ."""
+    """Return the number of intervals of all chains at their automatic τ."""
     return len(detect(motion, find_chains(motion)))
 
 

@@ -1,13 +1,13 @@
-"""An hour at the window: python -m benchmarks.endurance FOLDER [--minutes 60] [--seed 1].
+"""Use the window for an hour: python -m benchmarks.endurance FOLDER [--minutes 60] [--seed 1].
 
 Copies of the folder's clips, with seeded errors, are reviewed one after the other in the real
-window, over and over: opened, judged by keys, undone and redone, edited, dragged, τ dragged, taught
-with gizmo and what-if, tuned, exported with a report, switched while they are being analysed, the
-folder queue opened, dialogs and lessons opened and left. Every minute, with the first clip open
-again and nothing under way, what is alive is counted. It fails where memory at the end is more
-than 5 % above that of minute ten (or of a fifth of the time, if that is sooner), where windows,
-widgets, threads, processes, files, clips, reviews or intervals grow, or an exception or a warning
-of Qt's was said.
+window, over and over: opened, judged by keys, undone and redone, edited, dragged, τ dragged, the
+teaching tab with gizmo and what-if used, tuned, exported with a report, switched while they are
+being analysed, the folder queue opened, dialogs and lessons opened and left. Every minute, with the
+first clip open again and nothing running, living objects are counted. The run fails if memory at
+the end is more than 5 % above minute ten (or a fifth of the time, if sooner), if windows, widgets,
+threads, processes, files, clips, reviews or intervals grow, or if there was an exception or a
+warning of Qt.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ from twistcore.formats.clip_files import BVH, clips_in
 from twistcore.review.model import resized
 
 MOST = 1.05  # times the memory at minute ten
-SETTLED = 10.0  # minutes until caches are as large as they get
-_PATIENCE = 120.0  # seconds for any one thing
-# Counts that must not grow between the same states; those of a clip follow its review.
+SETTLED = 10.0  # minutes until caches reach their final size
+_PATIENCE = 120.0  # seconds for any single action
+# Counts that must not grow between equal states; counts of a clip depend on its review.
 _LEVEL = ("files", "threads", "processes", "windows", "widgets", "ours", "clips", "analyses")
 _OF_REVIEW = ("reviews", "states", "intervals")
 _LESSONS = ("tour", "exercise")
@@ -60,17 +60,17 @@ _LOOKS = ("skin", "side_by_side", "trails", "colour_by_offset", "both_detectors"
 
 @dataclass
 class Sitting:
-    """A person at a window; done: how often each thing was."""
+    """A person at a window; done: number of times of each action."""
 
     window: MainWindow
     clips: list[Path]
     rng: random.Random
     done: Counter[str] = field(default_factory=Counter)
 
-    # -- how hands and eyes work ------------------------------------------------------------------
+    # -- input and waiting ------------------------------------------------------------------------
 
     def wait(self, ready: Callable[[], bool], what: str) -> None:
-        """Turn the event loop until something is so."""
+        """Run the event loop until a condition holds."""
         end = time.monotonic() + _PATIENCE
         while not ready():
             if time.monotonic() > end:
@@ -83,12 +83,12 @@ class Sitting:
         wait(2)
 
     def act(self, name: str) -> None:
-        """Do what an action does, if it can be done now."""
+        """Trigger an action if it is enabled."""
         self.window.actions_by_id[name].trigger()
         wait(2)
 
     def quiet(self) -> None:
-        """Wait until nothing is under way: no clip, export, folder, typesetting, measuring."""
+        """Wait until nothing is running: no clip, export, folder, typesetting, measuring."""
         window = self.window
 
         def idle() -> bool:
@@ -100,7 +100,7 @@ class Sitting:
         self.wait(idle, "it does not come to rest")
 
     def open(self, path: Path) -> None:
-        """Open a clip and wait until it is there."""
+        """Open a clip and wait until it is loaded."""
         window = self.window
         window.open_path(path)
         self.wait(
@@ -114,10 +114,10 @@ class Sitting:
                 break
         wait(2)
 
-    # -- what is done ---------------------------------------------------------------------------
+    # -- actions --------------------------------------------------------------------------------
 
     def judge(self) -> None:
-        """By keys, some of them taken back."""
+        """Judge by keys, and undo some decisions."""
         for _ in range(4):
             self.act("next_interval")
             self.key(self.rng.choice([Qt.Key.Key_A, Qt.Key.Key_A, Qt.Key.Key_R]))
@@ -125,7 +125,7 @@ class Sitting:
             self.act(name)
 
     def edit(self) -> None:
-        """An interval's borders, by a drag and at the playhead; a hand-made one comes and goes."""
+        """Edit an interval's borders, by a drag and at the playhead; add and delete one by hand."""
         document = self.window.document
         self.act("next_of_all")
         if (judged := document.interval) is not None and judged.interval.repairable:
@@ -145,7 +145,7 @@ class Sitting:
         self.act("undo")
 
     def scrub(self) -> None:
-        """The playhead all over the clip, some looks, and a little playing."""
+        """Move the playhead all over the clip, change looks, and play a little."""
         document, look = self.window.document, self.rng.choice(_LOOKS)
         self.act(look)
         for frame in self.rng.choices(range(document.frames), k=10):
@@ -157,7 +157,7 @@ class Sitting:
         self.act(look)
 
     def drag_tau(self) -> None:
-        """τ of a chain, up and down; then as it was."""
+        """Drag τ of a chain up and down, then back."""
         document = self.window.document
         assert document.data is not None
         chain = self.rng.choice(document.data.chains_and_limbs).name
@@ -169,7 +169,7 @@ class Sitting:
         self.act("undo")
 
     def tune(self) -> None:
-        """The tuning tab in front, while it measures for a while."""
+        """Show the tuning tab while it measures for a while."""
         self.act("show_tuning")
         wait(600)
         self.act("suggest_tau")
@@ -178,7 +178,7 @@ class Sitting:
         wait(20)
 
     def teach(self) -> None:
-        """The teaching tab: gizmo, what-if, stages."""
+        """Use the teaching tab: gizmo, what-if, stages."""
         window = self.window
         self.act("show_teaching")
         for chain in window.document.data.chains[:3] if window.document.data else ():
@@ -191,13 +191,13 @@ class Sitting:
         wait(20)
 
     def other_detector(self) -> None:
-        """The paper's detector, and ours again."""
+        """Choose the paper's detector, and ours again."""
         for method in ("use_paper", "use_consistency"):
             self.act(method)
             self.wait(lambda: not self.window.document.opener.busy, method)
 
     def export(self) -> None:
-        """Into a folder that goes again, with a report."""
+        """Export with a report into a temporary folder."""
         self.window.document.accept_undecided()
         with tempfile.TemporaryDirectory() as folder:
             self.window.files.export(ExportChoice(Path(folder) / "corrected.bvh"))
@@ -205,7 +205,7 @@ class Sitting:
         self.act("save_session")
 
     def switch(self) -> None:
-        """Clips opened before the last one is there, with all kinds of commands meanwhile."""
+        """Open clips before the last one is loaded, with many commands in between."""
         window = self.window
         names = ["accept", "reject", "undo", "redo", "next_interval", "next_faint", "why_not",
                  "start_here", "insert_interval", "turn_end", "focus_chain", "reset", "use_paper",
@@ -220,13 +220,13 @@ class Sitting:
         self.wait(lambda: not window.document.opener.busy, "switch")
 
     def dialogs(self) -> None:
-        """Opened and closed again."""
+        """Open and close all dialogs."""
         for name in self.rng.sample(_DIALOGS, 4):
             self.dialog(name)
 
     def dialog(self, name: str) -> None:
-        """Opened by its action and closed again."""
-        QTimer.singleShot(30, self._close_dialogs)  # also of one that has a loop of its own
+        """Open a dialog by its action and close it."""
+        QTimer.singleShot(30, self._close_dialogs)  # also for a dialog with its own event loop
         self.act(name)
         wait(60)
         self._close_dialogs()
@@ -239,9 +239,9 @@ class Sitting:
         return [w for w in QApplication.topLevelWidgets() if w.isVisible() and w is not self.window]
 
     def lesson(self) -> None:
-        """The tour or an exercise, begun and left."""
+        """Begin and leave the tour or an exercise."""
         window, name = self.window, self.rng.choice(_LESSONS)
-        self.wait(lambda: not window.document.opener.busy, name)  # what was asked for comes, too
+        self.wait(lambda: not window.document.opener.busy, name)  # wait for the opened clip, too
         own = window.document.data.clip.path if window.document.data else None
         self.act(name)
         if name == "tour":
@@ -259,7 +259,7 @@ class Sitting:
         assert back == own, f"{back} is open after the {name}, and was {own}"
 
     def folder(self) -> None:
-        """The folder is surveyed from anew, and given up half way."""
+        """Survey the folder again, and cancel halfway."""
         window = self.window
         window.open_path(self.clips[0].parent)
         wait(self.rng.choice((200, 1500)))
@@ -267,10 +267,10 @@ class Sitting:
         window.document.opener.cancel()
         wait(20)
 
-    # -- the whole ------------------------------------------------------------------------------
+    # -- the run --------------------------------------------------------------------------------
 
     def visit(self, path: Path) -> None:
-        """One clip: opened, judged, and three more things."""
+        """Open and judge one clip, and do three more actions."""
         self.open(path)
         self.judge()
         more = (
@@ -282,7 +282,7 @@ class Sitting:
             self.done[thing.__name__] += 1
 
     def count(self) -> Alive:
-        """With the first clip open again and nothing under way."""
+        """Count living objects, with the first clip open again and nothing running."""
         window = self.window
         window.queue.close()
         window.docks["intervals"].raise_()
@@ -295,7 +295,7 @@ class Sitting:
 
 
 def grown(noted: list[tuple[float, Alive]]) -> list[str]:
-    """What is more at the end than when it had settled; memory by its median over a tenth."""
+    """Return the counts that grew after settling; memory by its median over a tenth of the time."""
     settled = min(SETTLED, noted[-1][0] / 5.0)
     rest = [a for minute, a in noted if minute >= settled]
     few = max(1, len(rest) // 10)
@@ -315,7 +315,7 @@ def grown(noted: list[tuple[float, Alive]]) -> list[str]:
 def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tuple[
     list[tuple[float, Alive]], Sitting, Said
 ]:  # fmt: skip
-    """Review for so long; what was noted each minute, what was done, and what was said."""
+    """Review for some minutes; return the counts of each minute, the actions and the problems."""
     noted: list[tuple[float, Alive]] = []
     with heard() as said:
         window = MainWindow(Settings(theme="light", turn_ms=0), None)
@@ -328,13 +328,13 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
         begun = last = time.monotonic()
         print(f"  minute {Alive.heads()}   wrong", flush=True)
         sitting.open(clips[0])
-        for name in _DIALOGS:  # some stay for good once they have been seen
+        for name in _DIALOGS:  # some stay for good once they have been shown
             sitting.dialog(name)
         while True:
             for clip in clips:
                 try:
                     sitting.visit(clip)
-                except Exception as error:  # it is counted, and the hour goes on
+                except Exception as error:  # counted; the run continues
                     said.note(type(error), error, error.__traceback__)
                     sitting._close_dialogs()
                 now = time.monotonic()
@@ -355,7 +355,7 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
 
 
 def main() -> int:
-    """Print what was noted every minute, and what of it grew."""
+    """Print the counts of every minute, and those that grew."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="a folder of BVH clips; only copies are touched")
     parser.add_argument("--minutes", type=float, default=60.0)
@@ -374,7 +374,7 @@ def main() -> int:
         shutil.rmtree(folder)
     print("\n" + ", ".join(f"{n} × {name}" for name, n in sorted(sitting.done.items())))
     for text, n in Counter(said.wrong).most_common():
-        print(f"said {n} ×: {text}")
+        print(f"reported {n} ×: {text}")
     more = grown(noted)
     for line in more:
         print(f"grown: {line}")

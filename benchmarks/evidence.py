@@ -1,11 +1,11 @@
-"""The weights of the evidence, fitted to finds that people judged and to errors put in.
+"""Fit the weights of the evidence to finds judged by people and to injected errors.
 
     python -m benchmarks.evidence VERDICTS.csv FOLDER [--inject PROTOCOL ...] [--seed N]
 
-VERDICTS.csv as docs/atlas-verdicts.csv; FOLDER holds a folder of clips for every set, named as
-there. Told: the errors, alarms and doubtful ones among the finds that are corrected unasked, by the
-weights of the program and by weights that were fitted without the set that a find is from; how well
-the probabilities fit (ECE); and the weights fitted to all.
+VERDICTS.csv has the form of docs/atlas-verdicts.csv; FOLDER contains a folder of clips for every
+set named in it. The output shows errors, alarms and doubtful finds among the automatic corrections,
+with the weights of the program and with weights fitted without the find's own set; the calibration
+of the probabilities (ECE); and the weights fitted to all sets.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from twistcore.skeleton.motion import Motion
 from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, prepare
 from twistcore.tuning.learned_confidence import Bin, expected_error
 
-# What the weights are drawn to where few finds tell: what physics suggests.
+# The prior of the weights, suggested by physics, for weights that few finds determine.
 PRIOR: Mapping[str, float] = {
     "base": -0.2,
     "azimuth_rougher": 1.5,
@@ -53,16 +53,17 @@ PRIOR: Mapping[str, float] = {
     "long": 1.0,
 }
 PULL = 1.0  # towards the prior: nats for a distance of 1
-INJECTED = 40.0  # finds that are judged, for which all injected errors together count
-ALIKE = 0.6  # of the frames of both: a find is the one that was judged
+INJECTED = 40.0  # number of judged finds that all injected errors together are worth
+ALIKE = 0.6  # share of the frames of both from which a find is the judged one
 BINS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A counter-twist of a set: the parts of its score, and what became of it.
+    """A counter-twist of a set: the parts of its score, and its verdict.
 
-    verdict: 'error', 'alarm', 'doubtful', or '' for none; straight: its course is its evidence.
+    verdict: 'error', 'alarm', 'doubtful', or '' for none; straight: True if its shape over time is
+    its evidence.
     """
 
     set_name: str
@@ -74,13 +75,13 @@ class Judged:
 
 
 def parts_of(terms: Terms) -> np.ndarray:
-    """The parts of a score before their weights, in the order of the weights."""
+    """Return the parts of a score before weighting, in the order of the weights."""
     own = weighed(terms)
     return np.array([own[name] for name in WEIGHTS])
 
 
 def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -> Iterator[Judged]:
-    """The counter-twists of a motion with the verdicts of rows of the same clip."""
+    """Yield the counter-twists of a motion with the verdicts of the same clip."""
     found = analyse(motion).detect(kinds={Kind.COUNTER_TWIST})
     applied = set(map(id, applied_unasked(found)))
     for chain in found.chains:
@@ -109,7 +110,7 @@ def _alike(find: Find, start: int, stop: int) -> bool:
 
 
 def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np.ndarray]:
-    """The parts of the finds that are errors which were put into a motion."""
+    """Yield the parts of finds that match errors injected into a motion."""
     rules = parse_protocol(protocol)
     chains = find_chains(motion)
     motion = prepare(motion, chains, rules)
@@ -131,7 +132,7 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
 
 
 def fitted(judged: Sequence[Judged], errors: Sequence[np.ndarray]) -> np.ndarray:
-    """Weights, none but the base's below 0: signs are physics."""
+    """Fit the weights; only the base's may be below 0, since physics gives the signs."""
     prior = np.array([PRIOR[name] for name in WEIGHTS])
     told = [j for j in judged if j.verdict in ("error", "alarm") and not j.straight]
     x = np.array([*(j.parts for j in told), *errors])
@@ -154,12 +155,12 @@ def _counts(judged: Sequence[Judged], sure: Sequence[bool]) -> str:
 
 
 def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
-    """Expected calibration error over bins with equally many finds."""
+    """Return the expected calibration error over bins with equal numbers of finds."""
     return expected_error(equal_bins(probabilities, right))
 
 
 def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -> list[Bin]:
-    """Finds in order of probability, in bins of equally many; the share's interval is of 95 %."""
+    """Return bins of equal numbers of finds by probability, with 95 % intervals of the share."""
     out = []
     for at in np.array_split(np.argsort(probabilities, kind="stable"), bins):
         if len(at):
@@ -170,7 +171,7 @@ def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -
 
 
 def main() -> None:
-    """Collect, tell, fit, tell."""
+    """Collect finds, fit weights and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("verdicts", type=Path)
     parser.add_argument("folder", type=Path)
@@ -196,7 +197,7 @@ def main() -> None:
                     errors[folder.name] += injected(motion, protocol, given.seed, path.name)
             except TwistError as error:
                 print(f"left out: {error}")
-        print(f"{folder.name}: {len(judged)} finds, {sum(map(len, errors.values()))} put in")
+        print(f"{folder.name}: {len(judged)} finds, {sum(map(len, errors.values()))} injected")
     print("by the program:", _counts(judged, [j.applied for j in judged]))
     without = {
         name: fitted(

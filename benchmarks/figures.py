@@ -1,9 +1,11 @@
-"""The figures of docs/method.md: python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR.
+"""Draw figures of docs/method.md.
+
+    python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR
 
 mae_by_segment.png: MAE before and after by segment, both detectors [Choi26 Fig. 6]. flips.png: the
-genuine flips that the audit finds in CLIPS, with the joint's whole turn a frame as evidence that
-is not the detector's; printed as a table. --alarms FOLDER…: alarms.png, what the detector finds in
-clips into which nothing was injected, with the twist increments x and y of both joints around it.
+genuine flips that the audit finds in CLIPS, with the joint's whole turn per frame as evidence
+independent of the detector; printed as a table. --alarms FOLDER…: alarms.png, the finds in clips
+without injected errors, with the increments Δθp and Δθc around them.
 """
 
 from __future__ import annotations
@@ -33,7 +35,7 @@ SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
 
 
 def mae_by_segment(result: dict, path: Path) -> None:
-    """Bars of the mean absolute error before and after, one panel a detector."""
+    """Draw bars of the mean absolute error before and after, one panel per detector."""
     methods = [m for m in ("paper", "consistency") if any(r["method"] == m for r in result["rows"])]
     figure, panels = plt.subplots(1, len(methods), figsize=(9, 3.2), sharey=True, squeeze=False)
     for panel, method in zip(panels[0], methods, strict=True):
@@ -63,13 +65,13 @@ def mae_by_segment(result: dict, path: Path) -> None:
 
 
 def turns(motion: Motion, joint: int) -> np.ndarray:
-    """Whole turn of a joint from each frame to the next, degrees, (frames − 1,)."""
+    """Return the whole turn of a joint from each frame to the next, degrees, (frames − 1,)."""
     q = motion.rotations[:, joint]
     return np.degrees(geodesic_angle(q[:-1], q[1:]))
 
 
 def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
-    """Clip, joint, motion and event of every flip in a folder's clips."""
+    """Return clip, joint, motion and event of every flip in a folder's clips."""
     found = []
     for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion
@@ -81,7 +83,7 @@ def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
 
 
 def flip_figure(found: list[tuple[str, str, Motion, NaturalEvent]], path: Path) -> None:
-    """A panel a clip: the joint that flips most often, its turn a frame, the flips marked."""
+    """Draw a panel per clip: the turn per frame of the joint that flips most often."""
     clips = list(dict.fromkeys(clip for clip, *_ in found))
     columns = 2
     rows = -(-len(clips) // columns)
@@ -103,14 +105,14 @@ def flip_figure(found: list[tuple[str, str, Motion, NaturalEvent]], path: Path) 
         panel.set_xlim(max(0, min(at) - 60), min(motion.frames, max(at) + 60))
         panel.tick_params(labelsize=7)
         panel.spines[["top", "right"]].set_visible(False)
-    figure.supylabel("turn of the joint a frame, degrees", fontsize=8)
+    figure.supylabel("turn of the joint per frame, degrees", fontsize=8)
     figure.supxlabel("frame", fontsize=8)
     figure.tight_layout()
     figure.savefig(path, dpi=130)
 
 
 def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
-    """One line a clip and joint: frames, with the degrees about the bone."""
+    """Return one line per clip and joint: frames, with the degrees about the bone."""
     lines = ["| clip | joint | frame (degrees about the bone) |", "|---|---|---|"]
     for key in dict.fromkeys((clip, joint) for clip, joint, *_ in found):
         events = [e for clip, joint, _, e in found if (clip, joint) == key]
@@ -120,7 +122,7 @@ def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
 
 
 def alarm_figure(folders: list[Path], path: Path) -> int:
-    """A panel an interval found in clips as captured; returns how many there are."""
+    """Draw a panel per interval found in captured clips; return the number of intervals."""
     found = []
     for clip in (c for folder in folders for c in clips_in(folder, suffixes=BVH)):
         motion = read_bvh(clip).motion
@@ -139,9 +141,9 @@ def alarm_figure(folders: list[Path], path: Path) -> int:
         low, high = max(0, interval.start - 25), min(motion.frames, interval.stop + 25)
         at = np.arange(low, high)
         panel.axvspan(interval.start - 0.5 + first, interval.stop - 0.5 + first, color="#dddddd")
-        panel.plot(at + first, np.degrees(x[low:high]), color=BEFORE, lw=0.9, label="x, parent")
+        panel.plot(at + first, np.degrees(x[low:high]), color=BEFORE, lw=0.9, label="Δθp, parent")
         panel.plot(
-            at + first, np.degrees(y[low:high]), color=AFTER, lw=0.9, ls="--", label="y, child"
+            at + first, np.degrees(y[low:high]), color=AFTER, lw=0.9, ls="--", label="Δθc, child"
         )
         delta = np.degrees(interval.delta)
         panel.set_title(f"{clip} {chain.name} {delta:+.1f}°", fontsize=8, loc="left")
@@ -149,7 +151,7 @@ def alarm_figure(folders: list[Path], path: Path) -> int:
         panel.spines[["top", "right"]].set_visible(False)
     handles, labels = panels[0][0].get_legend_handles_labels()
     figure.legend(handles, labels, frameon=False, fontsize=8, ncols=2, loc="lower right")
-    figure.supylabel("twist a frame, degrees", fontsize=8)
+    figure.supylabel("twist per frame, degrees", fontsize=8)
     figure.tight_layout()
     figure.savefig(path, dpi=130)
     return len(found)

@@ -1,10 +1,10 @@
-"""The folder queue: python -m benchmarks.folder_queue FOLDER [--clips N].
+"""Measure the folder queue: python -m benchmarks.folder_queue FOLDER [--clips N].
 
 Copies of the folder's clips get seeded errors in some of their chains and are opened as a folder in
-the real window. They are analysed in the background while the first is open. Printed: seconds until
-it can be reviewed, the longest stall of the GUI thread and the 99th percentile (with --scrub the
-playhead moves all the while, so that drawing is part of it), clips a second, and how well the order
-by severity agrees with the truth.
+the real window. The clips are analysed in the background while the first is open. The output shows
+seconds until the first can be reviewed, the longest stall of the GUI thread and the 99th percentile
+(with --scrub the playhead moves all the time, so that drawing is included), clips per second, and
+how well the order by severity agrees with the truth.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _TICK_MS = 4
 
 
 def with_errors(source: Path, target: Path, chains_hit: int) -> float:
-    """Write a clip with errors in so many chains; returns its true severity."""
+    """Write a clip with errors in `chains_hit` chains; return its true severity."""
     clip = read_bvh(source)
     chains = find_chains(clip.motion)
     rng = generator(1, source.name)
@@ -48,11 +48,11 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
 
 
 def main() -> None:
-    """Run it and print the figures."""
+    """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", type=int, default=40)
-    parser.add_argument("--scrub", action="store_true", help="move the playhead all the while")
+    parser.add_argument("--scrub", action="store_true", help="move the playhead all the time")
     arguments = parser.parse_args()
     make_application()
     from inspector.window.main_window import MainWindow
@@ -96,7 +96,7 @@ def main() -> None:
         agreement = spearmanr(measured, list(truth.values())).statistic
         print(f"first clip open after       {first[0]:6.2f} s")
         pace = len(truth) / seconds
-        print(f"{len(truth)} clips analysed in       {seconds:6.2f} s, {pace:.1f} a second")
+        print(f"{len(truth)} clips analysed in       {seconds:6.2f} s, {pace:.1f} per second")
         print(f"longest stall               {1e3 * max(stalls):6.1f} ms")
         print(f"99th percentile             {1e3 * np.percentile(stalls, 99):6.1f} ms")
         print(f"order against the truth     {agreement:6.3f} (Spearman)")

@@ -1,13 +1,14 @@
-"""kill -9 at random moments: python -m benchmarks.kills [--decisions N] [--exports N] …
+"""Kill the program at random moments: python -m benchmarks.kills [--decisions N] [--exports N] …
 
-Needs a screen (`xvfb-run` gives one) and Linux. Decisions: the program carries out seeded commands
-in its real window and is killed among them; on the disk must be the state it told last or the next
-one, to the byte, and the next run must go on from there. Exports: it is killed while it exports;
-each file must be whole or not there, what is there must equal `twistcore apply` of its session, and
-the next export must leave nothing half written. Folders: it is killed while it surveys one; no
-process may stay behind. --equal: exports without a kill, 15 by 15, each of the bytes that `apply`
-makes of its session. Printed: how many of each, and how many failed; the exit code is 1 if any did.
---minutes: what was not begun by then is left out, and told.
+Needs a screen (such as `xvfb-run`) and Linux; uses kill -9. Decisions: the program carries out
+seeded commands in its real window and is killed between them; the disk must contain the last
+reported state or the next one, to the byte, and the next run must continue from there. Exports: the
+program is killed while it exports; each file must be complete or missing, existing files must equal
+the output of `twistcore apply` for the session, and the next export must leave no partial file.
+Folders: the program is killed while it surveys a folder; no process may remain. --equal: exports
+without a kill, 15 by 15, each equal to the output of `apply` for its session. The output shows the
+number of trials and failures; the exit code is 1 if any failed. --minutes: trials not begun by then
+are skipped and reported.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _Trial = Callable[[Path, int], object]
 
 
 def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float) -> int:
-    """Carry out a trial with every seed, of so many kills each; how many of them failed."""
+    """Run a trial with every seed, of `kills` kills each; return the number of failures."""
     failed, found = 0, 0
     for done, seed in enumerate(seeds, 1):
         if time.monotonic() > until:
@@ -39,7 +40,7 @@ def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float
         with tempfile.TemporaryDirectory() as folder:
             try:
                 found += trial(Path(folder), seed) or 0  # type: ignore[call-overload]
-            except Exception:  # each that fails is told, and the next is tried
+            except Exception:  # report each failure, and try the next
                 print(f"{name}, seed {seed}:", file=sys.stderr)
                 traceback.print_exc()
                 failed += 1
@@ -50,14 +51,18 @@ def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print what was tried and what failed; returns the exit code."""
+    """Print trials and failures; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--decisions", type=int, default=60, help="kills among them (60; even)")
-    parser.add_argument("--exports", type=int, default=40, help="kills in them (40)")
-    parser.add_argument("--folders", type=int, default=40, help="kills with one open (40)")
-    parser.add_argument("--equal", type=int, default=150, help="exports (150)")
-    parser.add_argument("--seed", type=int, default=0, help="the first of as many (0)")
-    parser.add_argument("--minutes", type=float, default=1e6, help="after which no more are begun")
+    parser.add_argument(
+        "--decisions", type=int, default=60, help="kills between decisions (60; even)"
+    )
+    parser.add_argument("--exports", type=int, default=40, help="kills during exports (40)")
+    parser.add_argument("--folders", type=int, default=40, help="kills during a survey (40)")
+    parser.add_argument("--equal", type=int, default=150, help="exports without a kill (150)")
+    parser.add_argument("--seed", type=int, default=0, help="the first seed (0)")
+    parser.add_argument(
+        "--minutes", type=float, default=1e6, help="time after which no more trials begin"
+    )
     words = parser.parse_args(argv)
     until = time.monotonic() + 60.0 * words.minutes
     failed = 0

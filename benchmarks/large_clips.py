@@ -1,10 +1,12 @@
-"""Clips as large as they come: python -m benchmarks.large_clips [--frames N] [--joints N].
+"""Measure the window with very large clips.
 
-Opens, in the real window, the sample with eight errors over and over (200,000 frames), and a made
-skeleton of many short limbs (300 joints, 3,000 frames) with one error in each of ten. Prints what
-opening costs, then what is between a person's step and the last pixel of it, median and 95th
-percentile: the playhead moved, a border dragged, τ dragged, an interval judged and taken back, the
-plots zoomed; the memory at the end; and, as BVH says how it is to be read, the size of the file.
+    python -m benchmarks.large_clips [--frames N] [--joints N]
+
+Opens, in the real window, the sample with eight errors repeated to 200,000 frames, and a made
+skeleton of many short limbs (300 joints, 3,000 frames) with one error in each of ten. Prints the
+cost of opening, then the cost of a person's step until its last pixel is drawn, median and 95th
+percentile: the playhead moved, a border dragged, τ dragged, an interval judged and undone, the
+plots zoomed; the memory at the end, and the size of the file.
 
 Figures are CPU time of the whole process, all its threads, so that other work on the machine does
 not count; on a machine with a graphics card the 3D view costs less.
@@ -51,7 +53,7 @@ _PATIENCE = 1_800.0  # seconds
 
 
 def long_clip(path: Path, frames: int) -> None:
-    """Write the sample's frames over and over."""
+    """Write the sample's frames repeatedly."""
     head, _, rows = SAMPLE.read_text("ascii").rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
     head = re.sub(r"Frames:.*", f"Frames: {frames}", head)
@@ -62,7 +64,7 @@ def long_clip(path: Path, frames: int) -> None:
 
 
 def many_joints(path: Path, joints: int, frames: int) -> None:
-    """Write a body with so many joints: limbs of five all round a root, that swing and twist.
+    """Write a body of many joints: limbs of five around a root, which swing and twist.
 
     In ten of them a parent is twisted by 40° for half a second, and its child back.
     """
@@ -97,7 +99,7 @@ def many_joints(path: Path, joints: int, frames: int) -> None:
 
 @dataclass
 class Measured:
-    """Milliseconds of CPU by what was done."""
+    """Milliseconds of CPU time by action."""
 
     opened: float = 0.0
     shown: str = ""
@@ -105,7 +107,7 @@ class Measured:
     mib: float = 0.0
 
     def lines(self) -> list[str]:
-        """A table."""
+        """Return the lines of a table."""
         out = [self.shown, f"  {'opened':<28} {self.opened / 1e3:8.1f} s"]
         for what, times in self.steps.items():
             middle, high = np.percentile(times, (50, 95))
@@ -114,7 +116,7 @@ class Measured:
 
 
 def a_window() -> MainWindow:
-    """On the screen, with nothing open."""
+    """Return a window on the screen, with nothing open."""
     window = MainWindow(Settings(theme="light", turn_ms=0), None)
     window.resize(1440, 900)
     window.show()
@@ -124,7 +126,7 @@ def a_window() -> MainWindow:
 
 
 def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STEPS) -> Measured:
-    """Open a clip and do to it what a person does, so many steps of each kind."""
+    """Open a clip and do what a person does, `steps` times of each kind."""
     found = Measured()
     document, rng = window.document, np.random.default_rng(1)
 
@@ -185,10 +187,14 @@ def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STE
 def main() -> None:
     """Print a table for each clip."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--frames", type=int, default=FRAMES, help="of the long clip; 0: none")
-    parser.add_argument("--joints", type=int, default=JOINTS, help="of the other one; 0: none")
+    parser.add_argument(
+        "--frames", type=int, default=FRAMES, help="frames of the long clip; 0: none"
+    )
+    parser.add_argument(
+        "--joints", type=int, default=JOINTS, help="joints of the other clip; 0: none"
+    )
     chosen = parser.parse_args()
-    if chosen.joints and chosen.frames:  # each in a process of its own: so is its memory
+    if chosen.joints and chosen.frames:  # each in a separate process, to separate the memory
         print("CPU time of the process: median and 95th percentile", flush=True)
         for only in (["--frames", "0"], ["--joints", "0"]):
             subprocess.run([sys.executable, "-m", __spec__.name, *sys.argv[1:], *only], check=True)

@@ -1,14 +1,14 @@
-"""Is the learned confidence reliable? python -m benchmarks.learned_confidence FOLDER… [--seeds N].
+"""Test the learned confidence: python -m benchmarks.learned_confidence FOLDER… [--seeds N].
 
-The folders hold clips named SUBJECT_TRIAL.bvh. A simulated reviewer (benchmarks.simulated_reviewer)
-decides 200 intervals of some subjects' clips, a tenth of which are wrong; what is learned is judged
-on clips of *other* subjects, with the same share of wrong ones, by the expected calibration error
-(ECE, ten bins). The wrong ones are the detector's own false alarms, decoys that this person calls
-natural, or both in equal parts; or the reviewer is mistaken in 5 % of all. Subject 05, which the
-built-in map was fitted on, is never judged on. After ± stands half of where 90 % of the errors lie
-when the verdicts and the judged clips are drawn anew. By chance: what a perfect map would have.
+The folders contain clips named SUBJECT_TRIAL.bvh. A simulated reviewer
+(benchmarks.simulated_reviewer) decides 200 intervals of some subjects' clips, a tenth of which are
+wrong; the learned map is tested on clips of *other* subjects, with the same share of wrong ones, by
+the expected calibration error (ECE, ten bins). Wrong intervals are the detector's own false alarms,
+decoys that this person calls natural, or both in equal parts; or the reviewer is mistaken in 5 % of
+all. Subject 05, on which the built-in map was fitted, is never used for testing. After ± is half of
+the 90 % range when verdicts and test clips are resampled. By chance: the ECE of a perfect map.
 
-The map's form and prior were chosen on passes 0 to 3: what is reported is from others, from 4 on.
+The map's form and prior were chosen on passes 0 to 3; the reported passes begin at 4.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from twistcore.tuning.learned_confidence import Seen, learned, reliability, seen
 
 VERDICTS = 200
 DRAWS = 20
-CHOSEN_ON = 4  # passes, the first: they say nothing of the map that was chosen on them
+CHOSEN_ON = 4  # first passes, used to choose the map and so not for testing it
 SCENES = (
     ("false alarms", (NATURAL,), 0.0),
     ("decoys", (DECOY,), 0.0),
@@ -36,7 +36,7 @@ SCENES = (
 
 
 def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Reviewed]:
-    """One pass over all clips; kept in a folder for another run if one is given."""
+    """Return one pass over all clips; cached in a folder if one is given."""
     file = keep / f"reviewed_{seed}.pickle" if keep else None
     if file and file.exists():
         return list(pickle.loads(file.read_bytes()))
@@ -47,7 +47,7 @@ def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Revie
 
 
 def drawn_clips(given: Seen, rng: np.random.Generator) -> Seen:
-    """Whole clips drawn anew, with replacement."""
+    """Resample whole clips with replacement."""
     clips = np.unique(given.clip)
     at = [np.flatnonzero(given.clip == c) for c in rng.choice(clips, len(clips))]
     chosen = np.concatenate(at)
@@ -55,8 +55,8 @@ def drawn_clips(given: Seen, rng: np.random.Generator) -> Seen:
 
 
 def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> None:
-    """Print one block: learned from some clips, judged on others."""
-    print(f"\n{title}: {len(fit)} passes over clips to learn from, {len(test)} to judge on")
+    """Print one block: learned from some clips, tested on others."""
+    print(f"\n{title}: {len(fit)} passes over clips to learn from, {len(test)} to test on")
     for name, kinds, mistaken in SCENES:
         rows = []
         for seed in range(DRAWS):
@@ -83,12 +83,12 @@ def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> Non
 
 
 def main() -> None:
-    """Learn from some subjects, judge on others; on the same rig and on another."""
+    """Learn from some subjects and test on others, on the same rig and on another."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
     parser.add_argument("--seeds", type=int, default=4, help="passes over all clips")
     parser.add_argument("--first", type=int, default=CHOSEN_ON, help="the first pass's seed")
-    parser.add_argument("--keep", type=Path, help="a folder: passes are kept there")
+    parser.add_argument("--keep", type=Path, help="a folder to cache passes")
     arguments = parser.parse_args()
     paths = sorted(p for folder in arguments.folders for p in clips_in(folder, suffixes=BVH))
     if not paths:

@@ -1,13 +1,13 @@
-"""Is τ from verdicts as good as τ from injected errors? python -m benchmarks.learned_tau FOLDER.
+"""Compare τ from verdicts with τ from injected errors: python -m benchmarks.learned_tau FOLDER.
 
-The folder holds clips named SUBJECT_TRIAL.bvh. τ is suggested from the clips of some subjects: by
-errors injected into them, and by the verdicts of a simulated reviewer on 200 listed intervals, a
+The folder contains clips named SUBJECT_TRIAL.bvh. τ is suggested from the clips of some subjects:
+by errors injected into them, and by the verdicts of a simulated reviewer on 200 listed intervals, a
 tenth of which are wrong (the detector's own false alarms; or decoys, which this person calls
-natural). Both are judged on clips of other subjects by the benchmark of the study, at the τ given:
-its own injection into each chain in turn and its own evaluation, of P0 and of small errors (H6),
-with other seeds. No clip is cleaned first: what is listed in the clip as it is counts as a false
-alarm, however sure. Behind each figure stands in how many clips all went well, and between which
-shares of such clips that lies (Wilson, 90 %): a fault that no clip has may be one that few have.
+natural). Both are tested on clips of other subjects by the benchmark of the study, at a given τ:
+its own injection into each chain in turn and its own evaluation, for P0 and small errors (H6), with
+other seeds. No clip is cleaned first: every find in the original clip counts as a false alarm,
+however sure. After each figure is the number of clips without a fault, and the 90 % interval of the
+share of such clips (Wilson), since a fault seen in no clip may occur in few.
 """
 
 from __future__ import annotations
@@ -44,19 +44,19 @@ VERDICTS = 200
 
 
 def captured(path: Path, harder: str) -> Motion:
-    """The clip's motion, made harder."""
+    """Return the clip's motion, made harder."""
     motion = read_bvh(path).motion
     return prepare(motion, analyse(motion).chains, parse_protocol(harder))
 
 
 def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
-    """The curves of a clip that τ is chosen by, by chain."""
+    """Return the curves for choosing τ from a clip, by chain."""
     tuning = clip_tuning(captured(path, harder), path.name)
     return {name: tuning.curve(name) for name in tuning.names}
 
 
 def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float]) -> Array:
-    """What a τ brings: repaired and all error frames of each protocol, then false alarms."""
+    """Return the results of a τ: repaired and all error frames per protocol, and false alarms."""
     row = []
     for protocol in PROTOCOLS:
         scene = make_scene(path.name, captured(path, harder), parse_protocol(protocol))
@@ -70,7 +70,7 @@ def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float
 
 
 def report(title: str, rows: Array, tau: Sequence[float]) -> None:
-    """Print what a τ brings; rows: of :func:`judge`, a clip each."""
+    """Print the results of a τ; rows: from :func:`judge`, one per clip."""
     total, told = rows.sum(axis=0), []
     for k, protocol in enumerate(PROTOCOLS):
         share = 100 * total[2 * k] / total[2 * k + 1]
@@ -91,7 +91,7 @@ def _clips(well: Mask) -> str:
 def by_verdicts(
     clips: Sequence[Reviewed], kinds: Sequence[str], names: Sequence[str], seed: int
 ) -> dict[str, float]:
-    """τ of chains by 200 verdicts; what little is listed is taken as it is; {} where too little."""
+    """Return τ of chains from up to 200 verdicts; {} if there are too few."""
     given = sampled(clips, kinds, np.random.default_rng(seed), VERDICTS)
     found = common_tau(given)
     return {name: tau for name in names if (tau := found.tau(name)) is not None}
@@ -100,9 +100,9 @@ def by_verdicts(
 def judged(
     clips: Sequence[Path], harder: str, seeds: Sequence[int], title: str, tau: Mapping[str, float]
 ) -> None:
-    """Judge a τ and print it; without one there is nothing to judge."""
+    """Test a τ and print the result; without τ, print that there were too few verdicts."""
     if not tau:
-        print(f"  {title:<30} too little was decided for a τ")
+        print(f"  {title:<30} too few verdicts for a τ")
         return
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         rows = list(pool.map(partial(judge, harder=harder, seeds=seeds, tau=tau), clips))
@@ -110,13 +110,17 @@ def judged(
 
 
 def main() -> None:
-    """Two ways round: each half of the subjects is learned from once."""
+    """Learn from each half of the subjects and test on the other."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--step", type=int, default=3, help="every step-th clip")
-    parser.add_argument("--seeds", type=int, default=2, help="of the judge")
-    parser.add_argument("--passes", type=int, default=2, help="of the reviewer over the clips")
-    parser.add_argument("--harder", default="P0", help="what is done to clips first: rich+H1")
+    parser.add_argument("--seeds", type=int, default=2, help="seeds of the test")
+    parser.add_argument(
+        "--passes", type=int, default=2, help="passes of the reviewer over the clips"
+    )
+    parser.add_argument(
+        "--harder", default="P0", help="how clips are made harder first, such as rich+H1"
+    )
     arguments = parser.parse_args()
     paths = clips_in(arguments.folder, suffixes=BVH)
     who = [performer_of(p.name) for p in paths]

@@ -1,12 +1,14 @@
-"""What does it cost that both joints move? python -m benchmarks.live_joints FOLDER [--protocol …]…
+"""Measure the cost of motion in both joints.
+
+    python -m benchmarks.live_joints FOLDER [--protocol …]…
 
 Before errors are injected, the twist of one joint of every chain about its bone is scaled to a
-share of what was captured: at 0 that joint is silent, as one is in every chain of the CMU rig. The
-other signal, the pace and the frame rate stay, and the errors are the same. FSR % by clip, protocol
-and share, and the median σ of d, which is what a jump is seen against.
+share of the captured twist: at 0 that joint is quiet, like one joint in every chain of the CMU rig.
+The other signal, the pace, the frame rate and the errors stay the same. The table shows FSR % by
+clip, protocol and share, and the median σ of d, with which a jump is compared.
 
---told does the same with a first pass of the detector that is told the frames of all edges, and may
-not take them for motion: what is then found and was not before, hid itself.
+--told gives the detector's first pass the frames of all edges, so that it does not take them for
+motion: errors found only then had hidden themselves.
 """
 
 from __future__ import annotations
@@ -44,10 +46,10 @@ SETTINGS = (("parent", 1.0), ("parent", 0.5), ("parent", 0.25), ("parent", 0.0),
 
 
 def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float) -> Motion:
-    """The motion with a share of the twist of all parents, or of all children.
+    """Return the motion with a share of the twist of all parents, or of all children.
 
-    x of a chain follows from its parent alone and y from its child alone, and a turn about the bone
-    adds to them: what is taken from one joint changes no other chain's x, or y.
+    Δθp of a chain depends only on its parent and Δθc only on its child, and a turn about the bone
+    adds to them, so reducing one joint does not change Δθp or Δθc of other chains.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -64,7 +66,7 @@ def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float)
 
 @contextmanager
 def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iterator[None]:
-    """A first pass that takes no frame of an edge of one limb's errors for motion."""
+    """Make the first pass treat no frame at an edge of one limb's errors as motion."""
     usual = counter_rotation._coarsely_good
     rows = {chain.name: row for row, chain in enumerate(chains)}
 
@@ -81,7 +83,7 @@ def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Ite
 
 
 def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float:
-    """FSR % over all chains of a scene, each in turn."""
+    """Return FSR % over all chains of a scene, each in turn."""
     frames = repaired = 0
     for seed in seeds:
         for index, targets in scene.passes():
@@ -103,7 +105,7 @@ def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float
 
 
 def sigma(scene: CleanScene) -> float:
-    """Median σ of d over frames and chains, degrees."""
+    """Return the median σ of d over frames and chains, degrees."""
     analysis = ConsistencyDetector().analyse(scene.motion, scene.chains)
     of_chains = [c.limb.sigma[c.row] for c in analysis.chains.values()]
     return float(np.degrees(np.median(of_chains)))

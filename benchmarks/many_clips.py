@@ -1,8 +1,8 @@
-"""Clips opened one after the other in one view: do memory and VTK's objects stay level?
+"""Open clips one after the other in one view and check memory and VTK's objects.
 
     python benchmarks/many_clips.py [--clips N] [--json]
 
-Every clip is shown in both styles, side by side, with trails, and thrown away for the next.
+Every clip is shown in both styles, side by side, with trails, and then replaced by the next.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from tests.gui.waiting import wait
 
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 CLIPS = ("walk.bvh", "walk_injected.bvh", "dance.bvh", "basketball.bvh")
-WARM = 20  # clips after which caches are as large as they get
+WARM = 20  # clips after which caches have their final size
 MOST_MIB = 20.0  # growth after those
 
 
 def resident() -> float:
-    """Memory of this process, MiB; 0 where the system does not tell."""
+    """Return the memory of this process, MiB; 0 if unknown."""
     try:
         pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
     except OSError:
@@ -44,13 +44,13 @@ def resident() -> float:
 
 
 def alive() -> int:
-    """VTK's objects that Python knows."""
+    """Return the number of VTK objects that Python references."""
     gc.collect()
     return sum(type(o).__name__.startswith("vtk") for o in gc.get_objects())
 
 
 def look(document: Document, view: Viewport, clip: Path) -> None:
-    """Open a clip and use everything that makes meshes."""
+    """Open a clip and use all features that make meshes."""
     document.show_clip(analyse_file(clip))
     for style in Style:
         view.look(style=style)
@@ -63,7 +63,7 @@ def look(document: Document, view: Viewport, clip: Path) -> None:
 
 
 def measure(count: int) -> dict[str, float | int]:
-    """Memory and objects after the warm-up and at the end."""
+    """Return memory and objects after the warm-up and at the end."""
     document = Document()
     view = Viewport(document, Colours(DARK))
     view.resize(640, 400)
@@ -94,7 +94,7 @@ def measure(count: int) -> dict[str, float | int]:
 
 
 def is_level(found: dict[str, float | int]) -> bool:
-    """Nothing has grown."""
+    """True if nothing has grown."""
     return (
         found["memory_end_mib"] - found["memory_warm_mib"] <= MOST_MIB
         and found["objects_end"] <= found["objects_warm"]

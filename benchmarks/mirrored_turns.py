@@ -1,10 +1,10 @@
-"""Upper limbs and lower ones that turn against each other, from the world's places alone.
+"""Find upper and lower limbs that turn against each other, from motion in the world.
 
-Of the judge :mod:`benchmarks.real_flips`: nothing of the detectors' signals. A mirrored transition
-is a window of 0.13 s in which P (upper arm, thigh) and C turn about P's bone by at least 10° each,
-oppositely, and by as much but for 35 % of the larger turn; windows that overlap are one. A limb is
-bent where C's bone stands more than 30° off P's, straight below 18°. A frame is changed where P
-turned about its bone by more than 2°.
+Used by the judge :mod:`benchmarks.real_flips`, without the detectors' signals. A mirrored
+transition is a window of 0.13 s in which P (upper arm, thigh) and C turn about P's bone by at least
+10° each, in opposite directions, with a difference of at most 35 % of the larger turn; overlapping
+windows count once. A limb is bent if the angle between C's and P's bone is more than 30°, straight
+below 18°. A frame is changed if P turned about its bone by more than 2°.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ CHANGED = 2.0  # degrees
 
 @dataclass(frozen=True)
 class Straightness:
-    """Frames of limbs that are bent or straight, and how many of them were changed."""
+    """Numbers of frames of bent and straight limbs, and of changed ones among them."""
 
     bent: int = 0
     bent_changed: int = 0
@@ -39,14 +39,14 @@ class Straightness:
 
 
 def twist(turned: Array, bone: Array) -> Array:
-    """Degrees that rotations (frames, 3, 3) turn about unit directions (3,) or (frames, 3)."""
+    """Return degrees that rotations (frames, 3, 3) turn about unit directions (3,), (frames, 3)."""
     q = Rotation.from_matrix(turned).as_quat()
     along = (q[:, :3] * bone).sum(axis=1)
     return (np.degrees(2.0 * np.arctan2(along, q[:, 3])) + 180.0) % 360.0 - 180.0
 
 
 def mirrored(above: Array, p: Array, c: Array, bone: Array, fps: float) -> list[tuple[int, float]]:
-    """First frame and P's turn of each mirrored transition.
+    """Return the first frame and P's turn of each mirrored transition.
 
     above, p, c: orientations of P's parent, P and C in the world, (frames, 3, 3); bone: P's unit
     bone in its own frame, (frames, 3).
@@ -71,14 +71,14 @@ def mirrored(above: Array, p: Array, c: Array, bone: Array, fps: float) -> list[
 
 
 def bends(p: Array, c: Array, e: Array) -> Array:
-    """Degrees between the bones P-C and C-E; places (frames, 3)."""
+    """Return degrees between the bones P-C and C-E; places (frames, 3)."""
     upper, lower = c - p, e - c
     away = np.linalg.norm(np.cross(upper, lower), axis=1)
     return np.degrees(np.arctan2(away, (upper * lower).sum(axis=1)))
 
 
 def straightness(bend: Array, before: Array, after: Array, bone: Array) -> Straightness:
-    """What was changed; before, after: P's orientation in the world, (frames, 3, 3)."""
+    """Count changed frames; before, after: P's orientation in the world, (frames, 3, 3)."""
     changed = np.abs(twist(np.einsum("fji,fjk->fik", before, after), bone)) > CHANGED
     bent, straight = bend > BENT, bend < STRAIGHT
     counts = (m.sum() for m in (bent, bent & changed, straight, straight & changed))

@@ -1,12 +1,14 @@
-"""Do the tests notice a changed program? python -m benchmarks.mutation MODULE… [--sample N]
+"""Test whether the tests notice a changed program.
 
-Each MODULE is a Python file or a folder of them, named from the root of the checkout. Its mutants
+    python -m benchmarks.mutation MODULE… [--sample N]
+
+Each MODULE is a Python file or a folder of files, relative to the root of the checkout. Its mutants
 (mutmut's operators: a sign turned, a number one larger, an argument left out, …) are tried one by
-one: a mutant is killed if a test fails, and survives if none does. One with which a test takes
-3 s and four times its time counts as noticed, too ("timeout"). Survivors are listed with their
-line; what was listed can be tried --again, with more tests.
+one: a mutant is killed if a test fails, and survives if none does. A mutant with which a test takes
+3 s and four times its usual time is also noticed ("timeout"). Survivors are listed with their line;
+listed mutants can be tried --again, with more tests.
 
-Tests are chosen by coverage, out of the files that TESTS names for a module's room, or --tests.
+Tests are chosen by coverage from the files that TESTS, or --tests, names for a module's room.
 Needs mutmut (the extra "dev") and a system that forks.
 """
 
@@ -14,7 +16,9 @@ from __future__ import annotations
 
 import os
 
-os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy: a process for each mutant is enough
+os.environ["OPENBLAS_NUM_THREADS"] = (
+    "1"  # set before importing numpy: one process per mutant is enough
+)
 
 import argparse
 import random
@@ -27,7 +31,7 @@ from benchmarks._mutant_tests import learn, outcomes
 from benchmarks._mutants import Mutant, files_of, mutants_of
 
 FOLDER = Path("tests/twistcore")
-# For each file or folder, what its tests are called; the longest name that fits holds.
+# The names of the tests for each file or folder; the longest matching path is used.
 TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/skeleton/rotation.py": ("rotation",),
     "twistcore/skeleton/chain.py": ("chain", "bone_directions", "limb"),
@@ -72,7 +76,7 @@ TESTS: dict[str, tuple[str, ...]] = {
     "twistcore/detection/guarded.py": ("registry",),
     "twistcore/detection/prediction.py": ("prediction",),
     "twistcore/detection/robust_cost.py": ("edges",),
-    "twistcore/detection/soft_errors": (  # test_soft_errors.py takes minutes: a module, a run of it
+    "twistcore/detection/soft_errors": (  # test_soft_errors.py takes minutes
         "one_soft_error",
         "silent_joints",
         "silent_errors",
@@ -124,7 +128,7 @@ CHANGES = ("killed", "timeout", "survived")
 
 
 def tests_of(path: Path) -> list[str]:
-    """Files of tests for a module: TESTS', or tests/twistcore/test_<module or its folder>.py."""
+    """Return a module's test files: from TESTS, or tests/twistcore/test_<module or folder>.py."""
     fitting = [name for name in TESTS if path.as_posix().startswith(name)]
     if fitting:
         return [f"{FOLDER}/test_{name}.py" for name in TESTS[max(fitting, key=len)]]
@@ -136,21 +140,25 @@ def tests_of(path: Path) -> list[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Exit status: 0, 1 if fewer than --least per cent are killed, 2 if it could not be tried."""
+    """Return 0, 1 if fewer than --least per cent are killed, or 2 if nothing could be tried."""
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.mutation",
         description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("modules", nargs="+", metavar="MODULE")
-    parser.add_argument("--sample", type=int, help="as many mutants at random (all, if left out)")
-    parser.add_argument("--together", action="store_true", help="one sample over all, not of each")
-    parser.add_argument("--seed", type=int, default=0, help="of the sample (0)")
-    parser.add_argument("--tests", nargs="+", default=[], help="files of tests, not TESTS'")
+    parser.add_argument("--sample", type=int, help="number of random mutants (default: all)")
+    parser.add_argument(
+        "--together", action="store_true", help="one sample over all modules, not one of each"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="seed of the sample (0)")
+    parser.add_argument("--tests", nargs="+", default=[], help="test files instead of TESTS")
     parser.add_argument(
         "--slowest", type=float, default=1.0, help="longer tests are left out (1 s)"
     )
-    parser.add_argument("--again", type=Path, help="an earlier run's output: only what is listed")
+    parser.add_argument(
+        "--again", type=Path, help="an earlier run's output: only mutants listed there"
+    )
     parser.add_argument("--jobs", type=int, default=1, help="mutants tried at once (1)")
     parser.add_argument("--least", type=float, default=0.0, help="per cent that must be killed (0)")
     options = parser.parse_args(arguments)
@@ -193,7 +201,7 @@ def _sampled(
 def _count(ended: Iterable[tuple[Mutant, str]], tried: int) -> Counter[str]:
     counts = Counter[str]()
     for mutant, outcome in ended:
-        counts[outcome] += 1  # no tqdm: its thread and its lock would be forked, too
+        counts[outcome] += 1  # no tqdm: its thread and its lock would also be forked
         if sys.stderr.isatty():
             print(f"\r{mutant.path}: {counts.total()} of {tried}", end="\r", file=sys.stderr)
         if outcome == "survived":

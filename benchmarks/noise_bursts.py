@@ -1,12 +1,12 @@
-"""Bursts of noise put into sound clips: whether they are found, and what is corrected there.
+"""Inject noise bursts into clean clips and measure detection and corrections.
 
     python -m benchmarks.noise_bursts FOLDER [--seed N]
 
-Into every clip, at 20, 30 and 120 frames a second: for 1-2 s, in 2-5 joints, Gaussian noise of
-0.05-0.1 on the components of the quaternions, as BrokenAMASS has it. Told: the share of the frames
-found that are of the burst (precision), the share of its frames that are found (recall), bursts
-found in the clips as they were, and what `refine` would change unasked: corrections that touch the
-burst and frames altered outside it, those left out that are the same without the burst.
+Every clip, at 20, 30 and 120 frames per second, gets Gaussian noise of 0.05-0.1 on the components
+of the quaternions, for 1-2 s, in 2-5 joints, as in BrokenAMASS. The output shows the share of found
+frames that belong to the burst (precision), the share of its frames that are found (recall), bursts
+found in the original clips, and the automatic corrections of `refine`: corrections that touch the
+burst and frames changed outside it, except changes that also occur without the burst.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ RATES = 20.0, 30.0, 120.0
 
 
 def at_rate(motion: Motion, fps: float) -> Motion:
-    """Every nth frame."""
+    """Return every n-th frame of a motion."""
     step = max(1, round(motion.fps / fps))
     return replace(
         motion,
@@ -41,7 +41,7 @@ def at_rate(motion: Motion, fps: float) -> Motion:
 
 
 def with_noise(motion: Motion, rng: np.random.Generator) -> tuple[Motion, slice] | None:
-    """The motion with a burst in it, and its frames; None where the clip is too short for one."""
+    """Return the motion with a burst, and its frames; None if the clip is too short."""
     length = int(rng.uniform(1.0, 2.0) * motion.fps)
     if length >= motion.frames - 4:
         return None
@@ -54,7 +54,7 @@ def with_noise(motion: Motion, rng: np.random.Generator) -> tuple[Motion, slice]
 
 
 def found_in(motion: Motion) -> np.ndarray:
-    """Frames of any burst, (frames,)."""
+    """Return a mask of the frames of bursts, (frames,)."""
     mask = np.zeros(motion.frames, dtype=bool)
     for burst in noise_bursts(motion):
         mask[burst.start : burst.stop] = True
@@ -62,12 +62,12 @@ def found_in(motion: Motion) -> np.ndarray:
 
 
 def changed(clip: ClipAnalysis) -> list[tuple[str, int, int]]:
-    """Chain and frames of what is corrected unasked."""
+    """Return chain and frames of the automatic corrections."""
     return [(i.chain, i.start, i.stop) for i in applied_unasked(clip.detect(kinds=REPAIRED))]
 
 
 def measure(motion: Motion, rng: np.random.Generator, *, detect: bool) -> Counter[str]:
-    """The counts of one clip."""
+    """Return the counts of one clip."""
     sound = found_in(motion)
     count = Counter(false=int((np.diff(sound.astype(int), prepend=0) > 0).sum()))
     if (made := with_noise(motion, rng)) is None:
@@ -93,7 +93,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--only-find", action="store_true", help="without what is corrected")
+    parser.add_argument("--only-find", action="store_true", help="without corrections")
     given = parser.parse_args()
     for fps in RATES:
         total: Counter[str] = Counter()
@@ -115,7 +115,7 @@ def main() -> None:
         print(
             f"{fps:4.0f} Hz: {total['bursts']} bursts, precision {precision:.3f}, "
             f"recall {recall:.3f}, "
-            f"{total['false'] / minutes:.2f} a minute in {minutes:.1f} minutes as they were; "
+            f"{total['false'] / minutes:.2f} per minute in {minutes:.1f} original minutes; "
             f"corrections inside {total['inside']}, frames outside {total['outside']}",
             flush=True,
         )

@@ -1,13 +1,15 @@
-"""Sound clips in coarse notations: python -m benchmarks.notation FOLDER… [--clips N] [--seeds N].
+"""Measure clean clips in coarse notations.
 
-Every BVH of the folders is corrected until nothing is found (not with --as-it-is), then written as
-other programs would write it: angles in whole degrees and in tenths, each frame held at 120 frames
-a second, linear keys every 5, 10 and 15 frames. Counted are the automatic corrections a minute,
-compared with the clip (for held frames and keys also with these alone, at their own rate), and how
-many errors of 15-150° are repaired: those put in before the clip was written so, and, for held
-frames and linear keys, those put in afterwards, frame by frame. An error is repaired if four fifths
-of its frames, or of its keys, are corrected by four fifths. Exit status 1 where a notation has more
-than 0.2 corrections a minute more than the clip.
+    python -m benchmarks.notation FOLDER… [--clips N] [--seeds N]
+
+Every BVH of the folders is corrected until nothing is found (not with --as-it-is), then written
+like by other programs: angles in whole degrees and in tenths, each frame held at 120 frames per
+second, linear keys every 5, 10 and 15 frames. The table shows the automatic corrections per minute,
+compared with the clip (for held frames and keys also with the kept frames only, at their own rate),
+and how many errors of 15-150° are repaired: errors injected before writing, and, for held frames
+and linear keys, errors injected afterwards, frame by frame. An error is repaired if four fifths of
+its frames, or of its keys, are corrected by four fifths. The exit status is 1 if a notation has
+over 0.2 corrections per minute more than the clip.
 """
 
 from __future__ import annotations
@@ -43,9 +45,9 @@ from twistcore.synthesis import (
 )
 
 HELD_FPS = 120.0
-MOST = 0.2  # automatic corrections a minute more than the clip as it is
-ROUNDS = 3  # of correcting a clip until it is sound
-REPAIRED = 0.8  # of its frames, by so much of the error
+MOST = 0.2  # additional automatic corrections per minute, compared with the clip
+ROUNDS = 3  # of correcting a clip until it is clean
+REPAIRED = 0.8  # share of its frames, and share of the error
 
 
 @dataclass(frozen=True)
@@ -58,14 +60,14 @@ class Notation:
     keys: int = 0
 
     def repeats(self, fps: float) -> tuple[int, int]:
-        """Every how many frames one is kept, about 30 a second, and how often it is written."""
+        """Return the step between kept frames, about 30 a second, and the repeats of each."""
         if self.keys:
             return self.keys, self.keys
         kept = max(1, round(fps / 30.0)) if self.held else 1
         return kept, max(1, round(HELD_FPS * kept / fps)) if self.held else 1
 
     def written(self, clip: BvhClip, often: int) -> BvhClip:
-        """What is kept of a clip as this notation has it, each frame or key for `often` frames."""
+        """Return kept frames of a clip in this notation, each frame or key for `often` frames."""
         values, fps = clip.values.copy(), 1.0 / clip.frame_time
         angles = [k for c in clip.channels for k in c.rotation]
         if self.step:
@@ -91,7 +93,7 @@ NOTATIONS = (
 
 
 def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
-    """A clip with other rows of numbers, through the text of a file."""
+    """Return a clip with other rows of numbers, read from the text of a file."""
     (f0, f1), (t0, _) = timing_fields(clip.data)
     rows = "\n".join(" ".join(f"{v:.6f}" for v in row) for row in values.tolist())
     data = clip.data
@@ -100,13 +102,13 @@ def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
 
 
 def kept(clip: BvhClip, notation: Notation) -> BvhClip:
-    """What a notation is compared with: the clip, or the frames that are held at their own rate."""
+    """Return the reference of a notation: the clip, or held frames at their own rate."""
     every, _ = notation.repeats(1.0 / clip.frame_time)
     return with_values(clip, clip.values[::every], clip.frame_time * every) if every > 1 else clip
 
 
 def sound(clip: BvhClip) -> BvhClip:
-    """The clip without what would be corrected automatically, so that nothing in it is an error."""
+    """Return the clip after its automatic corrections, as a clip without errors."""
     for _ in range(ROUNDS):
         found = analyse(clip).detect()
         if not (applied := applied_unasked(found)):
@@ -117,12 +119,12 @@ def sound(clip: BvhClip) -> BvhClip:
 
 
 def corrections(clip: BvhClip) -> tuple[Interval, ...]:
-    """What would be corrected automatically."""
+    """Return the automatic corrections."""
     return applied_unasked(analyse(clip).detect())
 
 
 def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedError, ...]]:
-    """Chains, and errors of 15-150° in two of them."""
+    """Return chains, and errors of 15-150° in two of them."""
     protocol = replace(parse_protocol("P0"), delta=(15.0, 150.0))
     rng = generator(seed, clip.name + words)
     chains = find_chains(clip.motion)
@@ -132,17 +134,17 @@ def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedErr
 
 
 def with_errors(clip: BvhClip, chains: Sequence, errors: Sequence[InjectedError]) -> BvhClip:
-    """The clip with errors, as its file would have them."""
+    """Return the clip with errors, as written to a file."""
     return parse_bvh(rewritten(clip, inject(clip.motion, chains, errors)).data, clip.path)
 
 
 def by_chain(found: Sequence[Interval], frames: int) -> dict[str, Array]:
-    """What is taken out, radians, (frames,), by chain."""
+    """Return the corrected offsets, radians, (frames,), by chain."""
     return offsets_by_chain((i for i in found if i.kind == Kind.COUNTER_TWIST), frames)
 
 
 def repaired(errors: Sequence[InjectedError], offsets: dict[str, Array]) -> int:
-    """How many errors are taken out."""
+    """Return the number of repaired errors."""
     count = 0
     for e in errors:
         taken = offsets[e.chain][e.start : e.stop] if e.chain in offsets else 0.0
@@ -152,7 +154,7 @@ def repaired(errors: Sequence[InjectedError], offsets: dict[str, Array]) -> int:
 
 
 class Row:
-    """What was counted of one notation."""
+    """The counts of one notation."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -162,14 +164,14 @@ class Row:
         self.repaired: Counter[str] = Counter()
 
     def recall(self, when: str) -> str:
-        """'93.1 (54/58)', or nothing."""
+        """Return '93.1 (54/58)', or ''."""
         if not self.errors[when]:
             return ""
         n, of = self.repaired[when], self.errors[when]
         return f"{100.0 * n / of:.1f} ({n}/{of})"
 
     def to_json(self) -> dict:
-        """The row by name."""
+        """Return the row's fields by name."""
         return {k: dict(v) if isinstance(v, Counter) else v for k, v in vars(self).items()}
 
 
@@ -214,8 +216,8 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n", 1)[0])
     parser.add_argument("folder", type=Path, nargs="+")
     parser.add_argument("--clips", type=int, default=None, help="the first N of each folder")
-    parser.add_argument("--seeds", type=int, default=1, help="of injected errors a clip")
-    parser.add_argument("--only", default="", help="notations whose name has this in it")
+    parser.add_argument("--seeds", type=int, default=1, help="seeds of injected errors per clip")
+    parser.add_argument("--only", default="", help="only notations with this in their name")
     parser.add_argument("--as-it-is", action="store_true", help="do not correct the clips first")
     parser.add_argument("--show", action="store_true", help="print every correction")
     parser.add_argument("--json", type=Path)

@@ -1,9 +1,9 @@
-"""What we do with every file of a folder: python -m benchmarks.odd_files FOLDER [--write PAGE].
+"""List how every file of a folder is read: python -m benchmarks.odd_files FOLDER [--write PAGE].
 
-One row of a table a file: what the reader says (error or warnings), whether it is written back byte
-for byte with nothing corrected, how many chains are found, and why. With --write the rows replace
-those between the marks in PAGE, such as benchmarks/odd_files.md. Exit status 1 where a file that
-can be read does not come back byte for byte.
+The table has one row per file: the reader's error or warnings, whether the file is written back
+byte for byte without corrections, the number of chains, and the reason. With --write the rows
+replace the rows between the marks in PAGE, such as benchmarks/odd_files.md. The exit status is 1 if
+a readable file does not come back byte for byte.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from twistcore.skeleton.chain import find_chains
 
 BEGIN, END = "<!-- odd files: begin -->", "<!-- odd files: end -->"
 
-# Why, by what the reader says; the first that fits.
+# Reasons by the reader's message; the first match is used.
 OUTCOMES = {
     "numbers in this row": "every later number would move into another channel",
     "expected MOTION": "there is no motion",
@@ -38,7 +38,7 @@ OUTCOMES = {
     "second OFFSET": "the rows fit only so",
     "not usable": "poses do not depend on the rate, and `--fps` sets it",
 }
-# Where nothing had to be assumed: by the oddity that the file's name tells.
+# Reasons without an assumption, by the oddity in the file's name.
 ODDITIES = {
     "rotation_before_position": "each joint's channels have their own order",
     "orders": "each joint's channels have their own order",
@@ -56,12 +56,12 @@ ODDITIES = {
     "angles_beyond": "a correction stays on its neighbours' turn",
     "tabs": "a tab is a space",
 }
-PLAIN = "nothing in it is odd to us"
+PLAIN = "nothing in the file is unusual"
 
 
 @dataclass(frozen=True)
 class Row:
-    """One file: its name, what was done, why, and whether its bytes came back."""
+    """One file: its name, the result, the reason, and whether its bytes came back."""
 
     name: str
     done: str
@@ -70,7 +70,7 @@ class Row:
 
 
 def row(path: Path) -> Row:
-    """What we do with a file."""
+    """Return the row of a file."""
     try:
         clip = read_bvh(path)
     except BvhError as error:
@@ -100,7 +100,7 @@ def _why(outcome: str, path: Path) -> str:
 
 
 def comes_back(clip: Clip) -> bool:
-    """Whether writing it with nothing corrected gives the bytes that were read."""
+    """True if writing the clip without corrections gives the bytes that were read."""
     with tempfile.TemporaryDirectory() as folder:
         again = Path(folder) / "again.bvh"
         write_clip(clip, clip.motion.with_rotations(clip.motion.rotations.copy()), again)
@@ -108,7 +108,7 @@ def comes_back(clip: Clip) -> bool:
 
 
 def table(rows: list[Row]) -> str:
-    """Markdown."""
+    """Return the table in Markdown."""
     lines = ["| File | What we do | Why |", "|---|---|---|"]
     lines += [f"| `{r.name}` | {_cell(r.done)} | {r.why} |" for r in rows]
     return "\n".join(lines)
@@ -119,7 +119,7 @@ def _cell(text: str) -> str:
 
 
 def written_into(page: str, rows: list[Row]) -> str:
-    """The page with the table between its marks; ValueError where it has none."""
+    """Return the page with the table between its marks; raise ValueError without marks."""
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:

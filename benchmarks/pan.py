@@ -1,4 +1,4 @@
-"""How fast the time line pans with many intervals: python -m benchmarks.pan.
+"""Measure panning of the time line with many intervals: python -m benchmarks.pan.
 
 1,000 and 10,000 intervals in one chain of 100,000 frames; panned by a twentieth of the view, sixty
 times in the real window, with half and with a hundredth of the clip in view; median and 95th

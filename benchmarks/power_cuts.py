@@ -1,11 +1,11 @@
-"""The power cut at every byte of a journal and a session: python -m benchmarks.power_cuts.
+"""Simulate power cuts at every byte of a journal and a session: python -m benchmarks.power_cuts.
 
-A review of seeded steps is kept in a journal. It is cut at every byte (--step: at every so many),
-and behind the cut stands nothing; behind every eighth also (--tails) a block of zeros, rubbish, or
-rubbish with line ends. What comes back must be the state after the last whole line, to the byte of
-its session; the journal must go on from there. The session file is cut likewise: it must be told,
-never read as another. Printed: the places tried, and how many failed; the exit code is 1 if any
-did.
+A review of seeded steps is stored in a journal. The journal is cut at every byte (or every --step
+bytes), followed by nothing; at every eighth cut (--tails) also by a block of zeros, rubbish, or
+rubbish with line ends. The restored state must be the state after the last complete line, to the
+byte of its session, and the journal must continue from there. The session file is cut in the same
+way: the damage must be reported, and the file never read as another session. The output shows the
+numbers of places and failures; the exit code is 1 if any failed.
 """
 
 from __future__ import annotations
@@ -40,14 +40,14 @@ TAILS = (b"", _ZEROS, b"\xff\xfe{]\x00rubbish", b'{"do": "Decide", "ids": [1]\n\
 
 @dataclass(frozen=True)
 class MadeJournal:
-    """Its bytes, and the bytes of the session after each of its lines."""
+    """A journal's bytes, and the bytes of the session after each of its lines."""
 
     data: bytes
     states: tuple[bytes, ...]
 
 
 def made_journal(folder: Path, seed: int) -> MadeJournal:
-    """A journal of seeded steps."""
+    """Return a journal of seeded steps."""
     rng, review, path = random.Random(seed), fresh(), folder / "made.journal"
     states = [session_bytes(CLIP, review.state)]
     with closing(Journal(path, CLIP, review.state)) as journal:
@@ -76,7 +76,7 @@ def made_journal(folder: Path, seed: int) -> MadeJournal:
 def cut_journal(
     journal: MadeJournal, places: Iterable[int], folder: Path, tails: Iterable[bytes] = TAILS
 ) -> int:
-    """Cut at each place, with each tail; how many were tried. AssertionError where one fails."""
+    """Cut at each place, with each tail; return the number of trials or raise AssertionError."""
     path, tried = folder / "cut.journal", 0
     for place in places:
         for tail in tails:
@@ -90,7 +90,7 @@ def cut_journal(
 
 def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
     whole = journal.data[:place].count(b"\n")
-    # A line that wants its line end alone is whole once the tail brings one: never here.
+    # A line that lacks only its line end would be completed by a tail with one: never here.
     where = f"cut at {place} before {tail[:8]!r}"
     try:
         back = recover(path)
@@ -107,7 +107,7 @@ def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
 
 
 def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
-    """Cut a session at every so many bytes; how many were tried. tails: at every so many cuts."""
+    """Cut a session every `step` bytes, with tails every `tails` cuts; return the trials."""
     path, tried = folder / "cut.twist.json", 0
     data = session_bytes(CLIP, fresh().state)
     for place in range(0, len(data) - 2, step):
@@ -123,11 +123,13 @@ def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print what was tried and what failed; returns the exit code."""
+    """Print trials and failures; return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--step", type=int, default=1, help="bytes between cuts (default: 1)")
-    parser.add_argument("--tails", type=int, default=8, help="cuts from tail to tail (default: 8)")
-    parser.add_argument("--seed", type=int, default=1, help="of the review's steps (default: 1)")
+    parser.add_argument("--tails", type=int, default=8, help="cuts between tails (default: 8)")
+    parser.add_argument(
+        "--seed", type=int, default=1, help="seed of the review's steps (default: 1)"
+    )
     words = parser.parse_args(argv)
     failed = 0
     with tempfile.TemporaryDirectory() as name:
@@ -139,7 +141,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             try:
                 tails = TAILS if k % words.tails == 0 else TAILS[:1]
                 tried += cut_journal(journal, (place,), folder, tails)
-            except Exception as error:  # each that fails is told, and the next is tried
+            except Exception as error:  # report each failure, and try the next
                 print(f"{type(error).__name__}: {error}", file=sys.stderr)
                 failed += 1
         print(f"journal: {len(places)} places, {tried} files, {failed} failed", flush=True)

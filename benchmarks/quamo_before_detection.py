@@ -1,12 +1,14 @@
-"""What tracking before detection hides: python -m benchmarks.quamo_before_detection CLIPS.
+"""Measure errors hidden by tracking before detection.
 
-Twist errors of a protocol are put into every clip of a folder. They are looked for in the raw clip
-and in the same clip tracked with QuaMo's hand gains. An error counts as found where an interval of
-its chain covers at least half of their union, as touched where one shares a frame with it; an
-interval is elsewhere where it shares none with any error of its chain. FSR [Choi26 §4.2.1] is
+    python -m benchmarks.quamo_before_detection CLIPS
+
+Twist errors of a protocol are injected into every clip of a folder. Detection runs on the raw clip
+and on the same clip tracked with QuaMo's hand-tuned gains. An error counts as found if an interval
+of its chain overlaps it by at least half of their union, as touched if they share a frame; an
+interval is elsewhere if it shares no frame with an error of its chain. FSR [Choi26 §4.2.1] is
 measured after the refinement: raw against the clean clip, tracked against the clean clip tracked,
-so that the tracker's own lag counts for neither. --both-ways: tracked in both directions of time
-instead of causally.
+so that the tracker's own lag does not count. --both-ways: track in both directions of time instead
+of causally.
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
 
 @dataclass
 class Count:
-    """Sums over clips: found by class of size, and of how many; repaired frames; intervals."""
+    """Sums over clips: found errors and all errors by size; repaired frames; intervals."""
 
     found: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
     errors: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
@@ -65,7 +67,7 @@ class Count:
         chains: dict[str, Chain],
         size_of: Motion,
     ) -> None:
-        """One clip; size_of: the clean motion that the errors were put into."""
+        """Add one clip; size_of: the clean motion with which the errors were injected."""
         for error in errors:
             at = slice(error.start, error.stop)
             size = float(np.degrees(np.abs(error.offset).max()))
@@ -83,14 +85,14 @@ class Count:
 
 
 def covers(interval: Interval, error: InjectedError) -> bool:
-    """Whether they share at least half of their union."""
+    """True if interval and error share at least half of their union."""
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     union = max(interval.stop, error.stop) - min(interval.start, error.start)
     return both >= 0.5 * union
 
 
 def touches(interval: Interval, error: InjectedError) -> bool:
-    """Whether they are of one chain and share a frame."""
+    """True if interval and error have the same chain and share a frame."""
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     return interval.chain == error.chain and both > 0
 

@@ -1,11 +1,10 @@
-"""Both directions of time beside the causal tracker: python -m benchmarks.quamo_both_ways FOLDER.
+"""Compare tracking both ways with the causal tracker: python -m benchmarks.quamo_both_ways FOLDER.
 
-Clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, on seeds that no table
-of the docs and no choice of gains has seen. Ratios output / input against the truth, and how far
-the result lags behind, in ms, where the clip has no noise. --native N: also every Nth clip at its
-own rate, with the noise drawn at that rate; jitter is the third difference at that rate, in mm a
-frame³, with that of the clean clip beside it. --by-clip: instead a row a clip, of the tracker both
-ways and of the spline.
+Uses clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, on seeds that were
+used for no table of the docs and no choice of gains. The table shows ratios output / input against
+the truth, and the lag in ms without noise. --native N: also every N-th clip at its own rate, with
+noise drawn at that rate; jitter is the third difference at that rate, in mm per frame³, followed by
+the clean clip's. --by-clip: instead a row per clip, for the tracker both ways and the spline.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ from twistcore.study.quamo.tables import CONDITIONS, Method, score_methods
 from twistcore.synthesis import generator
 
 SEEDS = (11, 12, 13)
-OF_FILES = ("MPJPE", "Accel", "G-Accel", "FS")  # those that bars for files are of
+OF_FILES = ("MPJPE", "Accel", "G-Accel", "FS")  # the metrics with bars for whole files
 SHOWN = ("MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 APART = tuple(c for c in CONDITIONS if not c.systematic)
 WAYS = {"causal": track, "both ways": track_both_ways}
@@ -43,13 +42,13 @@ Started = Callable[[Sequence24, Array, Array], tuple[Controller, str]]
 
 
 def by_hand(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """The usual gains of hands."""
+    """Return the default hand-tuned gains."""
     del q_hat, r_hat
     return HandGains(), "exact"
 
 
 def learned(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """The network that was trained without the clip's subject."""
+    """Return the network trained without the clip's subject."""
     network = _network(clip.subject)
     return network.started(q_hat, r_hat), network.integration
 
@@ -60,7 +59,7 @@ def _network(subject: str) -> Network:
 
 
 def method(way: str, started: Started) -> Method:
-    """A row of the table: what a tracker makes of noisy versions of a clip."""
+    """Return a row of the table: a tracker as a method on noisy versions of a clip."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         controller, integration = started(clip, q_hat, r_hat)
@@ -71,7 +70,7 @@ def method(way: str, started: Started) -> Method:
 
 
 def lag_ms(clips: Sequence[Sequence24], run: Method) -> float:
-    """By how much time the places of clean clips come late, by least squares over their speeds."""
+    """Return the lag of places in clean clips, by least squares over their speeds."""
     behind = speed = 0.0
     for clip in clips:
         truth = clip.places_mm(clip.q, clip.r)
@@ -83,7 +82,7 @@ def lag_ms(clips: Sequence[Sequence24], run: Method) -> float:
 
 
 def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[str]:
-    """A line a level and row: ratios of SHOWN, and the lag."""
+    """Return a line per level and row: ratios of SHOWN, and the lag."""
     scores = score_methods(clips, rows, SEEDS, APART)
     late = {name: lag_ms(clips, run) for name, run in rows.items()}
     lines = []
@@ -96,7 +95,7 @@ def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[st
 
 
 def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
-    """A line a clip: ratios of OF_FILES at each level."""
+    """Return a line per clip: ratios of OF_FILES at each level."""
     lines = []
     for clip in clips:
         scores = score_methods([clip], {"": run}, SEEDS, APART)
@@ -106,7 +105,7 @@ def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
 
 
 def at_own_rate(folder: Path, every: int) -> list[str]:
-    """A line a clip, level and way, gains of hands: ratios, and jitter beside the clean clip's."""
+    """Return a line per clip, level and way with hand-tuned gains: ratios and jitter."""
     lines = []
     for name, q, r, offsets, dt in list(motions(folder, every)):
         times = sample_times(len(q), dt)

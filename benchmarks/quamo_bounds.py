@@ -1,9 +1,8 @@
-"""What bounds the rows of QuaMo's tables: python -m benchmarks.quamo_bounds FOLDER [--seeds N].
+"""Compute bounds of QuaMo's tables: python -m benchmarks.quamo_bounds FOLDER [--seeds N].
 
 Every number is a ratio output / input on held-out CMU subjects at 25 Hz, with the noise of `quamo
-evaluate`. Filters and regressions are the best on the clips of all *other* subjects with fresh
-noise. Rows marked 'oracle' are given something that no tracker has: they say what a bar would take,
-not what is done.
+evaluate`. Filters and regressions are the best on the clips of all *other* subjects with new noise.
+Rows marked 'oracle' use information that no tracker has: they show what a bar would require.
 """
 
 from __future__ import annotations
@@ -42,17 +41,17 @@ from twistcore.study.quamo.tables import (
 GAINS = ((400.0, 16.0), (550.0, 16.0), (600.0, 15.0), (900.0, 20.0), (1200.0, 24.0))
 CUTOFFS = (3.0, 4.0, 5.0, 6.0)  # Hz
 ROOT_GAINS = ((100.0, 8.0), (200.0, 12.0), (400.0, 20.0))
-# Frames that a filter may wait, and how much Accel weighs beside the distance.
+# Delay of a filter in frames, and weights of Accel relative to the distance.
 AIMS = ((0, (1.0, 3.0, 10.0, 30.0)), (1, (3.0,)), (2, (3.0,)))
 
 
 def still(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """The first frame for ever: no acceleration."""
+    """Repeat the first frame: no acceleration."""
     return np.broadcast_to(q_hat[:1], q_hat.shape), np.broadcast_to(r_hat[:1], r_hat.shape)
 
 
 def then_by_hand(method: Method) -> Method:
-    """Tracked with hand gains afterwards."""
+    """Return a method followed by tracking with hand-tuned gains."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         return hand_method()(clip, *method(clip, q_hat, r_hat))
@@ -61,7 +60,7 @@ def then_by_hand(method: Method) -> Method:
 
 
 def splined(cutoff: float) -> Method:
-    """The smoothing spline of a file."""
+    """Return the smoothing spline of a file as a method."""
     return lambda _, q_hat, r_hat: (
         smoothed_rotations(q_hat, cutoff, NETWORK_DT),
         smoothed(r_hat, PLACE_SHARE * cutoff, NETWORK_DT),
@@ -69,7 +68,7 @@ def splined(cutoff: float) -> Method:
 
 
 def root_by_hand(kp: float, kd: float) -> Method:
-    """The root alone tracked with hand gains."""
+    """Return tracking of only the root with hand-tuned gains."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         return q_hat, hand_method(Gains(root_kp=kp, root_kd=kd))(clip, q_hat, r_hat)[1]
@@ -78,7 +77,7 @@ def root_by_hand(kp: float, kd: float) -> Method:
 
 
 def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Gains of hands along their own trade-off, and the spline's cut-off, which sees the file."""
+    """Return hand-tuned gains along their trade-off, and splines of the whole file."""
     del clips, noise
     by_hand = {f"κP {kp:g}, κD {kd:g}": hand_method(Gains(kp=kp, kd=kd)) for kp, kd in GAINS}
     of_file = {f"spline of the file, {cutoff:g} Hz": splined(cutoff) for cutoff in CUTOFFS}
@@ -86,7 +85,7 @@ def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Meth
 
 
 def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """From what gains and filters of r̂ reach to what the root's exact way would give."""
+    """Return methods for the root, from gains and filters of r̂ to its exactly known path."""
     return {
         **{f"κP {kp:g}, κD {kd:g}": root_by_hand(kp, kd) for kp, kd in ROOT_GAINS},
         "filter of r̂": root_filter(clips, noise),
@@ -98,7 +97,7 @@ def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
 
 
 def pose_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """What is known of poses, from others, from the subject itself, or given."""
+    """Return methods that use knowledge of poses: from others, from the subject, or given."""
     drawn = shrunk(clips, noise, 4.0)
     rows: dict[str, Method] = {
         "drawn towards the others' mean poses": drawn,
@@ -118,7 +117,7 @@ def pose_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
 def filter_ratios(
     clips: Sequence[Sequence24], noise: Noise, weights: Sequence[float], ahead: int, seeds: int
 ) -> list[Array]:
-    """Ratios to the input of each weight, in the order of METRICS."""
+    """Return ratios to the input for each weight, in the order of METRICS."""
     path = PathFilter(clips, noise, ahead)
     sums = np.zeros((len(weights) + 1, len(METRICS)))
     by_subject = {s: [path.taps(s, w) for w in weights] for s in HELD_OUT}
@@ -137,7 +136,7 @@ Rows = Callable[[Sequence[Sequence24], Noise], dict[str, Method]]
 def measured(
     clips: Sequence[Sequence24], make: Rows, conditions: Sequence[NoiseCondition], seeds: int
 ) -> dict[str, list[Array]]:
-    """Ratios by row, one array a condition."""
+    """Return ratios by row, one array per condition."""
     held = [c for c in clips if c.subject in HELD_OUT]
     rows: dict[str, list[Array]] = defaultdict(list)
     for condition in conditions:
@@ -151,7 +150,7 @@ def measured(
 def table(
     title: str, rows: Mapping[str, list[Array]], conditions: Sequence[NoiseCondition], shown: str
 ) -> str:
-    """Markdown: a row a method, the shown metrics of each condition."""
+    """Return a Markdown table: one row per method, the shown metrics of each condition."""
     metrics = shown.split()
     heads = [f"{c}: {m}" for c in conditions for m in metrics]
     lines = [f"| {title} | " + " | ".join(heads) + " |", "|---|" + "---|" * len(heads)]

@@ -1,8 +1,8 @@
-"""The figures of docs/jitter.md: python -m benchmarks.quamo_figures -o DIR.
+"""Draw the figures of docs/jitter.md: python -m benchmarks.quamo_figures -o DIR.
 
-A bundled clip at 25 Hz with synthetic noise of level A, tracked as a stream with hand gains and
-smoothed as a file: the same second before and after, beside the truth [Le26 Fig. 3], onion-skin
-trails coloured by the error [Le26 Fig. 7] and the path of the root [Le26 Fig. 8].
+A bundled clip at 25 Hz with synthetic noise of level A is tracked as a stream with hand-tuned gains
+and smoothed as a file: the same second before and after, compared with the truth [Le26 Fig. 3],
+onion-skin trails coloured by the error [Le26 Fig. 7] and the path of the root [Le26 Fig. 8].
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ TRUTH = "#333333"
 STREAM_NAME, FILE_NAME = "stream (hand gains, causal)", "file (spline)"
 COLOURS = {"truth": TRUTH, "input": "#d95f02", STREAM_NAME: "#1f78b4", FILE_NAME: "#6a3d9a"}
 WRISTS, HEAD = (20, 21), 15
-TURNED = 35.0  # degrees from which figures are seen
+TURNED = 35.0  # viewing angle of figures in degrees
 GHOST_EVERY = 8  # frames
-LARGEST = 60.0  # mm/frame², the end of the scale of colours
+LARGEST = 60.0  # mm/frame², the end of the colour scale
 STYLE = {
     "font.size": 9.0,
     "axes.spines.top": False,
@@ -46,7 +46,7 @@ STYLE = {
 
 
 class Made:
-    """A clip's places in mm, (frames, 24, 3): the truth, with noise, and what became of it."""
+    """A clip's places in mm, (frames, 24, 3): the truth, the noisy input and the results."""
 
     def __init__(self, name: str) -> None:
         self.clip: Sequence24 = read_sequence(ASSETS / f"{name}.bvh")
@@ -61,24 +61,24 @@ class Made:
 
 
 def seen(places: Array, turned: float) -> Array:
-    """Places (…, 3) as seen level from a side, degrees about the vertical; (…, 2) in mm."""
+    """Project places (…, 3) horizontally from an angle about the vertical; (…, 2) in mm."""
     a = np.radians(turned)
     x = np.cos(a) * places[..., 0] + np.sin(a) * places[..., 2]
     return np.stack([x, places[..., 1]], axis=-1)
 
 
 def bones(flat: Array) -> Array:
-    """Lines of a pose (24, 2) from each joint to its parent, (23, 2, 2)."""
+    """Return lines of a pose (24, 2) from each joint to its parent, (23, 2, 2)."""
     return np.stack([flat[1:], flat[list(PARENTS[1:])]], axis=1)
 
 
 def spread(frames: int, apart: float) -> Array:
-    """Onion skins side by side: mm to the right for each frame, (frames, 1, 2)."""
+    """Return the shift of onion skins to the right in mm for each frame, (frames, 1, 2)."""
     return np.stack([np.arange(frames) * apart, np.zeros(frames)], axis=1)[:, None]
 
 
 def the_same_second(made: Made, start: int, folder: Path) -> None:
-    """Six poses of a second beside one another, and how fast all joints speed up."""
+    """Draw six poses of a second side by side, and the acceleration of all joints."""
     at = slice(start, start + 26)
     fig, axes = plt.subplots(
         3, 2, figsize=(10.0, 6.6), width_ratios=(1.9, 1.0), layout="constrained", sharex="col"
@@ -111,7 +111,7 @@ def the_same_second(made: Made, start: int, folder: Path) -> None:
 
 
 def trails(made: Made, folder: Path) -> None:
-    """Poses now and then, and the ways of limbs and head coloured by how wrong they speed up."""
+    """Draw poses, and paths of limbs and head coloured by the error of acceleration."""
     fig, axes = plt.subplots(3, 1, figsize=(10.0, 7.4), layout="constrained", sharex=True)
     mapped = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, LARGEST), "plasma_r")
     truth = second_difference(root_aligned(made.truth))
@@ -136,13 +136,13 @@ def trails(made: Made, folder: Path) -> None:
 
 
 def root_path(made: Made, folder: Path) -> None:
-    """The root's path from above, and its depth less the truth's over time."""
+    """Draw the root's path from above, and the error of its depth over time."""
     fig, (above, depth) = plt.subplots(
         1, 2, figsize=(10.0, 4.6), width_ratios=(1.0, 1.8), layout="constrained"
     )
     t = 0.04 * np.arange(len(made.truth))
     for name, places in {"truth": made.truth, **made.shown}.items():
-        # What came in is broad and pale, to be seen beside what lies on it.
+        # The input is broad and pale, to be visible below other lines.
         width, alpha = (3.2, 0.5) if name == "input" else (1.5, 1.0)
         root = places[:, 0] / 1000.0
         above.plot(root[:, 0], root[:, 2], color=COLOURS[name], lw=width, alpha=alpha)
@@ -154,27 +154,27 @@ def root_path(made: Made, folder: Path) -> None:
     above.set_title("path of the root, from above", loc="left")
     depth.set_xlabel("s")
     depth.set_ylabel("mm")
-    depth.set_title("its depth, less the truth's", loc="left")
+    depth.set_title("error of its depth", loc="left")
     legend(fig, list(made.shown))
     save(fig, folder / "jitter-root.png")
 
 
 def legend(fig: Any, names: list[str]) -> None:
-    """One for all panels, below them."""
+    """Draw one legend for all panels, below them."""
     shown = ["truth", *names]
     lines = [plt.Line2D([], [], color=COLOURS[name], lw=2.0) for name in shown]
     fig.legend(lines, shown, loc="outside lower center", ncols=len(shown), frameon=False)
 
 
 def save(fig: Any, path: Path) -> None:
-    """As a PNG of few colours' worth of bytes."""
+    """Save a figure as a PNG with few colours, which is small."""
     fig.savefig(path, pil_kwargs={"optimize": True})
     plt.close(fig)
     print(path)
 
 
 def main() -> None:
-    """Write three pictures."""
+    """Write the three figures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR")
     folder = parser.parse_args().output

@@ -1,4 +1,4 @@
-"""The best filters, regressions and oracles that benchmarks.quamo_bounds puts beside QuaMo."""
+"""Fit the filters, regressions and oracles that benchmarks.quamo_bounds compares with QuaMo."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from twistcore.study.quamo.pose_errors import second_difference
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.study.quamo.tables import Method, noisy_clip
 
-FIT_SEEDS = (100, 101)  # of the noise that is fitted on
+FIT_SEEDS = (100, 101)  # seeds of the noise used for fitting
 PATH_TAPS, ROOT_TAPS = 20, 50  # frames of the past: 0.8 s and 2 s
 ROUNDS, SMALLEST_MM, RIDGE = 4, 0.5, 1e-3
 
 
 class LeaveOneOut:
-    """Least squares on the clips of other subjects: normal equations kept subject by subject."""
+    """Least squares on the clips of other subjects, with normal equations by subject."""
 
     def __init__(self, ridge: float) -> None:
         self._ridge = ridge
@@ -30,13 +30,13 @@ class LeaveOneOut:
         self._solved: dict[tuple[str, bool], Array] = {}
 
     def add(self, subject: str, x: Array, y: Array) -> None:
-        """Rows x (…, rows, inputs) and what they should give, y (…, rows, outputs)."""
+        """Add rows x (…, rows, inputs) and their targets y (…, rows, outputs)."""
         turned = np.swapaxes(x, -1, -2)
         before = self._sums.get(subject, (0.0, 0.0))
         self._sums[subject] = (before[0] + turned @ x, before[1] + turned @ y)
 
     def weights(self, subject: str, *, own: bool = False) -> Array:
-        """(…, inputs, outputs) fitted on all others, or with `own` on this subject alone."""
+        """Return (…, inputs, outputs) fitted on all others, or with `own` only on this subject."""
         if (subject, own) not in self._solved:
             kept = [v for k, v in self._sums.items() if (k == subject) is own]
             xx, xy = sum(k[0] for k in kept), sum(k[1] for k in kept)
@@ -50,12 +50,12 @@ class LeaveOneOut:
 
 
 def own_path(places: Array) -> Array:
-    """The root as it is and the other joints against it, (frames, 24, 3)."""
+    """Return the root, and the other joints relative to it, (frames, 24, 3)."""
     return np.concatenate([places[:, :1], root_aligned(places)[:, 1:]], axis=1)
 
 
 def neighbours(x: Array, ahead: int) -> Array:
-    """What x (frames, 24, 3) was before and is `ahead` frames later, against now: (…, 3, taps)."""
+    """Return past and up to `ahead` later values of x (frames, 24, 3), minus x: (…, 3, taps)."""
     at = np.arange(len(x))
     shifts = [k for k in range(-PATH_TAPS, ahead + 1) if k]
     near = [x[np.clip(at + k, 0, len(x) - 1)] - x for k in shifts]
@@ -63,10 +63,10 @@ def neighbours(x: Array, ahead: int) -> Array:
 
 
 class PathFilter:
-    """A joint's mean distance + weight · its mean Accel, least over all filters of its own path.
+    """The filter of a joint's own path with the least mean distance + weight · mean Accel.
 
-    One set of taps a joint for all three axes. Means of norms and not of squares, as the metrics:
-    found by least squares that are weighted anew with the inverse of what is left.
+    One set of taps per joint for all three axes. The means are of norms, not squares, as in the
+    metrics, and are minimised by least squares reweighted with the inverse of the residual.
     """
 
     def __init__(self, clips: Sequence[Sequence24], noise: Noise, ahead: int) -> None:
@@ -85,7 +85,7 @@ class PathFilter:
         ]
 
     def taps(self, held_out: str, weight: float) -> Array:
-        """(24, taps), fitted without a subject."""
+        """Return taps (24, taps), fitted without a subject."""
         taps: Array | None = None
         for _ in range(ROUNDS):
             xx: Array | float = 0.0
@@ -93,7 +93,7 @@ class PathFilter:
             for (x, y), subjects, share in zip(
                 self._terms, self._subjects, (1.0, weight), strict=True
             ):
-                # At first as if all were left: the input's own error.
+                # The first weights come from the input's own error.
                 left = y if taps is None else y - np.einsum("fjat,jt->fja", x, taps)
                 away = np.maximum(np.linalg.norm(left, axis=-1), SMALLEST_MM)
                 w = share * (subjects != held_out)[:, None] / away
@@ -106,7 +106,7 @@ class PathFilter:
         return taps
 
     def filtered(self, places: Array, taps: Array) -> Array:
-        """Noisy places, filtered, (frames, 24, 3)."""
+        """Return filtered noisy places, (frames, 24, 3)."""
         path = own_path(places)
         path = path + np.einsum("fjat,jt->fja", neighbours(path, self._ahead), taps)
         return np.concatenate([path[:, :1], path[:, :1] + path[:, 1:]], axis=1)
@@ -118,14 +118,14 @@ Steps = Callable[[Sequence24, Array, Array], Array]  # a clip, q̂, r̂ -> the r
 
 
 def history(x: Array) -> Array:
-    """What x (frames, 3) was against now, (3, frames, taps)."""
+    """Return past values of x (frames, 3) minus x, (3, frames, taps)."""
     frames = len(x)
     near = [np.maximum(np.arange(frames) - k, 0) for k in range(1, ROOT_TAPS + 1)]
     return np.moveaxis(np.stack([x[at] - x for at in near], axis=-1), 1, 0)
 
 
 def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None = None) -> Method:
-    """The filter of r̂ in each axis; steps: also of r̂ less the way that the feet say was gone."""
+    """Return a filter of r̂ in each axis; steps: also of r̂ minus the path given by the feet."""
     fit = LeaveOneOut(1e-4)
 
     def inputs(clip: Sequence24, q_hat: Array, r_hat: Array) -> Array:
@@ -150,7 +150,7 @@ def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None =
 
 
 def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
-    """The way of the root if a foot on the ground stands still; in the air r̂'s own steps.
+    """Return the root's path if a foot on the ground is fixed; in the air, r̂'s own steps.
 
     Without the true contacts the lower foot is on the ground, and the other within 3 cm of it.
     """
@@ -173,10 +173,10 @@ def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
 
 
 def known_way(noise: Noise) -> Method:
-    """Oracle: every step of the root is known and the noise's covariance; only where it began not.
+    """Oracle: all steps of the root and the noise's covariance are known, but not its start.
 
-    The place is then the generalised mean of r̂ − way so far. With K = LLᵀ its prefixes are those
-    of L⁻¹, so that one factorisation serves all frames.
+    The place is then the generalised mean of r̂ − path up to now. With K = LLᵀ the prefixes of L⁻¹
+    belong to prefixes of K, so that one factorisation serves all frames.
     """
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
@@ -192,17 +192,17 @@ def known_way(noise: Noise) -> Method:
     return run
 
 
-# -- poses: what is known of them without looking at motion ------------------------------------
+# -- poses: knowledge of them without motion ---------------------------------------------------
 
 
 def without_offset(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Oracle: every joint's mean error over the clip is taken off."""
+    """Oracle: subtract every joint's mean error over the clip."""
     error = logarithm(multiply(clip.q[:, None], conjugate(q_hat)))
     return multiply(exponential(error.mean(axis=0)), q_hat), r_hat
 
 
 def shrunk(clips: Sequence[Sequence24], noise: Noise, width: float) -> Method:
-    """Each joint drawn towards the others' mean, their covariance taken `width` times as large."""
+    """Draw each joint towards other subjects' mean, with `width` times their covariance."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         seen = np.concatenate([logarithm(c.q[:, 1:]) for c in clips if c.subject != clip.subject])
@@ -220,7 +220,7 @@ def shrunk(clips: Sequence[Sequence24], noise: Noise, width: float) -> Method:
 def pose_regression(
     clips: Sequence[Sequence24], noise: Noise, ridge: float, *, own: bool = False
 ) -> Method:
-    """Every joint's error linear in the whole noisy pose; own: fitted on the subject itself."""
+    """Fit every joint's error linearly in the whole noisy pose; own: on the subject itself."""
     fit = LeaveOneOut(ridge)
 
     def inputs(q_hat: Array) -> Array:

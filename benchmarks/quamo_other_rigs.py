@@ -1,9 +1,9 @@
-"""Tracking on rigs that nothing was tuned on: python -m benchmarks.quamo_other_rigs FOLDER.
+"""Measure tracking on rigs not used for tuning: python -m benchmarks.quamo_other_rigs FOLDER.
 
-Any BVH with rotations and a place: all joints get the noise of `quamo noise` at the clip's own rate
-and are tracked causally, tracked both ways, or smoothed by the spline, with the usual settings.
-Printed are the means over clips and seeds of the ratios output / input at 25 Hz, of all joints of
-the rig, and the largest ratio of a clip; a figure counts as 1.75 m high.
+Uses any BVH with rotations and a place: all joints get the noise of `quamo noise` at the clip's own
+rate and are tracked causally, tracked both ways, or smoothed by the spline, with default settings.
+The table shows means over clips and seeds of the ratios output / input at 25 Hz, over all joints of
+the rig, and the largest ratio of a clip; a figure is assumed to be 1.75 m tall.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from twistcore.synthesis import generator
 
 SEEDS = (41, 42)
 HEIGHT_MM = 1750.0
-SHORTEST, LONGEST = 60, 1500  # frames: of a longer clip its first
+SHORTEST, LONGEST = 60, 1500  # frames; of a longer clip, only its first frames
 SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel")
 
 
 def places_mm(motion: Motion, scale: float) -> Array:
-    """Global positions at 25 Hz, (samples, joints, 3)."""
+    """Return global positions at 25 Hz, (samples, joints, 3)."""
     times = sample_times(motion.frames, motion.frame_time)
     moved = [
         resampled(motion.rotations, motion.positions[:, k], times)
@@ -45,7 +45,7 @@ def places_mm(motion: Motion, scale: float) -> Array:
 
 
 def errors(found: Array, truth: Array, placed: int) -> Array:
-    """As SHOWN, in mm and mm/frame²; the first two relative to the joint that has the place."""
+    """Return the errors of SHOWN, in mm and mm/frame²; the first two relative to joint `placed`."""
     out = []
     for a, b in (
         (found - found[:, placed, None], truth - truth[:, placed, None]),
@@ -57,7 +57,7 @@ def errors(found: Array, truth: Array, placed: int) -> Array:
 
 
 def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -> Motion:
-    """All joints and the place with noise on."""
+    """Return the motion with noise on all joints and the place."""
     joints, placed = chosen_joints(motion.skeleton, None), placed_joint(motion)
     assert placed is not None
     r = motion.translation(placed)
@@ -72,7 +72,7 @@ def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -
 
 
 def ways(motion: Motion) -> dict[str, Motion]:
-    """What each method makes of it."""
+    """Return the result of each method."""
     joints = chosen_joints(motion.skeleton, None)
     spline = smooth_clip(motion, joints, usual_cutoff(motion.frame_time), place=True)
     return {

@@ -1,4 +1,6 @@
-"""Hand gains and the spline at other frame rates: python -m benchmarks.quamo_rates FOLDER.
+"""Measure hand-tuned gains and the spline at other frame rates.
+
+    python -m benchmarks.quamo_rates FOLDER
 
 Every fourth clip at its native 120 Hz and at 60 Hz, with the synthetic noise drawn at that rate, is
 tracked with the gains for 25 Hz and with those that follow the rate, or smoothed. Metrics at 25 Hz
@@ -33,7 +35,7 @@ SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel", "FS")
 
 
 def by_hand(way: Callable[..., TrackResult], gains: Gains | None = None) -> Run:
-    """Hand gains, those that follow the rate if none are given."""
+    """Return tracking with hand-tuned gains, by default gains that depend on the rate."""
 
     def run(q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
         found = way(q_hat, r_hat, dt, HandGains(gains))
@@ -43,7 +45,7 @@ def by_hand(way: Callable[..., TrackResult], gains: Gains | None = None) -> Run:
 
 
 def spline(cutoff_of: Callable[[float], float]) -> Run:
-    """The smoothing spline of `quamo refine`; the cut-off in Hz for a frame time."""
+    """Return the smoothing spline of `quamo refine`; cutoff_of: Hz for a frame time."""
     return lambda q_hat, r_hat, dt: (
         smoothed_rotations(q_hat, cutoff_of(dt), dt),
         smoothed(r_hat, PLACE_SHARE * cutoff_of(dt), dt),
@@ -60,7 +62,7 @@ ROWS: dict[str, Run] = {
 
 
 def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Array, Array, float]]:
-    """Name, rotations and root places of the 24 joints, offsets, frame time; metres."""
+    """Yield name, rotations and root places of the 24 joints, offsets, frame time; metres."""
     for path in clips_in(folder, suffixes=BVH)[::every]:
         motion = read_bvh(path).motion
         motion = motion.sliced(1, motion.frames)
@@ -75,7 +77,7 @@ def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Arra
 
 
 def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
-    """Ratios of METRICS and of jitter by row; longer clips weigh more."""
+    """Return ratios of METRICS and jitter by row; longer clips weigh more."""
     sums = {name: np.zeros(len(METRICS) + 1) for name in ("input", *ROWS)}
     for name, q_all, r_all, offsets, native in motions(folder):
         q, r, dt = q_all[::step], r_all[::step], step * native
@@ -93,7 +95,7 @@ def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
 
 
 def main() -> None:
-    """Print a row a rate, level and choice of gains."""
+    """Print a row per rate, level and choice of gains."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     arguments = parser.parse_args()

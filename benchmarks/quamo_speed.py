@@ -1,7 +1,7 @@
-"""Time a frame of QuaMo on one core: python -m benchmarks.quamo_speed [--frames N].
+"""Measure QuaMo's time per frame on one core: python -m benchmarks.quamo_speed [--frames N].
 
-24 joints with forward kinematics, hand gains and networks in numpy; where PyTorch is installed also
-the same networks' step in PyTorch on one thread, beside numpy's in the same run. CPU time of this
+Uses 24 joints with forward kinematics, hand-tuned gains and networks in numpy; with PyTorch also
+the networks' step in PyTorch on one thread, compared with numpy in the same run. CPU time of this
 process, median of blocks of frames. Set OMP_NUM_THREADS=1. Aim: < 2 ms.
 """
 
@@ -30,7 +30,7 @@ BLOCK = 50
 
 
 def main() -> None:
-    """Print a line a path."""
+    """Print a line per method."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--weights", type=Path, default=WEIGHTS / weights_name("full", FINAL))
@@ -57,11 +57,11 @@ def main() -> None:
         controller = network.started(q, r)
         full = timed(with_kinematics(Tracker(controller)), len(q))
         print(f"networks of width {width} with FK: {full:.3f} ms")
-        beside_torch(network, q, r)
+        compare_torch(network, q, r)
 
 
 def timed(frame: Callable[[int], None], frames: int) -> float:
-    """Median milliseconds of CPU time a frame over blocks of frames."""
+    """Return the median CPU time per frame over blocks of frames, milliseconds."""
     blocks = []
     for start in range(0, frames - BLOCK + 1, BLOCK):
         begin = time.process_time()
@@ -71,8 +71,8 @@ def timed(frame: Callable[[int], None], frames: int) -> float:
     return median(blocks)
 
 
-def beside_torch(network: Network, q: np.ndarray, r: np.ndarray) -> None:
-    """Blocks of 100 frames without FK, numpy and PyTorch by turns."""
+def compare_torch(network: Network, q: np.ndarray, r: np.ndarray) -> None:
+    """Time blocks of 100 frames without FK, numpy and PyTorch in turns."""
     try:
         torch = import_torch()
     except TwistError:

@@ -1,11 +1,12 @@
-"""Settings of QuaMo's rivals: python -m benchmarks.quamo_tune_rivals FOLDER [--seeds N].
+"""Tune the settings of QuaMo's rivals: python -m benchmarks.quamo_tune_rivals FOLDER [--seeds N].
 
-Chosen on the subjects that no table is of (02, 08, 12), with fresh noise of both levels. The rule:
-of a grid, first for rotations, then with these for the root's place, the setting whose Accel (then
-G-Accel), the mean of both levels' ratios output / input, is least while at each level the MPJPE
-(then GRE) is no larger than ours: that of hand gains for what is causal, that of both ways for what
-sees the file. The rotations of a setting whose Accel is within 1 % of the least count as equal, and
-the one with the least MPJPE is taken. Where no setting keeps up, the one that falls short least.
+Settings are chosen on subjects used in no table (02, 08, 12), with new noise of both levels. The
+rule: of a grid, first for rotations, then for the root's place, choose the setting with the least
+Accel (then G-Accel), as the mean of both levels' ratios output / input, whose MPJPE (then GRE) is
+no larger than ours at each level: than with hand-tuned gains for causal rivals, than with both ways
+for rivals that use the file. Rotation settings with an Accel within 1 % of the least count as
+equal, and the one with the least MPJPE is chosen. If no setting meets the bound, the one that
+exceeds it least is chosen.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from twistcore.study.quamo.rivals import RIVALS, Rival, Setting
 from twistcore.study.quamo.sequences import HELD_OUT, Sequence24, read_folder
 from twistcore.study.quamo.tables import CONDITIONS, markdown_table, noisy_clip
 
-FIRST_SEED = 300  # none that a table or a training is of
+FIRST_SEED = 300  # not used by any table or training
 EQUAL = 1.01
 CUTOFFS = tuple(np.arange(2.0, 8.01, 0.5).tolist())
 EURO = (
@@ -50,7 +51,7 @@ Poses = tuple[Array, Array]
 class Trials:
     """The training clips with noise of both levels, ready to be run through many settings.
 
-    drawn: of each clip q̂ (frames, levels, seeds, 24, 4) and r̂ (frames, levels, seeds, 3).
+    drawn: for each clip q̂ (frames, levels, seeds, 24, 4) and r̂ (frames, levels, seeds, 3).
     """
 
     def __init__(self, clips: Sequence[Sequence24], seeds: int) -> None:
@@ -59,7 +60,7 @@ class Trials:
         self._input = self._sums(self.drawn)
 
     def ratios(self, found: Sequence[Poses]) -> Array:
-        """Output / input, (levels, METRICS), over all clips; longer ones weigh more."""
+        """Return output / input, (levels, METRICS), over all clips; longer ones weigh more."""
         return self._sums(found) / self._input
 
     def _sums(self, found: Sequence[Poses]) -> Array:
@@ -89,14 +90,14 @@ def _drawn(clip: Sequence24, seeds: int) -> Poses:
 
 
 def ours(q_hat: Array, r_hat: Array, causal: bool) -> Poses:
-    """What a rival is measured against."""
+    """Return our result, with which rivals are compared."""
     way = track if causal else track_both_ways
     found = way(q_hat, r_hat, NETWORK_DT, HandGains())
     return found.q, found.r
 
 
 def best(ratios: Mapping[Setting, Array], bound: Array, least: str, bounded: str) -> Setting:
-    """The setting by the rule above; ratios and bound (levels, METRICS)."""
+    """Return the setting by the rule above; ratios and bound (levels, METRICS)."""
     at, kept = METRICS.index(least), METRICS.index(bounded)
     short = {s: float(np.maximum(r - bound, 0.0)[:, kept].sum()) for s, r in ratios.items()}
     able = [s for s in ratios if short[s] == min(short.values())]
@@ -106,7 +107,7 @@ def best(ratios: Mapping[Setting, Array], bound: Array, least: str, bounded: str
 
 
 def tuned(rival: Rival, trials: Trials, bound: Array) -> tuple[Setting, Setting, Array]:
-    """Settings of rotations and of places, and what they come to."""
+    """Return the settings of rotations and of places, and their ratios."""
 
     def ratios(turned: Sequence[Array], moved: Sequence[Array]) -> Array:
         return trials.ratios(list(zip(turned, moved, strict=True)))

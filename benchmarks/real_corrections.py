@@ -1,12 +1,12 @@
-"""What is corrected unasked in real captures, by measures that need no eye.
+"""Measure the automatic corrections in real captures.
 
     python -m benchmarks.real_corrections FOLDER [--json FILE]
 
-FOLDER holds a folder of clips for every set. Of every automatic correction the protected measures
-are taken (:mod:`twistcore.analysis.correction.protected_measures`), each a column: how many
-corrections make it worse, of how many it was measured on (goal: none). Of every automatic
-counter-twist also whether the twists of P and C, the azimuth and the turn of both run smoother
-after it than before (goal: 98 %). And how many finds are left for a person.
+FOLDER contains a folder of clips for every set. For every automatic correction the protected
+measures are computed (:mod:`twistcore.analysis.correction.protected_measures`), each in a column:
+how many corrections make it worse, out of the measured ones (goal: none). For every automatic
+counter-twist the table also shows whether the twists of P and C, the azimuth and the turn of both
+are smoother after it than before (goal: 98 %), and how many finds are left for a person.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ COUNTS = "clips", "twists", "smoother", "flips", "left"
 
 
 def clips_of(folder: Path) -> Iterator[Path]:
-    """All files that may be clips, in order."""
+    """Yield all files that may be clips, in order."""
     return (p for p in sorted(folder.rglob("*")) if p.is_file() and clip_suffix(p.name))
 
 
 def roughness(
     before: Motion, after: Motion, chain: Chain, interval: Interval
 ) -> tuple[float, float]:
-    """Costs of the second differences of all witnesses over the edges, before and after.
+    """Return costs of second differences of all witnesses over the edges, before and after.
 
-    Each in the scale that it has in the clip as it was.
+    Each witness is scaled by its size in the original clip.
     """
     old, new = Witnesses.of(before, chain), Witnesses.of(after, chain)
     at = np.zeros(before.frames, dtype=bool)
@@ -69,7 +69,7 @@ def roughness(
 
 
 def measure(analysis: ClipAnalysis) -> Counter[str]:
-    """The counts of one clip."""
+    """Return the counts of one clip."""
     motion, found = analysis.motion, analysis.detect(kinds=REPAIRED)
     done, chains = applied_unasked(found), analysis.chains_and_limbs
     hinges = Hinges(motion, found.intervals)
@@ -89,7 +89,7 @@ def measure(analysis: ClipAnalysis) -> Counter[str]:
 
 
 def row_of(count: Counter[str]) -> str:
-    """The numbers of a set, a column each."""
+    """Return the numbers of a set, one column each."""
     measured = (f"{count[f'{n}: worse']}/{count[f'{n}: measured']}" for n in NAMES)
     return "".join(f"{count[name]:>10}" for name in COUNTS) + "".join(f"{m:>19}" for m in measured)
 

@@ -1,24 +1,27 @@
-"""Real flips of whole limbs, before and after: python -m benchmarks.real_flips FOLDER.
+"""Judge real flips of whole limbs before and after correction.
+
+    python -m benchmarks.real_flips FOLDER
 
     python3 dev.py bench real_flips FOLDER [--json FILE] [--clips GLOB]
 
-Every clip is corrected as `twistcore refine` does unasked, written, read back and looked at with a
-geometry of its own, from the places and orientations of joints in the world alone:
+Every clip gets the automatic corrections of `twistcore refine`, is written, read back and judged
+with a separate geometry, using only places and orientations of joints in the world:
 
 - impossible swivel: from one frame to the next the knee or elbow C turns about the line from hip P
-  to ankle E (shoulder, wrist) faster than any body does, and the place of E from P hardly changes;
-- backward knee: a frame in which C of a leg stands more than 110° off the side on which it stands
-  in the clip, in the frame of P's parent; the side is that of the clip before;
+  to ankle E (shoulder, wrist) faster than any body can, and E hardly moves relative to P;
+- backward knee: a frame in which C of a leg is more than 110° away from its usual side in the clip
+  before correction, in the frame of P's parent;
 - impossible turn: a segment at P or below turns so fast about its own bone, from one frame to the
-  next. New: not there before;
+  next. New: absent before;
 - mirrored: transitions in which P of a limb and C turn against each other, and how many frames in
-  which the limb is bent, and straight, had P turned (:mod:`benchmarks.mirrored_turns`);
-- what moved: E, and C in clips that had no impossible swivel, as a share of the skeleton's
-  height, where it is more than the decimals of the written numbers can do.
+which the limb is bent, and straight, had P turned (:mod:`benchmarks.mirrored_turns`); - motion of
+E, and of C in clips without an impossible swivel, as a share of the skeleton's height, if
+  it exceeds the rounding of the written numbers.
 
-Frames 0 and 1 are not looked at for jumps: a T-pose often stands first. A clip that cannot be read
-or corrected is listed. Exit status 1 where something new is wrong: E moved, a clip without a flip
-changed, a new impossible turn, or a bent limb changed in a clip without a mirrored transition.
+Frames 0 and 1 are not examined for jumps, since a T-pose often comes first. A clip that cannot be
+read or corrected is listed. The exit status is 1 if something new is wrong: E moved, a clip without
+a flip changed, a new impossible turn, or a bent limb changed in a clip without a mirrored
+transition.
 """
 
 from __future__ import annotations
@@ -57,12 +60,12 @@ from twistcore.skeleton.motion import Motion
 
 @dataclass(frozen=True)
 class Verdict:
-    """One clip before and after.
+    """The verdict on one clip before and after.
 
     swivels: impossible ones; backward: frames by limb; turns_old: impossible turns before;
-    turns_left: those still there; turns_new: those that were not; e_moved, c_moved: of the
-    skeleton's height, 0 within the decimals; c_moved counts where there was no flip; mirrored_…:
-    transitions, by P; limbs_changed: frames of bent and straight limbs, and those changed.
+    turns_left: remaining ones; turns_new: new ones; e_moved, c_moved: of the skeleton's height, 0
+    within rounding; c_moved counts only without a flip; mirrored_…: transitions, by P;
+    limbs_changed: frames of bent and straight limbs, and changed ones.
     """
 
     clip: str
@@ -83,28 +86,28 @@ class Verdict:
 
     @property
     def flipped(self) -> bool:
-        """Whether the clip had a flip."""
+        """True if the clip had a flip."""
         return bool(self.swivels_before)
 
     @property
     def changed_clean(self) -> bool:
-        """Whether a limb was turned in a clip that had no flip."""
+        """True if a limb was turned in a clip without a flip."""
         return not self.flipped and self.c_moved > 0.0
 
     @property
     def harmed(self) -> bool:
-        """Whether something is wrong that was right before."""
+        """True if something is wrong that was right before."""
         return bool(self.turns_new) or self.e_moved > 0.0 or self.changed_clean or self.changed_bent
 
     @property
     def changed_bent(self) -> bool:
-        """Whether a bent limb was turned in a clip with neither a flip nor a transition."""
+        """True if a bent limb was turned in a clip with neither a flip nor a transition."""
         unlike = self.flipped or self.mirrored_before
         return not unlike and self.limbs_changed.bent_changed > 0
 
     @property
     def row(self) -> tuple[int, ...]:
-        """The counts of the table."""
+        """Return the counts of the table."""
         return (
             len(self.swivels_before),
             len(self.swivels_after),
@@ -125,7 +128,7 @@ class Verdict:
 
 
 def _mirrored(world: Pose, limb: Limb) -> list[Jump]:
-    """Mirrored transitions of a limb."""
+    """Return the mirrored transitions of a limb."""
     bone = _limb_bone(world, limb)
     parent = int(world.motion.skeleton.parents[limb.p])
     above = world.turned[:, parent] if parent >= 0 else np.tile(np.eye(3), (len(bone), 1, 1))
@@ -134,20 +137,20 @@ def _mirrored(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def _changed(before: Pose, after: Pose, limb: Limb) -> Straightness:
-    """Frames in which a limb is bent or straight, and in which P was turned."""
+    """Count frames in which a limb is bent or straight, and in which P was turned."""
     bend = bends(*(before.at[:, joint] for joint in (limb.p, limb.c, limb.e)))
     turned = (world.turned[:, limb.p] for world in (before, after))
     return straightness(bend, *turned, _limb_bone(before, limb))
 
 
 def _limb_bone(world: Pose, limb: Limb) -> Array:
-    """Direction from P to C in P's frame, (frames, 3)."""
+    """Return the direction from P to C in P's frame, (frames, 3)."""
     away = unit(world.at[:, limb.c] - world.at[:, limb.p])
     return np.einsum("fji,fj->fi", world.turned[:, limb.p], away)
 
 
 def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
-    """One clip before and after; decimals: of the numbers that were written anew."""
+    """Judge one clip before and after; decimals: of the rewritten numbers."""
     limbs = find(before)
     worlds = pose(before), pose(after)
     jumps = [tuple(j for limb in limbs for j in swivels(w, limb)) for w in worlds]
@@ -180,7 +183,7 @@ def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
 
 
 def judged_file(path: Path, name: str) -> Verdict:
-    """A file before and after; TwistError where it cannot be read or corrected."""
+    """Judge a file before and after; raise TwistError if it cannot be read or corrected."""
     before = read_bvh(path)
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "refined.bvh"
@@ -190,7 +193,7 @@ def judged_file(path: Path, name: str) -> Verdict:
 
 
 def written_decimals(before: Clip, after: Clip) -> int:
-    """The fewest decimals of the numbers that differ; as many as a float has where none does."""
+    """Return the fewest decimals of changed numbers; as many as a float has if none changed."""
     texts = [clip.text[clip.data_start :].split() for clip in (before, after)]
     new = {b for a, b in zip(*texts, strict=False) if a != b}
     return min((len(token.partition(b".")[2]) for token in new), default=15)
@@ -205,11 +208,11 @@ HEAD = (
     f" {'then':>5} {'left':>5} {'new':>5} {'then':>7} {'now':>5} {'bent':>6} {'straight':>8}",
 )
 WIDTH = 38  # of a clip's name
-SHOWN = 12  # jumps of a joint; the JSON has them all
+SHOWN = 12  # jumps listed for a joint; the JSON contains all
 
 
 def line(name: str, counts: Sequence[int], e_moved: float) -> str:
-    """One line of the table."""
+    """Return one line of the table."""
     first = " ".join(f"{n:>5}" for n in counts[:4])
     last = " ".join(f"{n:>{w}}" for n, w in zip(counts[5:], (5, 5, 5, 7, 5, 6, 8), strict=True))
     share = f"{e_moved:.1e}" if e_moved else "0"
@@ -217,7 +220,7 @@ def line(name: str, counts: Sequence[int], e_moved: float) -> str:
 
 
 def details(verdict: Verdict) -> list[str]:
-    """What is left or new in a clip, by frame."""
+    """Return the remaining and new problems of a clip, by frame."""
     lists = {
         "swivels left": verdict.swivels_after,
         "new impossible turns": verdict.turns_new,
@@ -242,13 +245,13 @@ def _listed(jumps: Sequence[Jump]) -> str:
 
 
 def _runs(frames: Sequence[int]) -> list[str]:
-    """Frames in a row as first-last."""
+    """Return consecutive frames as first-last."""
     parts = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
     return [f"{p[0]}" if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts]
 
 
 def table(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
-    """A line for each clip that has anything, totals, what is left, and what could not be read."""
+    """Return a line per clip with results, totals, remaining problems and unreadable files."""
     total = [sum(column) for column in zip(*(v.row for v in verdicts), strict=True)] or [0] * 12
     lines = [f"{'' if k else 'clip':<{WIDTH}} {head}" for k, head in enumerate(HEAD)]
     lines += [line(v.clip, v.row, v.e_moved) for v in verdicts if any(v.row) or v.e_moved]
@@ -261,7 +264,7 @@ def table(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
         f"{_share(limbs.straight_changed, limbs.straight)} of the straight ones'"
     )
     lines.append(
-        f"looked at: {len(verdicts)} clips, {sum(v.limbs for v in verdicts)} limbs, "
+        f"judged: {len(verdicts)} clips, {sum(v.limbs for v in verdicts)} limbs, "
         f"{sum(v.frames for v in verdicts)} frames; not judged: {len(errors)}"
     )
     return "\n".join(lines)
@@ -272,13 +275,13 @@ def _share(some: int, of: int) -> str:
 
 
 def to_json(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
-    """Everything, for programs."""
+    """Return all results as JSON, for programs."""
     clips = [asdict(v) | {"changed_clean": v.changed_clean, "harmed": v.harmed} for v in verdicts]
     return json.dumps({"clips": clips, "not_judged": errors}, indent=1) + "\n"
 
 
 def main() -> int:
-    """Print the table; exit 1 where something new is wrong."""
+    """Print the table; return 1 if something new is wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", default="*.bvh", metavar="GLOB")

@@ -1,11 +1,11 @@
-"""Why nothing is found where the strength is past τ: python -m benchmarks.reasons FOLDER…
+"""Check the reasons for peaks past τ without an interval: python -m benchmarks.reasons FOLDER…
 
     python3 dev.py bench reasons FOLDER… [--json FILE] [--clips GLOB] [--show WORD]
 
-Of every clip, by the consistency detector, the paper's and that of limb flips at their automatic τ:
-all peaks of the strength past τ that lie in no interval and at none of its edges, counted by the
-reason that `twistcore detect --explain` gives. A peak without a reason, and one whose reason says
-the contrary of the curve, is listed. Exit status 1 where there is one.
+For every clip and the detectors for consistency, of the paper and for limb flips at their automatic
+τ: all peaks of the strength past τ outside intervals and their edges, counted by the reason that
+`twistcore detect --explain` gives. A peak without a reason, or with a reason that contradicts the
+curve, is listed; the exit status is then 1.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from twistcore.errors import TwistError
 from twistcore.formats.bvh import read_bvh
 
 BESIDE = 1  # frames from an interval's edge
-LONE = 0.25  # of the larger turn: the other joint does not answer it
+LONE = 0.25  # of the larger turn: with less, the other joint does not turn back
 BELOW_ONLY = frozenset({Why.BELOW})
-NEVER_PEAKS = frozenset({Why.BELOW, Why.INTERVAL, Why.CUT})  # what no peak past τ can be
+NEVER_PEAKS = frozenset({Why.BELOW, Why.INTERVAL, Why.CUT})  # reasons that no peak past τ can have
 KINDS = {
     "consistency": ("consistency", Kind.COUNTER_TWIST),
     "paper": ("paper", Kind.COUNTER_TWIST),
@@ -36,9 +36,9 @@ KINDS = {
 
 
 def peaks(found: Detection, name: str) -> list[int]:
-    """Peaks of a chain's or limb's strength past τ without an interval, looked for frame by frame.
+    """Return peaks of strength past τ outside intervals, searched frame by frame.
 
-    Not by the code of the reasons.
+    Does not use the code of the reasons.
     """
     strength = found.analysis.detector(found.method).strength(name).tolist()
     own = [i for i in found if i.chain == name]
@@ -58,14 +58,14 @@ def _touched(interval: Interval, frame: int) -> bool:
 
 
 def contradictions(found: Detection, reason: Reason) -> Iterator[str]:
-    """What a reason says that the curve, the intervals or its own numbers deny."""
+    """Yield contradictions of a reason to the curve, the intervals or its own numbers."""
     strength = float(found.analysis.detector(found.method).strength(reason.chain)[reason.frame])
     tau, numbers = found.tau[reason.chain], reason.numbers
     if reason.strength != strength or reason.tau != tau:
-        yield f"it says {reason.strength} against {reason.tau}, the curve {strength} against {tau}"
+        yield f"reason: {reason.strength} against {reason.tau}; curve: {strength} against {tau}"
     past = strength >= tau
     if (" above τ" in reason.text) != past or (" below τ" in reason.text) == past:
-        yield f"the curve is {'past' if past else 'below'} τ, and it says otherwise"
+        yield f"the curve is {'past' if past else 'below'} τ, unlike the reason"
     if reason.why in BELOW_ONLY and past:
         yield "below τ"
     there = any(i.chain == reason.chain and _touched(i, reason.frame) for i in found)
@@ -80,20 +80,20 @@ def contradictions(found: Detection, reason: Reason) -> Iterator[str]:
         and past
         and not any(_is_meant(i, reason) for i in found)
     ):
-        yield "the interval that it names is not there"
+        yield "the named interval does not exist"
     if not reason.text.endswith(".") or "nan" in reason.text:
-        yield f"no sentence: {reason.text}"
+        yield f"not a sentence: {reason.text}"
 
 
 def _is_meant(interval: Interval, reason: Reason) -> bool:
-    """Whether the interval is that of the image, or one that stands in the way."""
+    """True if the interval is the image's, or one that blocks it."""
     if reason.why == Why.IMAGE:
         return bool(interval.chain == reason.numbers["of"])
     return interval.chain == reason.chain
 
 
 def wrong(found: Detection, name: str) -> tuple[list[Reason], list[str]]:
-    """All reasons at the peaks of a chain or limb, and what is wrong with them."""
+    """Return all reasons at the peaks of a chain or limb, and their errors."""
     reasons = peaks_without_interval(found, name)
     lines = [f"{name} {r.frame}: {what}" for r in reasons for what in contradictions(found, r)]
     lines += [f"{name} {r.frame}: {r.why} at a peak" for r in reasons if r.why in NEVER_PEAKS]
@@ -121,7 +121,7 @@ def main() -> int:
             continue
         clips += 1
         for kind, (method, of) in KINDS.items():
-            found = analysis.detect(method)  # all: the intervals of others may be the cause
+            found = analysis.detect(method)  # all chains: intervals of others may be the cause
             looked_at = found.limbs if of == Kind.LIMB_FLIP else found.chains
             for name in (c.name for c in looked_at):
                 reasons, lines = wrong(found, name)

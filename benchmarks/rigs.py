@@ -1,22 +1,21 @@
-"""Errors on rigs as people have them: python -m benchmarks.rigs FOLDER [--clips N] [--json FILE].
+"""Measure corrections on common rigs: python -m benchmarks.rigs FOLDER [--clips N] [--json FILE].
 
-FOLDER has CMU clips with MotionBuilder's names. Each is put onto every rig of
-`benchmarks._rig_families`; 58 errors of 15-150° a rig, 1-30 frames long, are spread over the clips
-and put in at the joint above C: P turns about its bone, and its children turn back. The program
-corrects what it corrects by itself. The same errors, at the same joints of the body and the same
-frames, are put into every rig.
+FOLDER contains CMU clips with MotionBuilder's names. Each is converted to every rig of
+`benchmarks._rig_families`; 58 errors of 15-150° per rig, 1-30 frames long, are spread over the
+clips and injected at the joint above C: P turns about its bone, and its children turn back. The
+automatic corrections follow. Every rig gets the same errors, at the same joints and frames.
 
 A frame is repaired if at most a fifth of its error is left, in P and in each of its children. Made
-wrong: a joint in a frame without error that is changed by more than 1°; `sound`: likewise in the
-clips without errors. Chains: how many of the ten pairs P, C are looked at. Of rigs in pieces there
-is a line for each share of a bone's roll that its first piece has: none, half, all. What the others
-have of it comes with what they take from the joint below: pronation lies in the forearm. Between
-pieces: errors of a piece against the next one of its bone, in a run of their own.
+wrong: joints in frames without error that are changed by more than 1°; `sound`: the same in clips
+without errors. Chains: how many of the ten pairs P, C are examined. Rigs in pieces have a line for
+each share of a bone's roll in its first piece: none, half, all. The other pieces have the rest, and
+also roll of the joint below, as in pronation of the forearm. Between pieces: errors of a piece
+relative to the next one of its bone, in a separate run.
 
-Clips in which the program corrects something without any error put in are left out.
---missed lists every error that is not repaired, and why.
+Clips with automatic corrections before any error is injected are left out. --missed lists every
+error that is not repaired, and the reason.
 
-Five rigs were read in public sources when the benchmark was written, and nothing is tuned on them:
+Five rigs come from public sources, and nothing is tuned on them:
 
 | rig | names and hierarchy from |
 |---|---|
@@ -26,7 +25,7 @@ Five rigs were read in public sources when the benchmark was written, and nothin
 | Second Life Bento | secondlife/viewer, indra/newview/character/avatar_skeleton.xml |
 | 3ds Max CAT | ConnorTidd/SurviveVR, EnemyFiles/testMovement.clp, a clip that CAT exported |
 
-Which share of the roll a piece or helper has, and where along a bone it is, is ours in every rig.
+The share of the roll of a piece or helper, and its place along a bone, are our choice in every rig.
 """
 
 from __future__ import annotations
@@ -58,16 +57,16 @@ SMALLEST, LARGEST = 15.0, 150.0  # degrees
 LONGEST = 30  # frames
 APART = 10  # frames between errors of a limb
 EDGE = 2  # frames of the clip before the first error and after the last one
-CLIP = 600  # frames: of a longer clip its first
+CLIP = 600  # frames; of a longer clip, only its first frames
 CHANGED = float(np.radians(1.0))
 EXACT = float(np.radians(0.5))
 SHARES = (0.0, 0.5, 1.0)
 _TRIES = 500
-_JOINTS = ("Hips", "LeftUpLeg", "RightArm", "LeftHand")  # which a clip of CMU's has
+_JOINTS = ("Hips", "LeftUpLeg", "RightArm", "LeftHand")  # joints that every CMU clip has
 
 
 class Pair(NamedTuple):
-    """P and C by index; limb: what the pair is a part of."""
+    """Indices of P and C; limb: the limb of the pair."""
 
     parent: int
     child: int
@@ -75,7 +74,7 @@ class Pair(NamedTuple):
 
 
 class Place(NamedTuple):
-    """Where an error is: number of the pair, frames [start, stop), radians."""
+    """The place of an error: number of the pair, frames [start, stop), radians."""
 
     pair: int
     start: int
@@ -85,7 +84,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Missed:
-    """An error that was not repaired, with what the program made of it."""
+    """An error that was not repaired, with the reason."""
 
     rig: str
     share: float
@@ -99,7 +98,7 @@ class Missed:
 
 @dataclass(frozen=True)
 class Count:
-    """What became of the errors of a rig; made_wrong and sound count joints in frames."""
+    """The results for a rig's errors; made_wrong and sound count joints in frames."""
 
     errors: int = 0
     repaired: int = 0
@@ -117,14 +116,14 @@ class Count:
 
     @property
     def percent(self) -> float:
-        """Share of the error frames that are repaired."""
+        """Return the per cent of error frames that are repaired."""
         return 100.0 * self.repaired_frames / self.frames if self.frames else 100.0
 
 
 def drawn(
     limbs: Sequence[tuple[int, bool]], frames: int, number: int, rng: np.random.Generator
 ) -> list[Place]:
-    """Places of errors; limbs: of each pair. None is nearer than APART to another of its limb."""
+    """Draw places of errors, at least APART frames apart in a limb; limbs: of each pair."""
     places: list[Place] = []
     for _ in range(number if limbs else 0):
         for _ in range(_TRIES):
@@ -142,7 +141,7 @@ def drawn(
 
 
 def with_errors(motion: Motion, pairs: Sequence[Pair], places: Sequence[Place]) -> Motion:
-    """The motion with P of each place turned by its offset about its bone, the children back."""
+    """Turn P of each place by its offset about its bone, and its children back."""
     chains, errors = {}, []
     for place in places:
         pair = pairs[place.pair]
@@ -155,7 +154,7 @@ def with_errors(motion: Motion, pairs: Sequence[Pair], places: Sequence[Place]) 
 
 
 def corrected(motion: Motion) -> tuple[Motion, Detection]:
-    """The motion as the program corrects it by itself, and what it found."""
+    """Return the motion after automatic corrections, and the detection."""
     found = analyse(motion).detect(kinds=REPAIRED)
     return refine(motion, found.chains_and_limbs, applied_unasked(found)), found
 
@@ -163,7 +162,7 @@ def corrected(motion: Motion) -> tuple[Motion, Detection]:
 def counted(
     motion: Motion, pairs: Sequence[Pair], places: Sequence[Place], rig: Rig, clip: str
 ) -> Count:
-    """Put errors into a motion on a rig, let the program correct it, and count."""
+    """Inject errors into a motion on a rig, correct it automatically, and count."""
     refined, found = corrected(with_errors(motion, pairs, places))
     left = geodesic_angle(motion.rotations, refined.rotations)
     turned = np.zeros(left.shape, dtype=bool)
@@ -199,7 +198,7 @@ def counted(
 
 
 def reason(found: Detection, pair: Pair, place: Place) -> str:
-    """What the program made of an error that it did not repair."""
+    """Return the reason why an error was not repaired."""
     chains = {c.name: c for c in found.chains_and_limbs}
     own = [c.name for c in found.chains if (c.parent, c.child) == pair[:2]]
     near = [i for i in found if i.start < place.stop + 2 and place.start - 2 < i.stop]
@@ -223,19 +222,19 @@ def reason(found: Detection, pair: Pair, place: Place) -> str:
 
 
 def _why_left(interval: Interval) -> str:
-    """Why an interval is not corrected without a person's word."""
+    """Return why an interval is not corrected automatically."""
     why = "open" if interval.open else f"confidence {interval.confidence or 0.0:.2f}"
     return f" not applied ({why})"
 
 
 def sound_changes(motion: Motion) -> int:
-    """How many joints in frames the program changes by more than 1° in a clip without errors."""
+    """Count joints in frames changed by more than 1° in a clip without errors."""
     refined, _ = corrected(motion)
     return int((geodesic_angle(motion.rotations, refined.rotations) > CHANGED).sum())
 
 
 def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
-    """What becomes of errors at the joints of the limbs, and of errors between pieces."""
+    """Return the results for errors at limb joints, and for errors between pieces."""
     at_joints, between = Count(), Count()
     for k, (name, motion) in enumerate(clips.items()):
         made = rigged(motion, rig)
@@ -256,7 +255,7 @@ def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
 
 
 def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
-    """Clips of CMU's in which the program corrects nothing by itself, evenly chosen, by name."""
+    """Return evenly chosen CMU clips without automatic corrections, by name."""
     found: dict[str, Motion] = {}
     for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion
@@ -273,12 +272,12 @@ def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
 
 
 def variants(rig: Rig) -> list[Rig]:
-    """A rig in pieces with each share of the roll; another one as it is."""
+    """Return a rig in pieces with each share of the roll; any other rig unchanged."""
     return [replace(rig, share=share) for share in SHARES] if rig.in_pieces else [rig]
 
 
 def line(rig: Rig, at_joints: Count, between: Count) -> str:
-    """A row of the table."""
+    """Return a row of the table."""
     share = f"{100 * rig.share:.0f} %" if rig.in_pieces else ""
     cells = [
         rig.name,
@@ -308,7 +307,7 @@ def main() -> None:
     parser.add_argument("--clips", type=int, default=6)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--rig", default="", help="only rigs with this in their name")
-    parser.add_argument("--missed", action="store_true", help="list what is not repaired")
+    parser.add_argument("--missed", action="store_true", help="list errors that are not repaired")
     parser.add_argument("--json", type=Path)
     given = parser.parse_args()
     clips = sound_clips(given.folder, given.clips)

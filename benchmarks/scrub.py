@@ -1,9 +1,9 @@
-"""What a frame costs in the 3D view: setting it and repainting, against a window of bare tubes.
+"""Measure setting and painting a frame in the 3D view, compared with a window of bare tubes.
 
     python benchmarks/scrub.py [--clip CLIP] [--frames N] [--json]
 
-Both windows are 1280×411, repainted synchronously, in turns in one run, so that the load of the
-machine weighs on both alike.
+Both windows are 1280×411, repainted synchronously, in turns in one run, so that load on the machine
+affects both equally.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ TARGET_MS, TARGET_RATIO = 25.0, 1.5
 
 
 class Tubes(QWidget):
-    """The least that a 3D view of a skeleton can do: one tube a bone, no roll, no ground."""
+    """A minimal 3D view of a skeleton: one tube per bone, no roll, no ground."""
 
     def __init__(self, data: Analysed) -> None:
         super().__init__()
@@ -83,20 +83,20 @@ class Tubes(QWidget):
 
 
 def repaint(view: QWidget) -> None:
-    """Paint now. QWidget.repaint() would be put off when it comes sooner than the next vsync."""
+    """Paint now. QWidget.repaint() would be delayed until the next vsync."""
     QWidget.update(view)
     QApplication.sendEvent(view.window(), QEvent(QEvent.Type.UpdateRequest))
 
 
 def time_of(action: Callable[..., None], *arguments: int) -> float:
-    """Milliseconds of a call."""
+    """Return the milliseconds of a call."""
     start = time.perf_counter()
     action(*arguments)
     return 1e3 * (time.perf_counter() - start)
 
 
 def measure(clip: Path, frames: int) -> Figures:
-    """Median and 95th percentile of both windows, milliseconds."""
+    """Return median and 95th percentile of both windows, milliseconds."""
     data = analyse_file(clip)
     document = Document()
     document.show_clip(data)
@@ -154,13 +154,13 @@ def measure(clip: Path, frames: int) -> Figures:
 
 
 def is_good(figures: Figures) -> bool:
-    """Whether both targets are met."""
+    """True if both targets are met."""
     median, ratio = (float(figures[k]) for k in ("view_median_ms", "ratio"))
     return median <= TARGET_MS and ratio <= TARGET_RATIO
 
 
 def main() -> int:
-    """Print the table; exit 1 if a target is missed."""
+    """Print the table; return 1 if a target is missed."""
     _app = QApplication.instance() or QApplication([])
     return run(__doc__.splitlines()[0], CLIP, 200, measure, is_good)
 

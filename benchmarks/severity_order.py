@@ -1,11 +1,11 @@
-"""Whether the worst clips come first, against a plain count of jumps that knows no twist.
+"""Test the order of clips by severity against a plain count of jumps.
 
     python -m benchmarks.severity_order FOLDER [--first N]
 
-Of every clip below FOLDER: its severity, and how many times a second a joint's rotation or place
+For every clip below FOLDER: its severity, and how many times per second a joint's rotation or place
 jumps: by more than 45° or 4 % of the figure's height in a frame, and by four times the median of
-the two frames before and behind. Told: Spearman's rank correlation of both over all clips and over
-those in which either is above 0, and the N first clips by each.
+the two frames before and after. The output shows Spearman's rank correlation over all clips and
+over clips in which either value is above 0, and the N first clips by each.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TURN, WAY, TIMES = 45.0, 0.04, 4.0
 
 
 def jumps_a_second(motion: Motion) -> float:
-    """Of rotations and places of all joints, the root's way left out."""
+    """Return jumps per second of rotations and places of all joints, without the root's path."""
     if motion.frames < 6:
         return 0.0
     turns = np.degrees(geodesic_angle(motion.rotations[1:], motion.rotations[:-1]))
@@ -39,7 +39,7 @@ def jumps_a_second(motion: Motion) -> float:
 
 
 def _jumps(steps: np.ndarray, least: float) -> float:
-    """How many steps, (frames − 1, joints), are larger than this and than those beside."""
+    """Count steps, (frames − 1, joints), that are larger than `least` and than their neighbours."""
     beside = np.median([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]], axis=0)
     here = steps[2:-2]
     return float(((here > least) & (here > TIMES * beside)).sum())
@@ -70,7 +70,7 @@ def main() -> None:
     for title, values in (("by severity", a), ("by jumps", b)):
         print(f"{title}:")
         for k in np.argsort(-values)[: given.first]:
-            print(f"  {names[k]:<60} {a[k]:8.2f}° {b[k]:8.3f} a second")
+            print(f"  {names[k]:<60} {a[k]:8.2f}° {b[k]:8.3f} per second")
 
 
 if __name__ == "__main__":

@@ -1,9 +1,9 @@
-"""Folders judged by a reviewer who knows what was injected: for the benchmarks of what is learned.
+"""Simulate a reviewer who knows the injected errors, for the benchmarks of learning.
 
-Of each clip's chains some get errors (P0 and the small ones of H6), others decoys: small
+In each clip some chains get errors (P0 and the small ones of H6), others decoys: small
 counter-twists that this person takes for natural motion. The detector lists its candidates at 0.3
-of its automatic τ, so that false alarms of its own are among them. An error that is found and put
-right is accepted; a decoy, and whatever else is listed, is rejected.
+of its automatic τ, so they include false alarms. An error that is found and corrected is accepted;
+a decoy and any other interval is rejected.
 """
 
 from __future__ import annotations
@@ -34,26 +34,26 @@ from twistcore.tuning.verdicts_of import JudgedClip, Verdict, judged_clip
 
 ERRORS = ("P0", "H6")
 DECOYS = "H6"
-HARDER = ("P0", "P0", "H1", "rich+H1")  # what is done to a clip before errors are put in
+HARDER = ("P0", "P0", "H1", "rich+H1")  # how clips are made harder before errors are injected
 WRONG = 0.1  # of the listed intervals
 ACCEPTED, NATURAL, DECOY = "accepted", "natural", "decoy"
 
 
 @dataclass(frozen=True, eq=False)
 class Reviewed:
-    """A clip as this reviewer judged it, and what each of its verdicts is about, in their order."""
+    """A clip judged by this reviewer, and the subject of each verdict, in order."""
 
     clip: JudgedClip
     about: tuple[str, ...]
 
     def keep(self, which: Sequence[int]) -> Reviewed:
-        """Some of its verdicts."""
+        """Return the clip with some of its verdicts."""
         verdicts = tuple(self.clip.verdicts[k] for k in which)
         return Reviewed(replace(self.clip, verdicts=verdicts), tuple(self.about[k] for k in which))
 
 
 def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
-    """One pass over a clip, plain or made harder; decoys in a quarter of the chains with errors."""
+    """Review a clip once, plain or made harder; a quarter as many decoys as chains with errors."""
     motion = read_bvh(path).motion
     chains = analyse(motion).chains
     rng = generator(seed, path.name, 17)
@@ -68,7 +68,7 @@ def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
     for k in order.tolist():
         joints = {free[k].parent, free[k].child}
         if joints & taken:
-            continue  # an image of a neighbour's error is no verdict on the detector
+            continue  # the image of a neighbour's error does not judge the detector
         taken |= joints
         wrong = len(decoys) < len(errors) / 3
         name = DECOYS if wrong else ERRORS[len(taken) // 2 % len(ERRORS)]
@@ -104,7 +104,7 @@ def _about(verdict: Verdict, decoys: Sequence[InjectedError]) -> str:
 
 
 def reviewed_folder(paths: Sequence[Path], seed: int, harder: str = "") -> list[Reviewed]:
-    """All clips."""
+    """Review all clips."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(partial(reviewed, seed=seed, harder=harder), paths))
 
@@ -116,14 +116,14 @@ def sampled(
     most: int | None = None,
     mistaken: float = 0.0,
 ) -> list[JudgedClip]:
-    """Verdicts of a folder of which a tenth is wrong, of these kinds; at most so many.
+    """Draw verdicts of a folder, a tenth of them wrong, of the given kinds; at most `most`.
 
-    mistaken: share of them in which the reviewer says the contrary of what is so.
+    mistaken: share of verdicts that the reviewer gets wrong.
     """
     every = [(k, n, about) for k, c in enumerate(clips) for n, about in enumerate(c.about)]
     good = [(k, n) for k, n, about in every if about == ACCEPTED]
     bad = [(k, n) for kind in kinds for k, n, about in every if about == kind]
-    if len(kinds) > 1:  # as many of each as there are of the rarest
+    if len(kinds) > 1:  # as many of each kind as of the rarest
         parts = [[(k, n) for k, n, about in every if about == kind] for kind in kinds]
         least = min(map(len, parts))
         bad = [p[i] for p in parts for i in rng.permutation(len(p))[:least]]

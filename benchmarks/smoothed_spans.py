@@ -1,12 +1,12 @@
-"""Spans smoothed in sound clips: whether they are found.
+"""Smooth spans in clean clips and measure how many are found.
 
     python -m benchmarks.smoothed_spans FOLDER [--seed N] [--as-they-are]
 
-In every clip, at 20, 30 and 120 frames a second: for 1-2 s the components of the quaternions of 2-5
-joints, or of all, are smoothed by a Gaussian of σ from 0.05 to 0.4 s (BrokenAMASS smooths all
-joints by 0.2 s). Only joints that move are smoothed. Shown: the share of the frames found that were
-smoothed (precision), the share of the smoothed frames and of the spans that are found (recall), and
-spans found in the clips as they were. With --as-they-are only these, at each clip's own rate.
+In every clip, at 20, 30 and 120 frames per second: for 1-2 s the components of the quaternions of
+2-5 joints, or of all, are smoothed by a Gaussian of σ from 0.05 to 0.4 s (BrokenAMASS smooths all
+joints by 0.2 s). Only joints that move are smoothed. The output shows the share of found frames
+that were smoothed (precision), the share of smoothed frames and of spans that are found (recall),
+and spans found in the original clips. --as-they-are: only the original clips, at their own rate.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _SHORTEST, _SLOWEST = 24, 15.0  # frames of a clip, and frames a second
 def with_smoothed(
     motion: Motion, rng: np.random.Generator, sigma: float, *, everything: bool
 ) -> tuple[Motion, slice] | None:
-    """The motion with a smoothed span, and its frames; None where the clip is too short for one."""
+    """Return the motion with a smoothed span, and its frames; None if the clip is too short."""
     length = int(rng.uniform(1.0, 2.0) * motion.fps)
     if length >= motion.frames - 4:
         return None
@@ -52,7 +52,7 @@ def with_smoothed(
 
 
 def found_in(motion: Motion) -> NDArray[np.bool_]:
-    """Frames of any span, (frames,)."""
+    """Return a mask of the frames of spans, (frames,)."""
     mask = np.zeros(motion.frames, dtype=bool)
     for span in smoothed_spans(motion):
         mask[span.start : span.stop] = True
@@ -60,14 +60,14 @@ def found_in(motion: Motion) -> NDArray[np.bool_]:
 
 
 def spans_in(mask: NDArray[np.bool_]) -> int:
-    """How many runs of frames a mask has."""
+    """Return the number of runs in a mask."""
     return int((np.diff(mask.astype(int), prepend=0) > 0).sum())
 
 
 def measure(
     motion: Motion, rng: np.random.Generator, sigma: float, *, everything: bool
 ) -> Counter[str]:
-    """The counts of one clip."""
+    """Return the counts of one clip."""
     made = with_smoothed(motion, rng, sigma, everything=everything)
     if made is None:
         return Counter()
@@ -83,7 +83,7 @@ def measure(
 
 
 def motions_of(folder: Path, fps: float | None) -> Iterator[tuple[str, Motion]]:
-    """Name and motion of every BVH that is long enough; fps: None for each clip's own rate."""
+    """Yield name and motion of every BVH that is long enough; fps: None for its own rate."""
     for path in sorted(folder.rglob("*.bvh")):
         try:
             motion = read_clip(path).motion
@@ -102,7 +102,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--as-they-are", action="store_true", help="only what sound clips show")
+    parser.add_argument("--as-they-are", action="store_true", help="only the original clips")
     given = parser.parse_args()
     for fps in (None,) if given.as_they_are else RATES:
         motions = list(motions_of(given.folder, fps))
@@ -111,7 +111,7 @@ def main() -> None:
             continue
         false = sum(spans_in(found_in(m)) for _, m in motions)
         rate = "own rate" if fps is None else f"{fps:4.0f} Hz"
-        print(f"{rate}: {false / minutes:.2f} spans a minute in {minutes:.1f} minutes as they were")
+        print(f"{rate}: {false / minutes:.2f} spans per minute in {minutes:.1f} original minutes")
         if given.as_they_are:
             continue
         for everything in (False, True):

@@ -1,8 +1,9 @@
-"""The figure of docs/method.md, Soft errors: python -m benchmarks.soft_figure CLIP -o FILE.
+"""Draw the figure of docs/method.md, Soft errors: python -m benchmarks.soft_figure CLIP -o FILE.
 
-Errors of 10-40° low-passed at 10 Hz (as in F10) are put into a clip in which both joints of every
-chain twist on their own: what P and C do, what of P's twist goes with the sum of both, which
-no error touches, what departs from a bridge, and δ as it was found and as it was injected.
+Errors of 10-40° low-passed at 10 Hz (as in F10) are injected into a clip in which both joints of
+every chain twist independently. The figure shows the twist of P and C, the part of P's twist that
+follows the sum of both, which no error changes, the departures from a bridge, and δ as found and as
+injected.
 """
 
 from __future__ import annotations
@@ -27,11 +28,11 @@ from twistcore.synthesis import draw_errors, generator, inject, parse_protocol, 
 from twistcore.synthesis.protocol import chain_increments
 
 BEFORE, AFTER, SOFT = "#a65300", "#1668b3", "#556170"
-SPAN = 32  # frames of the departures that are drawn
+SPAN = 32  # length in frames of the drawn departures
 
 
 def draw(clip: Path, name: str, seed: int, output: Path) -> None:
-    """The figure of a chain."""
+    """Draw the figure of a chain."""
     motion = read_bvh(clip).motion
     motion = motion.sliced(1, motion.frames)
     protocol = replace(parse_protocol("H12+F10"), delta=(10.0, 40.0))
@@ -60,7 +61,7 @@ def draw(clip: Path, name: str, seed: int, output: Path) -> None:
     panels[0].plot(seconds, level_x, color=BEFORE, lw=1.4, label="P")
     panels[0].plot(seconds, level_y, color=AFTER, lw=1.4, label="C")
     with_sum = beta * (level_x + level_y)
-    label = f"what of P goes with P + C ({beta:.2f} of it)"
+    label = f"the part of P that follows P + C ({beta:.2f} of it)"
     panels[0].plot(seconds, with_sum, ":", color=SOFT, lw=1.4, label=label)
     panels[1].fill_between(
         at,
@@ -75,7 +76,7 @@ def draw(clip: Path, name: str, seed: int, output: Path) -> None:
     panels[2].plot(seconds, np.degrees(found), color=AFTER, lw=1.4, label="found")
     titles = (
         "twist so far of P and C, with the errors",
-        f"what departs from bridges over {n.span.length} frames, at their middle",
+        f"departures from bridges over {n.span.length} frames, at their middle",
         "δ",
     )
     with_titles(panels, titles)
@@ -88,7 +89,7 @@ def draw(clip: Path, name: str, seed: int, output: Path) -> None:
 
 
 def main() -> None:
-    """Draw it."""
+    """Draw the figure."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("clip", type=Path)
     parser.add_argument("--chain", default="LeftArm")

@@ -1,8 +1,10 @@
-"""From starting the program to its first picture: python -m benchmarks.start_up [--runs N].
+"""Measure the start of the program up to its first picture.
+
+    python -m benchmarks.start_up [--runs N]
 
 Starts a fresh interpreter N times, opens the sample in the real window and prints the median
 seconds until the window has been painted, and until the figure, tables and curves of the clip
-have been. A first run, in which files come from the disk, is told apart.
+have been. The first run, which reads files from the disk, is shown separately.
 """
 
 from __future__ import annotations

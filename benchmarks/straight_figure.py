@@ -1,8 +1,10 @@
-"""The figure of docs/method.md, Straight limbs: python -m benchmarks.straight_figure CLIP -o FILE.
+"""Draw the figure of docs/method.md, Straight limbs.
 
-An error of 35° is put into every spell in which a limb of the clip is straight, as solvers leave it
-there: what it does to the twist of P and C and to the side to which C's bone leaves P's, and
-what the detector makes of it.
+    python -m benchmarks.straight_figure CLIP -o FILE
+
+An error of 35°, typical of solvers, is injected into every spell in which a limb of the clip is
+straight. The figure shows its effect on the twist of P and C and on the azimuth of C's bone, and
+the corrected curves.
 """
 
 from __future__ import annotations
@@ -30,7 +32,7 @@ DELTA, ONSET = np.radians(35.0), 0.1  # radians; seconds
 
 
 def curves(motion, chain):
-    """X, Y and the azimuth of a chain, degrees, (frames,) each; the azimuth only where it tells."""
+    """Return the twists of P and C and the azimuth, degrees, (frames,) each; azimuth if defined."""
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     x, y = twist_increments(q_p, q_c, chain.axis)
     bend = bend_of(q_c, chain.axis, chain.arm, motion.fps)
@@ -38,7 +40,7 @@ def curves(motion, chain):
 
 
 def draw(clip: Path, name: str, output: Path) -> None:
-    """The figure of a chain."""
+    """Draw the figure of a chain."""
     motion = read_bvh(clip).motion
     motion = motion.sliced(1, motion.frames)
     chain = next(c for c in analyse(motion).chains if c.name == name)
@@ -78,7 +80,7 @@ def draw(clip: Path, name: str, output: Path) -> None:
 
 
 def with_titles(panels: Sequence[Any], titles: Sequence[str]) -> None:
-    """Titles and axes of panels one above the other, degrees over seconds."""
+    """Set titles and axes of stacked panels, degrees over seconds."""
     for panel, title in zip(panels, titles, strict=True):
         panel.set_title(title, fontsize=9, loc="left")
         panel.set_ylabel("degrees")
@@ -87,7 +89,7 @@ def with_titles(panels: Sequence[Any], titles: Sequence[str]) -> None:
 
 
 def main() -> None:
-    """Draw it."""
+    """Draw the figure."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("clip", type=Path)
     parser.add_argument("--chain", default="RightArm")

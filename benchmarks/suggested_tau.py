@@ -1,9 +1,9 @@
-"""Is the suggested τ a good one? python -m benchmarks.suggested_tau FOLDER [--seed N] [--seeds N].
+"""Test the suggested τ: python -m benchmarks.suggested_tau FOLDER [--seed N] [--seeds N].
 
 τ is suggested for every chain from each clip by itself, and from all clips of the folder together
 (a profile), with the seeds of `twistcore tune`. Errors of other seeds are then injected. The table
-has the FSR at the suggested τ beside that of the best fixed τ, the one that afterwards turns out
-to be best for all clips and chains; and the false alarms in all clips as they are, without errors.
+compares the FSR at the suggested τ with the FSR at the best fixed τ, which is found afterwards over
+all clips and chains, and shows the false alarms in all original clips.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from twistcore.tuning.injected_curve import PROTOCOLS
 class Tried:
     """A chain of a clip: its curve for tuning, and by protocol one with the seeds of the trial.
 
-    alarms: intervals applied in the clip as it is, by τ of the grid.
+    alarms: intervals applied in the original clip, by τ of the grid.
     """
 
     chain: str
@@ -43,7 +43,7 @@ class Tried:
 
 
 def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
-    """All chains of a clip."""
+    """Return the curves of all chains of a clip."""
     motion = read_bvh(path).motion
     tuning = clip_tuning(motion, path.name, method=method)
     as_is = analyse(motion).by(method)
@@ -57,11 +57,13 @@ def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
 
 
 def report(title: str, tried: Sequence[Tried], tau: Sequence[float]) -> None:
-    """Print a block: what the τ of each chain of each clip brings."""
+    """Print a block with the results of the τ of each chain of each clip."""
     place = [int(np.argmin(np.abs(t.curve.tau - x))) for t, x in zip(tried, tau, strict=True)]
     alarms = sum(int(t.alarms[k]) for t, k in zip(tried, place, strict=True))
     low, middle, high = np.degrees(np.percentile(tau, [0, 50, 100]))
-    print(f"\n{title}: τ {low:.2f}-{high:.2f}°, median {middle:.2f}°; {alarms} false alarms in all")
+    print(
+        f"\n{title}: τ {low:.2f}-{high:.2f}°, median {middle:.2f}°; {alarms} false alarms in total"
+    )
     for name, chosen in (*((p, (p,)) for p in PROTOCOLS), ("both", PROTOCOLS)):
         errors = sum(t.trials[p].errors for t in tried for p in chosen)
         own = sum(

@@ -1,9 +1,9 @@
-"""Clips switched in a hurry: python -m benchmarks.switched_clips [--times 400] [--seed 1].
+"""Switch clips in quick succession: python -m benchmarks.switched_clips [--times 400] [--seed 1].
 
 Another clip is opened before the last one is analysed, over and over, while the mouse holds
 borders, bodies and empty ground of the plots, rows are clicked, numbers and notes are typed, menus
 and palettes are answered, and actions of the table are triggered at random. Prints every exception
-and every warning of Qt's that was said, of which there should be none, and the memory at the end.
+and every warning of Qt, of which there should be none, and the memory at the end.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from tests.gui.waiting import wait
 ASSETS = Path(__file__).resolve().parent.parent / "assets"
 _CLIPS = ("walk_injected.bvh", "dance.bvh", "walk.bvh", "basketball.bvh")
 _WITH_ERRORS = ("walk.bvh", "dance.bvh")
-# What ends the program, asks for a file, needs a clip of its own or takes seconds.
+# Actions that end the program, ask for a file, need their own clip or take seconds.
 _LEFT_OUT = (
     "close", "full_screen", "open_dialog", "open_folder", "show_about", "go_to_frame",
     "save_session_as", "save_profile", "load_profile", "compare_profiles", "export_page",
@@ -55,7 +55,7 @@ _KEYS = (
 
 @dataclass
 class Hand:
-    """What is done at random; held: the plot in which the button is down."""
+    """Random actions; held: the plot in which the mouse button is down."""
 
     window: MainWindow
     rng: random.Random
@@ -63,7 +63,7 @@ class Hand:
     done: Counter[str] = field(default_factory=Counter)
 
     def step(self) -> None:
-        """Do one thing."""
+        """Do one random action."""
         things = (self.pull, self.pull, self.let_go, self.row, self.popup, self.card)
         thing = self.rng.choice((*things, *(self.action,) * 3))
         thing()
@@ -74,7 +74,7 @@ class Hand:
         return QPoint(x, y)
 
     def pull(self) -> None:
-        """Press at an interval's border or in it, or go on with what is held."""
+        """Press at an interval's border or inside it, or continue a drag."""
         window = self.window
         if self.held is not None:
             QTest.mouseMove(self.held, self._place(self.held))
@@ -94,7 +94,7 @@ class Hand:
         self.held = view
 
     def let_go(self) -> None:
-        """The button comes up."""
+        """Release the mouse button."""
         if self.held is not None:
             at = self._place(self.held)
             QTest.mouseRelease(self.held, _LEFT, Qt.KeyboardModifier.NoModifier, at)
@@ -107,7 +107,7 @@ class Hand:
         QTest.mouseClick(view, _LEFT, self.rng.choice(_KEYS), self._place(view))
 
     def popup(self) -> None:
-        """Press a key in what stands before the window, if anything does."""
+        """Press a key in a popup or dialog, if there is one."""
         box = QApplication.activePopupWidget() or QApplication.activeModalWidget()
         if box is not None:
             QTest.keyClick(box, self.rng.choice(_PRESSED))
@@ -128,7 +128,7 @@ class Hand:
 
 
 def switch(window: MainWindow, clips: list[Path], times: int, seed: int) -> Counter[str]:
-    """Open one clip after the other; what was done meanwhile."""
+    """Open one clip after the other; return the actions done meanwhile."""
     hand = Hand(window, random.Random(seed))
     sitting = Sitting(window, clips, hand.rng)
     sitting.open(clips[0])
@@ -150,7 +150,7 @@ def switch(window: MainWindow, clips: list[Path], times: int, seed: int) -> Coun
 
 
 def main() -> int:
-    """Print what was done, and what was said."""
+    """Print the actions and the reported problems."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--times", type=int, default=400)
     parser.add_argument("--seed", type=int, default=1)
@@ -178,7 +178,7 @@ def main() -> int:
     print(f"{chosen.times} switches, " + ", ".join(f"{n} × {what}" for what, n in done.items()))
     print(f"{full:.0f} MiB, of which {held.mib:.0f} are in use; {held.clips} clips alive")
     for text, n in Counter(said.wrong).most_common():
-        print(f"said {n} ×: {text}")
+        print(f"reported {n} ×: {text}")
     print(f"{len(said.wrong)} exceptions and warnings")
     return 1 if said.wrong else 0
 

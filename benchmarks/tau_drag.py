@@ -1,4 +1,4 @@
-"""How fast a dragged τ is followed: python -m benchmarks.tau_drag [--frames N]…
+"""Measure the response to a dragged τ: python -m benchmarks.tau_drag [--frames N]…
 
 Repeats the sample to 3,000, 10,000 and 100,000 frames, each round with three errors of its own,
 from 1° to 150°, so that every move of τ finds other intervals. Drags τ of that chain over 60
@@ -39,14 +39,14 @@ from twistcore.synthesis import InjectedError, inject
 
 SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk.bvh"
 CHAIN = "LeftForeArm"
-# Each once: an analysis remembers what it has solved, so a τ met again costs next to nothing.
+# Each once: an analysis caches its solutions, so a repeated τ costs almost nothing.
 TAUS = np.geomspace(0.5, 120.0, 60)
 
 
 def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
-    """The clip over and over, each round with other errors; its bytes stay those of one round.
+    """Repeat the clip, each round with other errors; the bytes remain those of one round.
 
-    It pretends to lie in `folder`: the journal of the drag goes there.
+    The clip's path is in `folder`, where the journal of the drag is written.
     """
     motion = clip.motion
     chains = find_chains(motion)
@@ -67,7 +67,7 @@ def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
 
 
 class _Painted(QObject):
-    """Notes which of the widgets have been painted since it was asked."""
+    """Record which widgets have been painted since `expect_all`."""
 
     def __init__(self, widgets: list[QWidget]) -> None:
         super().__init__()
@@ -77,11 +77,11 @@ class _Painted(QObject):
             widget.installEventFilter(self)
 
     def expect_all(self) -> None:
-        """From now on."""
+        """Start recording again."""
         self.waiting = set(self._widgets)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 — Qt's name
-        """Watch only."""
+        """Watch events without filtering them."""
         if event.type() == QEvent.Type.Paint:
             self.waiting.discard(watched)
         return False
@@ -90,7 +90,7 @@ class _Painted(QObject):
 def measure(
     app: QApplication, frames: int, folder: Path, *, tuning: bool = False
 ) -> tuple[np.ndarray, int]:
-    """Milliseconds of every step, (3, steps), and the most intervals there were.
+    """Return milliseconds of every step, (3, steps), and the largest number of intervals.
 
     Core; plots, table and strip on the screen; the 3D view too. tuning: with the tuning tab in
     front of the interval table, its two plots painted instead.
@@ -111,7 +111,7 @@ def measure(
     if tuning:
         window.actions_by_id["show_tuning"].trigger()
         watched = [window.tuning.curves.histogram.viewport(), window.tuning.curves.cost.viewport()]
-        # Of the one round that lies on the disk: what is drawn has as many points.
+        # Of the one round on the disk: the drawn curve has as many points.
         shutil.copy(SAMPLE, folder)
         longest_turn(app, lambda: len(window.tuning.costs.curves) == len(window.tuning.costs.names))
         wait(300)
@@ -128,7 +128,7 @@ def measure(
         begun = time.perf_counter()
         document.set_tau(tau, CHAIN, drag)
         for widget in watched:
-            widget.update()  # also where nothing in it has changed
+            widget.update()  # also if nothing in it has changed
         while painted.waiting:
             app.processEvents(QEventLoop.ProcessEventsFlag.AllEvents, 1)
         flat = time.perf_counter() - begun
@@ -144,10 +144,10 @@ def measure(
 
 
 def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, float, float, float]:
-    """How the tab's curve appears for a clip that has just been opened.
+    """Measure how the tab's curve appears for a newly opened clip.
 
-    Seconds until the selected chain's is drawn, and until all are known; the longest that the event
-    loop stood still meanwhile, and in as long a time before, milliseconds.
+    Returns seconds until the selected chain's curve is drawn, and until all are known; the longest
+    stall of the event loop meanwhile, and in an equal time before, milliseconds.
     """
     head, _, rows = SAMPLE.read_text().rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
@@ -169,14 +169,14 @@ def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, floa
     first = time.perf_counter() - begun
     stall = max(stall, longest_turn(app, lambda: len(costs.curves) == len(costs.names)))
     every = time.perf_counter() - begun
-    window.document.select_chain("RightLeg")  # what the same loop does when nothing is measured
+    window.document.select_chain("RightLeg")  # the same loop without measuring
     quiet = longest_turn(app, lambda: False, every)
     window.close()
     return first, every, stall, quiet
 
 
 def longest_turn(app: QApplication, ready: Callable[[], bool], seconds: float = 60.0) -> float:
-    """Turn the event loop until something is so; the longest turn, milliseconds."""
+    """Run the event loop until a condition holds; return the longest turn, milliseconds."""
     longest, end = 0.0, time.perf_counter() + seconds
     while not ready() and time.perf_counter() < end:
         begun = time.perf_counter()

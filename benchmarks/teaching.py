@@ -1,10 +1,10 @@
-"""What a frame costs with the teaching tab open: setting it, the 3D view with the gizmo, the tab.
+"""Measure a frame with the teaching tab open: setting it, the 3D view with the gizmo, the tab.
 
     python benchmarks/teaching.py [--clip CLIP] [--frames N] [--json]
 
-Process time, so that what else runs on the machine weighs little (a software renderer's threads
-count, too). The 3D view is 1280×411 as in scrub.py, the tab 545×640; the same frames in turns with
-the lesson on and off.
+Uses process time, so that other programs matter little (threads of a software renderer count too).
+The 3D view is 1280×411 as in scrub.py, the tab 545×640; the same frames in turns with the lesson on
+and off.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def repaint(widget: QWidget) -> None:
 
 
 def measure(clip: Path, frames: int) -> Figures:
-    """Medians in milliseconds."""
+    """Return medians in milliseconds."""
     document = Document()
     document.show_clip(analyse_file(clip))
     colours = Colours(DARK)
@@ -92,7 +92,7 @@ def measure(clip: Path, frames: int) -> Figures:
 
 
 def main() -> int:
-    """Print the table; exit 1 if the target is missed."""
+    """Print the table; return 1 if the target is missed."""
     _app = make_application()
 
     def is_good(figures: Figures) -> bool:

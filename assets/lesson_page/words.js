@@ -77,8 +77,8 @@ var Words = (function () {
 
   function applied(of) {
     const c = of.correction;
-    return tr("{share} of offset(t) = {whole} is removed: m was {before}, now {now}. C turns back "
-      + "equally (15), so its orientation stays (14).", {
+    return tr("{share} of offset(t) = {whole} is removed: m was {before}, and is now {now}. C turns "
+      + "back by the same angle (15), so its orientation does not change (14).", {
       share: share(c.applied), whole: tenths(c.whole),
       before: tenths(c.before.strength), now: tenths(of.frame.strength),
     });

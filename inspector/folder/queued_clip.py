@@ -19,7 +19,7 @@ _REASONS = {
     GONE: tr("no longer in the folder"),
     FAR_AWAY: tr("the clip is not on this computer; copy it to a disk and open the copy"),
     TOO_LARGE: tr("the clip needs more memory than a clip of its size should"),
-    NOT_BEGUN: tr("the analysis stopped before it began"),
+    NOT_BEGUN: tr("the analysis was stopped before it began"),
     TOO_SLOW: tr("the analysis took too long and was stopped"),
     KILLED: tr("the system ended the analysis, perhaps because memory ran out"),
 }

@@ -109,7 +109,11 @@ def open_for_student(path: Path, folder: Path) -> tuple[Analysed, ClassExercise]
     chains = {chain.name for chain in data.chains}
     for interval in exercise.listed:
         if interval.chain not in chains or interval.stop > data.motion.frames:
-            why = tr("expected only intervals of {clip}", clip=shown_words(exercise.clip))
+            why = tr(
+                "the exercise lists intervals that {clip} does not have. Choose the clip "
+                "that was written with the exercise.",
+                clip=shown_words(exercise.clip),
+            )
             raise FormatError(f"{path}: {why}")
     return data, exercise
 
@@ -145,10 +149,8 @@ def scored(files: Sequence[Path]) -> str:
         if one.sha256 != truth.sha256:
             raise ClipMismatchError(
                 tr(
-                    (
-                        "{file} and the key belong to different clips with the name {clip}. "
-                        "Choose an answer and a key of the same exercise."
-                    ),
+                    "{file} and the key belong to different clips with the name {clip}. "
+                    "Choose an answer and a key of the same exercise.",
                     file=path.name,
                     clip=shown_words(one.clip),
                 )

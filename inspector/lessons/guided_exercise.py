@@ -303,8 +303,8 @@ def score_text(result: ExerciseScore, first_frame: int) -> str:
     for title, rows in (
         (tr("Found"), result.hits),
         (tr("Missed"), result.misses),
-        (tr("Rejected although it is an error"), result.false_rejected),
-        (tr("Accepted although it is natural"), result.false_accepted),
+        (tr("Rejected, although it is an error"), result.false_rejected),
+        (tr("Accepted, although it is natural motion"), result.false_accepted),
     ):
         if rows:
             lines += [f"{title}:", ""]

@@ -63,10 +63,8 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
         raise ValueError(tr("either 'along' or 'counter': a child cannot do both"))
     if any(c.name == "twist" and c.amount > FARTHEST for c in conditions) and "counter" in names:
         text = tr(
-            (
-                "a 'twist' of at most {most:g} with 'counter', because at 180° the direction is "
-                "undefined"
-            ),
+            "a 'twist' of at most {most:g} with 'counter', because at 180° the direction is "
+            "undefined",
             most=FARTHEST,
         )
         raise ValueError(text)

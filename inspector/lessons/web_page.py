@@ -57,8 +57,8 @@ def page_text(lesson: LessonFile, largest: int = LARGEST) -> str:
         if len(encoded(text)) <= largest:
             return text
     why = tr(
-        "its page would have {size:.1f} MB, more than the limit of {most:.1f} MB. Use fewer pages, "
-        "or let several pages show the same frames.",
+        "its web page would take {size:.1f} MB, more than the limit of {most:.1f} MB. Use "
+        "fewer pages, or let several pages show the same frames.",
         size=len(encoded(text)) / 1e6,
         most=largest / 1e6,
     )

@@ -287,10 +287,8 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
     notes = [of_core(warning) for warning in chain.warnings]
     if stuck:
         note = tr(
-            (
-                "This chain cannot be corrected, because there are fewer than three rotation "
-                "channels at {joints}."
-            ),
+            "This chain cannot be corrected, because there are fewer than three rotation "
+            "channels at {joints}.",
             joints=_listed(stuck),
         )
         notes.append(note)
@@ -304,7 +302,7 @@ def _of_clip(document: Document, chain: Chain) -> _Shown:
         notes.append(note)
     if beside:
         note = tr(
-            "A correction moves {joints}, because these joints are not on the bone's axis.",
+            "A correction also moves {joints}, because these joints are not on the bone's axis.",
             joints=_listed(beside),
         )
         notes.append(note)

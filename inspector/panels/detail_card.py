@@ -57,8 +57,8 @@ _NEXT = tr("Press N to go to the next interval.")
 _OPEN = tr("Open a clip, then press N to go through its intervals.")
 _SMOOTH = tr("Smooth it in Quality → Track")
 _DOUBTED = {BODY_STEP_DOUBT, RESTLESS_DOUBT}  # which say why an interval is open
-_NOT_CORRECTED = tr("This is not corrected. Accept marks it as seen.")
-_OTHER_SIDE = tr("perhaps the frames around the interval are the wrong ones")
+_NOT_CORRECTED = tr("This is not corrected. Accept it to mark it as seen.")
+_OTHER_SIDE = tr("the frames around the interval may be wrong instead")
 
 
 class DetailCard(QWidget):
@@ -228,7 +228,7 @@ class DetailCard(QWidget):
         if kind == Kind.NOISE_BURST:
             self.to_quality.setText(_SMOOTH)
             self.to_quality.setToolTip(
-                tr("Open that page with the noisy joints selected. It tracks them in every frame.")
+                tr("Open this page with the noisy joints selected, to track them in every frame")
             )
         elif fault:
             self.to_quality.setText(tr("Show the joint in Quality"))
@@ -322,7 +322,10 @@ def explanation(
     interval = judged.interval
     evidence = interval.evidence or {}
     if not interval.kind.known:
-        return tr("A later version of the program found this. This version can only show it.")
+        return tr(
+            "A newer version of the program found this. This version can show it, but not "
+            "correct it."
+        )
     if judged.by_hand:
         parts = _lead(judged, chain, evidence), worse_line(measures), tr("Made by hand.")
         return " ".join(filter(None, parts))
@@ -382,8 +385,8 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
         )
     if isinstance(chain, Helper):
         return tr(
-            "{joint} is turned {angle}° too far about its bone for {frames}; the limb itself does "
-            "not turn.",
+            "{joint} is turned {angle}° too far about its bone for {frames}, but the limb "
+            "itself does not turn.",
             joint=chain.name,
             angle=angle,
             frames=frames,
@@ -476,7 +479,10 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
         )
         sentences.append(limit)
     sentences.append(
-        tr("This is not corrected. Insert makes an interval here; Accept marks it as seen.")
+        tr(
+            "This is not corrected. Press Insert to make an interval here, or accept it to "
+            "mark it as seen."
+        )
     )
     return " ".join(sentences)
 
@@ -484,7 +490,7 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
 def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
     """Return which joints jitter, by how much, and what the person can do."""
     noise = tr(
-        "Noise in {joints}: about {size}° in every frame. No body moves like that.",
+        "There is noise of about {size}° in every frame in {joints}. No body moves like that.",
         joints=", ".join(evidence.get("joints", (interval.joint,))),
         size=plain(np.degrees(interval.residual), 0),
     )
@@ -540,7 +546,7 @@ def _rare_side(side: float) -> str:
             "clip."
         )
     if side > _RARE:
-        return tr("In these frames, the joint is on its less common side in this clip.")
+        return tr("In these frames, the joint is on the side where it is less often in this clip.")
     return ""
 
 

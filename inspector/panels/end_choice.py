@@ -16,7 +16,7 @@ _WORDS = {  # by `carried`: the button's text and its tip
     ),
     True: (
         tr_as("the limb's end is", "turned along"),
-        tr("The flip turned the {end}, too: the correction turns it back (C)"),
+        tr("The flip also turned the {end}: the correction turns it back (C)"),
     ),
 }
 

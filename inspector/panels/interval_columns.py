@@ -53,13 +53,13 @@ COLUMNS = (
         "confidence",
         tr_as("short for confidence", "Conf."),
         tr("Confidence"),
-        tr("Confidence, from 0 to 1: how probable it is that this is an error"),
+        tr("Confidence, from 0 to 1: how likely it is that this is an error"),
         figures=True,
     ),
     Column(
         "end",
         tr_as("of a limb", "Foot/hand"),
-        tip=tr("Whether a flip turned the limb's foot or hand along or not"),
+        tip=tr("Whether a flip also turned the limb's foot or hand"),
     ),
     Column("kind", tr_as("of error", "Kind"), tip=tr("Kind of error")),
     Column(

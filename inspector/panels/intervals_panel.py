@@ -121,13 +121,13 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
         size = f"{plain(np.degrees(interval.residual))}°"
         parts.append(of_core(tip.format(joint=joint, size=size)))
     elif not interval.kind.known:
-        parts.append(tr("found by a later version; it is not corrected"))
+        parts.append(tr("found by a newer version of the program; it is not corrected"))
     elif abs(interval.residual) > 1e-9:
         left = signed(np.degrees(interval.residual), 2)
         parts.append(tr("{angle}° remain after the end", angle=left))
     if own != interval.confidence and own is not None:
         line = tr(
-            "confidence as learned from your decisions (the detector says {own:.2f})", own=own
+            "confidence as learned from your decisions (the detector's own is {own:.2f})", own=own
         )
         parts.append(line)
     if shared:

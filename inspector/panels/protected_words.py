@@ -27,7 +27,9 @@ _NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
 def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
     """Return a sentence about what the correction makes worse; '' if nothing gets worse."""
     worse = [of_core(m.doubt) for m in measures if m.worse]
-    return tr("The correction makes this worse: {what}.", what=", ".join(worse)) if worse else ""
+    return (
+        tr("The correction would make this worse: {what}.", what=", ".join(worse)) if worse else ""
+    )
 
 
 def table_of(measures: Sequence[ProtectedMeasure]) -> str:

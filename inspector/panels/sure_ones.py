@@ -35,7 +35,7 @@ class SureOnes(QDialog):
         self.ok = self.buttons.button(QDialogButtonBox.StandardButton.Ok)
         self.buttons.accepted.connect(self.accept)
         self.buttons.rejected.connect(self.reject)
-        label = tr("Accept undecided intervals with a confidence of at least")
+        label = tr("Accept undecided intervals with at least this confidence")
         self.confidence.setAccessibleName(label)
         row = hbox(label, self.confidence, None)
         vbox(row, self.count, self.buttons, owner=self)
@@ -59,7 +59,7 @@ class SureOnes(QDialog):
         ids = find(at_least) if intervals else ()
         also = find(at_least, include_open=True) if intervals else ()
         text = tr(
-            ("{count} of {total} undecided intervals have at least this confidence."),
+            "{count} of {total} undecided intervals have at least this confidence.",
             count=len(ids),
             total=undecided,
         )

@@ -73,7 +73,7 @@ MEASURES = (
     Measure(
         tr("Slide"),
         "%",
-        tr("Share of frames in which a foot on the ground slides by 0.5 m/s or more"),
+        tr("Share of frames in which a foot on the ground slides at 0.5 m/s or more"),
         tr("horizontal speed while on the ground"),
         "m/s",
         1,

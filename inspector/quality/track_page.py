@@ -74,7 +74,9 @@ class TrackPage(QWidget):
             tr("Gains from the neural networks at 25 Hz, for CMU's or SMPL's 24 joints only")
         )
         self.both_ways, self.causal = QRadioButton(tr("Both ways")), QRadioButton(tr("Causal"))
-        self.both_ways.setToolTip(tr("Track forwards and backwards over the whole clip: no lag"))
+        self.both_ways.setToolTip(
+            tr("Track forwards and backwards over the whole clip, without lag")
+        )
         for pair in ((self.hand, self.learned), (self.both_ways, self.causal)):
             group = QButtonGroup(self)
             for button in pair:
@@ -117,7 +119,7 @@ class TrackPage(QWidget):
         self.gain_words, self.part_words = Caption(), Caption()
         self.gains, self.parts = TracePlot(self._colours, " %"), TracePlot(self._colours)
         for plot, name in (
-            (self.gains, tr("Gains κP, κD and κA over time, in per cent of 1000, 30 and 1000")),
+            (self.gains, tr("Gains κP, κD and κA over time, as percentages of 1000, 30 and 1000")),
             (self.parts, tr("Parts of the tracker's acceleration over time, in rad/s²")),
         ):
             plot.setAccessibleName(name)
@@ -201,7 +203,7 @@ class TrackPage(QWidget):
         self._show_usual(Gains.by_hand(dt, causal=self.causal.isChecked()))
         self.causal.setToolTip(
             tr(
-                "Track frame by frame, without looking ahead. With the default gains {response}",
+                "Track frame by frame, without looking ahead. With the default gains, {response}",
                 response=of_core(_causal_words(dt)),
             )
         )

@@ -23,8 +23,8 @@ _FORMATS = {
     ".mp4": tr("Film, MP4"),
     ".gif": tr("Film, GIF"),
     ".png": tr("Picture, PNG"),
-    ".svg": tr("Picture, SVG (lines and letters)"),
-    ".pdf": tr("Picture, PDF (lines and letters)"),
+    ".svg": tr("Picture, SVG (vector graphics)"),
+    ".pdf": tr("Picture, PDF (vector graphics)"),
 }
 _SIZES = ((1280, 720), (1920, 1080), (960, 540))
 _SPEEDS = {
@@ -35,7 +35,7 @@ _SPEEDS = {
 }
 _AROUND_S = 0.5
 _SWEEP = tr("This frame, with a moving slider")
-_NEEDS_CHAIN = tr("Select a chain: a whole limb has no equations")
+_NEEDS_CHAIN = tr("Select a chain, because a whole limb has no equations")
 
 
 class RecordDialog(WriteDialog):

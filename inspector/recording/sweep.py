@@ -31,7 +31,7 @@ SWEPT = {
     "bend": Swept(tr("Bend"), "°", 0.0, 180.0),
     "nudge": Swept(tr("Nudge"), "°", -3.0, 3.0, 1),
     "applied": Swept(tr("Apply: share of the offset removed"), "%", 0.0, 100.0),
-    "stage": Swept(tr("Stages: a, swing, then twist"), "", 0.0, 2.0, 1),
+    "stage": Swept(tr("Show the stages: a, swing, then twist"), "", 0.0, 2.0, 1),
 }
 
 

@@ -30,7 +30,7 @@ class SweepRows(QObject):
         self.and_back.setChecked(True)
         self.first.setAccessibleName(tr("From"))
         self.last.setAccessibleName(tr("To"))
-        self.seconds.setAccessibleName(tr("Seconds each way"))
+        self.seconds.setAccessibleName(tr("Seconds for each direction"))
         start, end, within = tr_as("slider", "from"), tr_as("slider", "to"), tr_as("slider", "in")
         ends = start, self.first, end, self.last, within, self.seconds
         self._ends = hbox(*ends, self.and_back, None, spacing=6)

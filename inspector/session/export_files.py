@@ -276,9 +276,13 @@ def _moved(change: Difference) -> str:
         count = len(change.moved)
         names = tr("{count} joints by up to {percent:.1f} %", count=count, percent=most)
     if still:
-        return tr("Moved, relative to the height: {names}. No other joint moved.", names=names)
+        return tr(
+            "These joints moved (relative to the height): {names}. No other joint moved.",
+            names=names,
+        )
     return tr(
-        "Moved, relative to the height: {names}. No other joint moved by more than {rest:.0e}.",
+        "These joints moved (relative to the height): {names}. No other joint moved by "
+        "more than {rest:.0e}.",
         names=names,
         rest=rest,
     )
@@ -297,6 +301,7 @@ def uncorrected_warning(document: Document) -> str:
     if not stuck:
         return ""
     return tr(
-        "These chains were not corrected, because joints lack rotation channels: {chains}.",
+        "These chains were not corrected, because some of their joints lack rotation "
+        "channels: {chains}.",
         chains=stuck,
     )

@@ -40,7 +40,7 @@ def another_used(analysis: ClipAnalysis, method: str) -> str:
     """Return the message about a clip that another detector searched instead."""
     if why := analysis.failure(method):
         return tr(
-            "{clip} was searched with the default detector and its automatic τ: {why}.",
+            "The default detector was used for {clip}, with its automatic τ: {why}.",
             clip=analysis.name,
             why=of_core(why),
         )

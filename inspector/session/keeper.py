@@ -275,9 +275,13 @@ class Keeper(QObject):
             self.read_only = not self.lock.take_over()
         except OSError as error:
             name, why = self.lock.path.name, of_core(str(error.strerror))
-            return tr("The lock {name} cannot be taken over ({why}).", name=name, why=why)
+            return tr(
+                "The lock {name} could not be taken from the other window ({why}).",
+                name=name,
+                why=why,
+            )
         if self.read_only:
-            return tr("Another window has taken the lock again: {holder}.", holder=self.lock.holder)
+            return tr("Another window has the lock again: {holder}.", holder=self.lock.holder)
         self._robbed = self._kept.clip.path
         return ""
 

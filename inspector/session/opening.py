@@ -154,7 +154,7 @@ def analyse_file(path: Path, profile: Profile | None = None, tell: Tell = nobody
     try:
         kept, sha256 = read_session_file(session)
     except TwistError as error:
-        why = tr("{error}: the review in it is not shown.", error=of_core(str(error)))
+        why = tr("{error}: its review is not shown.", error=of_core(str(error)))
         if isinstance(error, FormatError):
             why = set_aside(session, str(error))
         found, notes = _read(path, profile, tell), [*notes, why]
@@ -273,8 +273,8 @@ def of_later_kinds(state: ReviewState) -> str:
     if not kinds:
         return ""
     return tr(
-        "{n} of the intervals are of kinds that only a newer version of the program knows "
-        "({kinds}). They are shown and kept as they are.",
+        "{n} of the intervals are of kinds that only a newer version of the program supports "
+        "({kinds}). They are shown and kept unchanged.",
         n=len(kinds),
         kinds=", ".join(sorted(set(kinds))),
     )
@@ -354,7 +354,7 @@ def opening_notes(
     stuck = [of_core(c.label) for c in every if uncorrectable_joints(motion, c, carried=True)]
     if stuck:
         message = tr(
-            "{chains}: shown but not corrected, because joints lack rotation channels.",
+            "{chains}: shown but not corrected, because some joints lack rotation channels.",
             chains=", ".join(stuck),
         )
         notices.append(message)
@@ -388,7 +388,7 @@ def what_changed(clip: Clip, then: Stamp | None, now: Stamp | None) -> str:
     if now == then:
         return ""
     if now is None:
-        return tr("{clip} was moved or deleted. The open clip stays as it is.", clip=clip.name)
+        return tr("{clip} was moved or deleted. The open clip does not change.", clip=clip.name)
     try:
         same = file_mark(clip.path) == clip.sha256
     except OSError as error:

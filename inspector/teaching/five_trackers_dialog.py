@@ -120,9 +120,9 @@ class FiveTrackers(QWidget):
         self.speed.setText(speed)
         self.words.set_text(
             tr(
-                "One joint turns about one axis at 25 Hz, and five trackers follow it with the "
-                "same gains (κP 600, κD 15). The plots show their distance from the input (√ "
-                "scale)."
+                "One joint turns about one axis at 25 Hz, and five trackers follow it with "
+                "the same gains (κP 600, κD 15). The plots show how far they are from the "
+                "input (on a √ scale)."
             )
         )
         self.go_to(self.frame)

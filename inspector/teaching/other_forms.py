@@ -167,7 +167,7 @@ class OtherForms(QWidget):
             before.setText(f"{file}: {joints[letter]}")
             found = self._channels(joint)
             if found is None:
-                self.values[key].setText(tr("no three Euler angles in the file"))
+                self.values[key].setText(tr("the file does not have three Euler angles"))
                 continue
             turned = zip(found.order, found.angles, strict=True)
             self.values[key].setText("  ".join(f"{axis} {degree_text(x)}" for axis, x in turned))

@@ -31,7 +31,7 @@ class StagePlayer(QWidget):
         super().__init__()
         self._taught = taught
         self._at: float | None = None  # the stage that this player has set
-        self.play = tool_button(_PLAY, tr("Play: first the swing, then the twist"))
+        self.play = tool_button(_PLAY, tr("Play the swing first, then the twist"))
         self.play.setAccessibleName(self.play.toolTip())
         self.slider = QSlider(Qt.Orientation.Horizontal)
         self.slider.setRange(0, round(_END * _STEPS))

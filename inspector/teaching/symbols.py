@@ -62,7 +62,7 @@ SYMBOLS = {
     "m": Symbol(
         "m",
         "error",
-        tr("the smaller of both changes if they have opposite signs"),
+        tr("the smaller of the two changes, if their signs are opposite"),
         (("strength", "m"),),
     ),
     "err": Symbol(

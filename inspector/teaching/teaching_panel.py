@@ -108,7 +108,11 @@ class TeachingPanel(QWidget):
         chain, document = self._taught.chain, self._taught.document
         if chain is None:
             limb = selected_limb(document)
-            whole = tr("{limb}: select a chain", limb=limb.label) if limb is not None else _EMPTY
+            whole = (
+                tr("{limb} is a limb: select a chain", limb=limb.label)
+                if limb is not None
+                else _EMPTY
+            )
             self.title.setText(as_rich(whole))
             return
         frame = document.frame + document.first_frame

@@ -113,13 +113,13 @@ def _applied(numbers: FrameNumbers) -> str:
     }
     if numbers.own:
         return tr(
-            "{share} of the interval’s {whole} is removed: m was {before}, now {now}. C turns "
-            "back equally (15), so its orientation stays (14).",
+            "{share} of the interval’s {whole} is removed: m was {before}, and is now {now}. "
+            "C turns back by the same angle (15), so its orientation does not change (14).",
             **fields,
         )
     return tr(
-        "{share} of offset(t) = {whole} is removed: m was {before}, now {now}. C turns back "
-        "equally (15), so its orientation stays (14).",
+        "{share} of offset(t) = {whole} is removed: m was {before}, and is now {now}. C "
+        "turns back by the same angle (15), so its orientation does not change (14).",
         **fields,
     )
 

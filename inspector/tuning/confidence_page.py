@@ -20,8 +20,8 @@ from twistcore.tuning.learned_confidence import ENOUGH
 from twistcore.tuning.learned_profile import LearnedProfile
 
 _NOTHING = tr(
-    "Nothing is learned yet. The confidence is learned from your verdicts in this clip and in "
-    "the sessions of its folder. Decide on at least {n} listed intervals.",
+    "Nothing has been learned yet. The confidence is learned from your verdicts in this clip "
+    "and in the sessions of its folder. Decide on at least {n} listed intervals.",
     n=ENOUGH,
 )
 

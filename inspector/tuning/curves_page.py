@@ -151,7 +151,7 @@ class CurvesPage(QWidget):
         square = inked("■", theme.before)
         frames = int(self._counted.sum())
         what = tr("Frames by jump of the limb") if limb else tr("Frames by strength")
-        reached = tr("{square} {reach} of {n} reach τ", square=square, reach=reach, n=frames)
+        reached = tr("{square} {reach} of {n} frames reach τ", square=square, reach=reach, n=frames)
         words = [f"{what}  {reached}"]
         if not (limb or info.is_m):
             words.append(_inked(tr("■ the paper's m(t)"), theme.soft))

@@ -37,15 +37,15 @@ class SuggestionPage(QWidget):
         self._document, self._costs, self._wishes = document, costs, wishes
         self.points = QDoubleSpinBox(decimals=1, maximum=100.0, suffix=tr(" points of FSR"))
         self.points.setToolTip(
-            tr("The cost of one false alarm per clip, or per minute of a longer clip")
+            tr("The cost of one false alarm per clip, or per minute if the clip is longer")
         )
         self.smallest = QDoubleSpinBox(decimals=1, minimum=0.1, maximum=180.0, suffix="°")
         self.smallest.setToolTip(tr("Smaller injected errors do not count for the suggestion"))
         self.draws = QSpinBox(minimum=1, maximum=MOST_DRAWS)
         self.draws.setToolTip(
             tr(
-                "How often errors are injected into each chain. More draws take longer and narrow "
-                "the band."
+                "How often errors are injected into each chain. More draws take longer, but "
+                "give a narrower confidence interval."
             )
         )
         form = QFormLayout(labelAlignment=Qt.AlignmentFlag.AlignLeft)
@@ -55,7 +55,7 @@ class SuggestionPage(QWidget):
         boxes: tuple[tuple[str, QAbstractSpinBox], ...] = (
             (tr("Cost of a false alarm"), self.points),
             (tr("Smallest error to find"), self.smallest),
-            (tr("Draws of errors"), self.draws),
+            (tr("Draws of injected errors"), self.draws),
         )
         for words, box in boxes:
             box.setKeyboardTracking(False)

@@ -20,7 +20,7 @@ from twistcore.review import Decision, Judged, ReviewState
 from twistcore.skeleton.chain import uncorrectable_joints
 from twistcore.skeleton.helper import Helper
 from twistcore.tuning import TauCurve
-from twistcore.tuning.verdicts_of import is_verdict, said_in
+from twistcore.tuning.verdicts_of import is_verdict, verdicts_in
 
 _POLL_MS = 30
 _REMEMBERED = 12  # cached results, per clip and set of verdicts
@@ -206,7 +206,7 @@ class Costs(QObject):
             path=data.clip.path,
             sha256=data.clip.sha256,
             method=method,
-            verdicts=said_in(state),
+            verdicts=verdicts_in(state),
             wanted=tuple(left),
             rig=state.rig,
             left_out=state.left_out,

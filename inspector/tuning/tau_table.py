@@ -87,7 +87,11 @@ class ComparisonModel(RowModel[_Line]):
             notes.append(
                 f"{name}: {by}"
                 if column.profile.method
-                else tr("{name}: no detector given, costs with {by}", name=name, by=by)
+                else tr(
+                    "{name} does not name a detector; its costs are measured with {by}",
+                    name=name,
+                    by=by,
+                )
             )
         return " · ".join(notes)
 

@@ -56,7 +56,8 @@ class TuningActions:
         known = [n for n in profile.tau if n in chains]
         if not known:
             message = tr(
-                "Nothing was changed, because {name} names no chain of this clip.", name=name
+                "Nothing was changed, because this clip has none of the chains in {name}.",
+                name=name,
             )
             self.bar.show_message(message, True)
             return

@@ -22,9 +22,9 @@ from twistcore.tuning.verdict_curve import ENOUGH_ERRORS, Suggestion, verdict_sc
 
 NARROW = 420  # page width in pixels
 _NOTHING = tr(
-    "Nothing is decided yet. Accept (A) or reject (R) intervals in the list. After "
-    "{n} accepted intervals in this clip and in the sessions of its folder, your "
-    "verdicts suggest a τ.",
+    "Nothing has been decided yet. Accept (A) or reject (R) intervals in the list. After {n} "
+    "accepted intervals in this clip and in the sessions of its folder, your verdicts "
+    "suggest a τ.",
     n=ENOUGH_ERRORS,
 )
 
@@ -43,7 +43,7 @@ class ScopeModel(RowModel[ScopeLine]):
 
     heads = (tr("Verdicts of"), "✓", "✗", tr("Precision"), tr("Recall"), "τ")
     head_tips = (
-        tr("The group of verdicts. A chain counts in all clips of this rig."),
+        tr("The group of verdicts. A chain is counted in all clips of this rig."),
         tr("Accepted intervals: errors"),
         tr("Rejected intervals: natural motion"),
         tr("The share of intervals found at the current τ that you accepted"),
@@ -273,7 +273,7 @@ class VerdictPage(QWidget):
         ]
         if self.width() >= NARROW:
             seen = math.degrees(scope.curve.reviewed)
-            legend.append(inked(tr("╌ listed from {tau:.2f}°", tau=seen), theme.soft))
+            legend.append(inked(tr("╌ intervals are listed from {tau:.2f}°", tau=seen), theme.soft))
         if suggestion is not None:
             ends = f"{math.degrees(suggestion.low):.2f}–{math.degrees(suggestion.high):.2f}°"
             legend.append(inked(f"▼ {math.degrees(suggestion.tau):.2f}° ({ends})", theme.accepted))

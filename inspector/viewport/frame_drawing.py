@@ -29,7 +29,7 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.rotation import Array
 
-_NO_CIRCLE = tr("straight or folded, so no swivel angle")
+_NO_CIRCLE = tr("the limb is straight or folded, so it has no swivel angle")
 
 
 class Guest(Protocol):

@@ -131,7 +131,7 @@ def legend_text(
 def trails_text(apart: float) -> str:
     """Return rich text about the distance of hands and feet before and after, in figure heights."""
     same = "&lt; 0.001 %" if apart < 1e-5 else f"{100.0 * apart:.3f} %"
-    return "<br>" + tr("hands and feet: {share} of the height apart", share=same)
+    return "<br>" + tr("hands and feet differ by {share} of the height", share=same)
 
 
 class OffsetScale(QWidget):

@@ -115,7 +115,7 @@ class ChainActions:
             self._change(
                 AS_FOUND,
                 tr("Restore detected chains"),
-                tr("The chains are already the detected ones."),
+                tr("The detected chains are already in use."),
             )
 
     def use_rig(self) -> None:
@@ -128,7 +128,7 @@ class ChainActions:
             nothing = tr("No rig profile is saved for this skeleton.")
             self.bar.show_message(trouble or nothing, bool(trouble))
         else:
-            already = tr("The chains are already those of the rig profile.")
+            already = tr("The rig profile's chains are already in use.")
             self._change(rig, tr("Use the rig profile"), already)
 
     def _change(self, rig: Rig, what: str, already: str) -> None:
@@ -160,7 +160,7 @@ class ChainActions:
         except OSError as error:
             place = rig_path(data.motion.skeleton)
             message = tr(
-                "The rig profile {file} could not be written: {why}.",
+                "The rig profile {file} could not be written ({why}).",
                 file=place,
                 why=of_core(error.strerror),
             )

@@ -147,7 +147,7 @@ class ExportDialog(WriteDialog):
             tr("written by this program"),
         )
         lines = [f"{path.name} ({whose[ours]})" for path, ours in there.items()]
-        self.replaces.setText("\n".join(lines) or tr("no file: all files are new"))
+        self.replaces.setText("\n".join(lines) or tr("none, because all files are new"))
         self.replace.setVisible(bool(foreign))
         self._check_obstacles()
         then, self._then = self._then, lambda: None
@@ -195,8 +195,8 @@ def _undecided_text(sure: int, repairable: int, total: int) -> str:
         )
     if repairable < total:
         return plural(
-            "Also correct {sure} of {n} undecided interval: those that can be corrected",
-            "Also correct {sure} of {n} undecided intervals: those that can be corrected",
+            "Also correct {sure} of {n} undecided interval: the ones that can be corrected",
+            "Also correct {sure} of {n} undecided intervals: the ones that can be corrected",
             total,
             sure=sure,
         )

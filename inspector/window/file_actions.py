@@ -129,10 +129,8 @@ class FileActions(Saving):
             return
         if not self.queue.clips:
             text = tr(
-                (
-                    "{folder}: there are no clips in this folder yet. New clips will appear in "
-                    "the list."
-                ),
+                "{folder}: there are no clips in this folder yet. New clips will appear in "
+                "the list.",
                 folder=folder,
             )
         else:

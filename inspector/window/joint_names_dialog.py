@@ -225,7 +225,7 @@ class JointNamesDialog(QDialog):
             chains = [c for c in rig.chains(data.motion) if not isinstance(c, Limb)]
         except TwistError as error:  # added chains that no longer fit
             self._rig = None
-            self.status.setText(tr("These names do not work: {why}.", why=of_core(str(error))))
+            self.status.setText(tr("These names cannot be used: {why}.", why=of_core(str(error))))
         else:
             self._rig = rig
             body = rig.body(data.motion)

@@ -31,7 +31,7 @@ from inspector.window.actions import Menus, key_text, rows
 _AUTOSAVE = Tick(
     "autosave",
     tr("Save sessions automatically"),
-    tr("Save a minute after the last step, and when another clip is opened"),
+    tr("Save one minute after the last step, and when another clip is opened"),
 )
 _FRAME = 60  # pixels for the title bar and a margin at the screen's edges
 

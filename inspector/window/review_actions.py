@@ -311,7 +311,7 @@ class ReviewActions:
         """
         document = self.document
         if (data := document.data) is None:
-            self.bar.show_message(tr("Nothing suspicious down to half of τ."), False)
+            self.bar.show_message(tr("There is nothing suspicious down to half of τ."), False)
             return
         if data.blind:
             self.bar.show_message(BLIND, False)
@@ -322,7 +322,7 @@ class ReviewActions:
         faint = faint_intervals(data.analysis, document.review.state)
         found: list[Interval | Reason] = [*faint, *(r for r in past if r.suspicious)]
         if not found:
-            text = tr("Nothing suspicious down to half of τ.") + _count_explained(past)
+            text = tr("There is nothing suspicious down to half of τ.") + _count_explained(past)
             self.bar.show_message(text, False)
             return
         order = [c.name for c in data.chains_and_limbs]
@@ -345,8 +345,8 @@ class ReviewActions:
         label = self.document.find_chain(moment.chain).label
         first = moment.start + self.document.first_frame
         return tr(
-            "{chain}: {delta}° for {frames} frames from frame {first} on, below τ. "
-            "Insert makes it an interval.",
+            "{chain}: {delta}° for {frames} frames from frame {first}, below τ. Press Insert "
+            "to make it an interval.",
             chain=label,
             frames=moment.frames,
             first=first,
@@ -398,7 +398,7 @@ def _count_explained(past: Sequence[Reason]) -> str:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
     each = tr("at {n} only one joint turns", n=alone)
-    rest = tr("{n} belong to other errors or cuts", n=len(past) - alone)
+    rest = tr("{n} belong to other errors or to cuts", n=len(past) - alone)
     if 0 < alone < len(past):
         reasons = tr("{some} and {others}", some=each, others=rest)
     else:

@@ -256,7 +256,8 @@ def test_export_and_session_are_those_of_the_command_line(qtbot, opened, kick, t
     export(opened, ExportChoice(out))
     told = opened.bar.label.text()
     assert (
-        "Moved, relative to the height: RightLeg by up to 20.5 % and RightToeBase by up to" in told
+        "joints moved (relative to the height): RightLeg by up to 20.5 % and RightToeBase by up to"
+        in told
     )
     assert "No other joint moved. Every other byte" in told
     assert main(["apply", str(session_path(kick)), str(kick), "-o", str(tmp_path / "a.bvh")]) == 0

@@ -101,7 +101,7 @@ def test_the_curves_are_those_of_the_core(window, tuning):
     )
     assert round(drawn.sum()) == (strength >= 0.5).sum()
     assert (
-        f"{(strength >= np.radians(1.5)).sum()} of 344 reach τ"
+        f"{(strength >= np.radians(1.5)).sum()} of 344 frames reach τ"
         in tuning.curves.strength_words.text()
     )
 

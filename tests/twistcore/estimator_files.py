@@ -169,17 +169,17 @@ def _npz(path, **arrays):
     return path.with_suffix(".npz")
 
 
-# The writer, the person to ask for, whether the file has a rate, and what is said of it.
+# The writer, the person to ask for, whether the file has a rate, and its note.
 LAYOUTS = {
-    "amass": (amass, None, True, "z is taken as up"),
-    "amass, SMPL-X": (amass_smplx, None, True, "z is taken as up"),
-    "SMPL-X": (smplx, None, False, "as the figure stands"),
-    "matrices": (matrices, None, False, "depth is not measured"),
-    "all matrices": (all_matrices, None, True, "z is taken as up"),
-    "world and camera": (world_and_camera, "0", False, "y is taken as up, as this layout"),
-    "lists by frame": (lists_by_frame, None, False, "depth is not measured"),
-    "rows": (rows, "1", False, "-y is taken as up, as this layout"),
-    "person axis": (person_axis, "1", False, "-y is taken as up, as the figure stands"),
-    "one array": (one_array, None, False, "-y is taken as up, as this layout"),
-    "dicts of world and camera": (camera_and_world_dicts, None, False, "y is taken as up, as this"),
+    "amass": (amass, None, True, "z axis is taken as up"),
+    "amass, SMPL-X": (amass_smplx, None, True, "z axis is taken as up"),
+    "SMPL-X": (smplx, None, False, "the figure is then upright"),
+    "matrices": (matrices, None, False, "depth was not measured"),
+    "all matrices": (all_matrices, None, True, "z axis is taken as up"),
+    "world and camera": (world_and_camera, "0", False, "y axis is taken as up (the axis of this"),
+    "lists by frame": (lists_by_frame, None, False, "depth was not measured"),
+    "rows": (rows, "1", False, "-y axis is taken as up (the axis of this"),
+    "person axis": (person_axis, "1", False, "-y axis is taken as up (the figure is then"),
+    "one array": (one_array, None, False, "-y axis is taken as up (the axis of this"),
+    "dicts of world and camera": (camera_and_world_dicts, None, False, "y axis is taken as up"),
 }

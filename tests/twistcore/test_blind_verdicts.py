@@ -64,7 +64,7 @@ def test_judges_see_numbers_and_the_key_tells_the_rest(sheets, capsys, tmp_path)
     out = tmp_path / "verdicts.csv"
     capsys.readouterr()
     assert main([str(sheets), "--csv", str(out), "--figure", str(tmp_path / "r.png")]) == 0
-    assert "4 judged by both, 3 alike" in capsys.readouterr().out
+    assert "4 judged by both, 3 equal" in capsys.readouterr().out
     with out.open(newline="") as file:
         rows = list(csv.DictReader(file))
     assert [r["verdict"] for r in rows] == [E, D, A, D]

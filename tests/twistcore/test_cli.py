@@ -258,7 +258,7 @@ def test_a_limb_without_channels_is_shown_and_not_corrected(capsys, monkeypatch,
     words = ["refine", path, "-o", tmp_path / "o.bvh", "--kinds", "limb-flip"]
     code, told, err = run(capsys, *words)
     assert (code, "1 of 2 intervals" in told) == (1, True)
-    assert names_in_one_line(err, "RightUpLeg-RightFoot ", " RightFoot ")
+    assert names_in_one_line(err, "RightUpLeg-RightFoot ", " RightFoot")
     difference = run_json(capsys, "diff", path, tmp_path / "o.bvh")[1]
     assert {joint["joint"] for joint in difference["joints"]} == {"LeftUpLeg"}
     limbs = {limb["limb"]: limb for limb in run_json(capsys, "info", path)[1]["limbs"]}

@@ -104,7 +104,7 @@ def test_chains_that_nobody_has_judged_are_none_without_an_alarm(analysis):
     first, state = half_judged(analysis)
     told = judged_clip(analysis, state)
     assert told.reviewed.keys() == {first}
-    assert told.looked_at == 1.0
+    assert told.reviewed_chains == 1.0
     done = judged_clip(analysis, judged_state(analysis, lambda _: Decision.REJECTED))
     assert done.reviewed.keys() == {c.name for c in analysis.chains}  # in these nothing was listed
 

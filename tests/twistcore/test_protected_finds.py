@@ -48,9 +48,13 @@ def test_what_was_said_before_is_still_said_and_nothing_twice(walk):
     knee = find("LeftUpLeg", 12.0, 235, 239, explain=lambda: {"gain": 3.0, "doubts": ["so what"]})
     told = walk.protected(knee).evidence
     assert told["gain"] == 3.0
-    assert told["doubts"] == ["the knee would leave its hinge by 12°", "so what"]
-    again = replace(knee, explain=lambda: {"doubts": ["the knee would leave its hinge by 12°"]})
-    assert walk.protected(again).evidence["doubts"] == ["the knee would leave its hinge by 12°"]
+    assert told["doubts"] == ["the knee would bend 12° away from its hinge plane", "so what"]
+    again = replace(
+        knee, explain=lambda: {"doubts": ["the knee would bend 12° away from its hinge plane"]}
+    )
+    assert walk.protected(again).evidence["doubts"] == [
+        "the knee would bend 12° away from its hinge plane"
+    ]
 
 
 def test_what_makes_nothing_worse_and_what_is_not_automatic_is_the_same_find(walk):

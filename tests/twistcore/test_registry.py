@@ -310,12 +310,12 @@ def error(*_):
     ("spoilt", "fact"),
     [
         ({"found": error}, "failed on LeftShoulder (ValueError: of its own in two lines)"),
-        ({"analysis": object()}, "expected a method automatic_tau"),
+        ({"analysis": object()}, "expected an analysis with a method automatic_tau"),
         ({"tau": 0.0}, "on LeftShoulder: expected an automatic τ above 0 and up to π, found 0"),
         ({"tau": float("nan")}, "expected an automatic τ above 0"),
         ({"tau": "much"}, "failed on LeftShoulder (ValueError"),
-        ({"strength": np.zeros(3)}, "numbers as the strength, found (3,)"),
-        ({"strength": None}, "numbers as the strength, found ()"),
+        ({"strength": np.zeros(3)}, "numbers for the strength, found (3,)"),
+        ({"strength": None}, "numbers for the strength, found ()"),
         ({"found": lambda *_: [1]}, "expected intervals, found 1"),
         ({"found": lambda *_: None}, "failed on LeftShoulder (TypeError"),
         (
@@ -410,7 +410,7 @@ def test_a_detector_that_fails_is_used_again_once_it_is_another():
         with pytest.raises(TwistError):
             one.by("plain")
         assert one.usable("plain") == "consistency"
-        assert "numbers as the strength" in one.failure("plain")
+        assert "numbers for the strength" in one.failure("plain")
         other = one.with_rig(Rig((), ("RightArm",)))
         assert other.usable("plain") == "consistency"
     DETECTORS.register(Plain())

@@ -246,7 +246,7 @@ def test_it_is_said_what_was_held_out():
     for clips in (4, 1):
         some = folder(rng.uniform(9, 90, 40), [], clips)
         some[0] = replace(some[0], verdicts=(*some[0].verdicts, *natural))
-        sentences.append(learned_profile(some, common_tau(some)).told_of_confidence())
+        sentences.append(learned_profile(some, common_tau(some)).confidence_sentence())
     assert sentences[0] != sentences[1]
 
 

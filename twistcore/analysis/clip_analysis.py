@@ -24,14 +24,12 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, I
 from twistcore.detection.capture_faults import at_body_step, outside_chains
 from twistcore.detection.carried_rolls import (
     CarriedRolls,
+    RollsOfChains,
     analyse_carried_rolls,
-    is_carried,
-    may_carry,
 )
 from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
-from twistcore.detection.evidence import Witnesses
 from twistcore.detection.finding import KindSearch, found_by
 from twistcore.detection.frozen_frames import frozen_sentence
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
@@ -135,7 +133,7 @@ class ClipAnalysis:
         self._known: dict[str, tuple[Interval, ...]] = {}
         self._refiners: dict[str, Callable[[int, int], Motion] | None] = {}
         self._carried: dict[str, CarriedRolls] = {}  # by detector
-        self._witnesses: dict[str, Witnesses] = {}  # by chain, of the clip as captured
+        self._rolls = RollsOfChains(motion)
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
         self._sure: dict[str, tuple[Interval, ...]] = {}
@@ -391,13 +389,8 @@ class ClipAnalysis:
         return self._shown[kind, by]
 
     def carried_along(self, twist: Interval) -> bool:
-        """Whether C rolled along in what a detector takes for a counter-twist."""
-        chain = self.chain(twist.chain)
-        if not may_carry(chain):
-            return False
-        if chain.name not in self._witnesses:
-            self._witnesses[chain.name] = Witnesses.of(self.motion, chain)
-        return is_carried(self._witnesses[chain.name], twist)
+        """True if C rolled along in an interval that a detector takes for a counter-twist."""
+        return self._rolls.along(self.chain(twist.chain), twist)
 
     def carried_rolls(self, method: str = DEFAULT_METHOD) -> CarriedRolls:
         """What is known of carried rolls, once a detector's automatic corrections are made."""

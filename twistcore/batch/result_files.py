@@ -11,12 +11,12 @@ from typing import Any
 from twistcore.batch.how_bad import limbs_left_out, percent_affected
 from twistcore.batch.manifest import ClipRecord
 from twistcore.detection import Kind
-from twistcore.detection.kind import plural
+from twistcore.detection.kind import plural_name
 from twistcore.errors import TwistError
 from twistcore.files.atomic import write_atomically, writing_atomically
 from twistcore.files.encoding import csv_text, encoded, escaped, json_text
 
-_KINDS = {plural(kind.value).replace(" ", "_").replace("-", "_"): kind for kind in Kind}
+_KINDS = {plural_name(kind.value).replace(" ", "_").replace("-", "_"): kind for kind in Kind}
 _VERDICTS = ("accepted", "rejected", "undecided")
 _ROWS = 50_000  # of a Parquet row group, a few MB
 

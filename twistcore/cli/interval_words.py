@@ -9,7 +9,7 @@ from pathlib import Path
 from twistcore.analysis.clip_analysis import ClipAnalysis, Detection
 from twistcore.cli.output import note
 from twistcore.detection import Interval, Kind
-from twistcore.detection.kind import plural
+from twistcore.detection.kind import plural_name
 from twistcore.formats.clip import ChannelJump
 from twistcore.skeleton.body import Unexamined
 from twistcore.skeleton.notes import NOT_EXAMINED
@@ -87,4 +87,4 @@ def _in_order(kinds: Iterable[Kind]) -> list[Kind]:
 def _counted(count: int, kind: Kind) -> str:
     """Return '2 limb flips' or '1 frozen span'."""
     word = kind.info.counted or kind.value
-    return f"{count} {word if count == 1 else plural(word)}"
+    return f"{count} {word if count == 1 else plural_name(word)}"

@@ -295,7 +295,7 @@ def _tell(
         )
     learnt = learned_profile(clips, found)
     learnt.write(arguments.output, arguments.source.name)
-    sentences = [*found.words(), learnt.told_of_confidence()]
+    sentences = [*found.words(), learnt.confidence_sentence()]
     if arguments.json:
         print_json(
             {

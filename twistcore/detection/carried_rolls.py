@@ -12,7 +12,7 @@ consistency detector finds it with all its evidence.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -26,6 +26,7 @@ from twistcore.detection.prediction import Index
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.helper import Helper
 from twistcore.skeleton.motion import Motion
+from twistcore.work.frozen import dataclass
 
 LEAST_BEND = 20.0  # degrees: the azimuth of a straighter limb is mostly noise
 LEAST = 3.0  # degrees: a smaller turn at an edge is not examined
@@ -55,6 +56,22 @@ class CarriedRolls:
             for i in found
             if is_carried(self.signals[chain], i)
         )
+
+
+@dataclass(frozen=True, eq=False)
+class RollsOfChains:
+    """The rolls of C along with P in a motion, measured when a chain is first asked for."""
+
+    motion: Motion
+    _signals: dict[str, Witnesses] = field(default_factory=dict)
+
+    def along(self, chain: Chain, twist: Interval) -> bool:
+        """True if C rolled along with P in an interval of a chain."""
+        if not may_carry(chain):
+            return False
+        if chain.name not in self._signals:
+            self._signals[chain.name] = Witnesses.of(self.motion, chain)
+        return is_carried(self._signals[chain.name], twist)
 
 
 def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:

@@ -58,7 +58,7 @@ class GuardedDetector:
         for method in ("automatic_tau", "strength", "intervals"):
             if not callable(getattr(analysis, method, None)):
                 raise TwistError(
-                    f"the detector {name!r}: expected a method {method} of its analysis"
+                    f"the detector {name!r}: expected an analysis with a method {method}"
                 )
         guarded = GuardedAnalysis(name, analysis, motion.frames)
         for chain in chains:
@@ -92,7 +92,7 @@ class GuardedAnalysis:
             with one_sentence(f"the detector {self._name!r} failed on {chain}"):
                 strength = np.asarray(self.analysis.strength(chain), dtype=np.float64)
             if strength.shape != (self._frames,):
-                shape = f"{self._frames} numbers as the strength"
+                shape = f"{self._frames} numbers for the strength"
                 raise self._wrong(chain, shape, str(strength.shape))
             if not (np.isfinite(strength) & (strength >= 0.0)).all():
                 raise self._wrong(chain, "a strength of 0 or more in every frame", "others")

@@ -42,7 +42,7 @@ class KindInfo:
         How much of it shows in the severity; None: as much as its segment.
     find : str
         What finds a kind that is only shown, 'package.module:function': it takes a
-        :class:`twistcore.detection.finding.KindSearch` and returns intervals by chain name. It is
+        `twistcore.detection.finding.KindSearch` and returns intervals by chain name. It is
         loaded when the kind is first looked for; "" for a kind that the detectors find.
     corrected : bool
         True if it is looked for in what is left once all automatic corrections are out.
@@ -77,7 +77,7 @@ class KindInfo:
     why: str = ""
 
 
-def plural(word: str) -> str:
+def plural_name(word: str) -> str:
     """Return the plural of a kind's name: 'limb flips', 'stretches'; 'frozen frames' is one."""
     if word.endswith("frames"):
         return word

@@ -36,7 +36,7 @@ def limit(fps: float) -> float:
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
-def find(search: KindSearch) -> Found:
+def find_lone_jumps(search: KindSearch) -> Found:
     """Return lone jumps by chain name: what is left of them once automatic corrections are out."""
     as_captured = search.captured if search.corrected() is None else None
     return (as_captured or search).once(_in_all_chains)

@@ -86,7 +86,7 @@ class Detectors(Mapping[str, Detector]):
         if name in built_in():
             if type(made) is type(own := self[name]):
                 return own
-            raise TwistError(f"{name!r} is the name of a detector of twistcore's own")
+            raise TwistError(f"{name!r} is the name of one of twistcore's own detectors")
         kept = self._given.get(name)
         if kept is None or kept.detector is not made:
             kept = self._given[name] = GuardedDetector(made, place)
@@ -237,7 +237,7 @@ def _of_file(place: str, path: str, name: str) -> Detector:
     with one_sentence(f"{path}: the detector cannot be loaded"):
         found = getattr(_module(Path(path).resolve()), name, None)
     if found is None:
-        raise TwistError(f"{path}: expected a class {name}, but there is none")
+        raise TwistError(f"{path}: expected a class {name}, but the file has none")
     return _checked(found, f"{path}: {name}")
 
 
@@ -263,7 +263,7 @@ def _mark_of_file(path: Path) -> str:
 def _checked(found: Any, where: str) -> Detector:
     """Return a detector, made where a class is given; TwistError says what it lacks."""
     if isinstance(found, type):
-        with one_sentence(f"{where} cannot be made"):
+        with one_sentence(f"{where} cannot be created"):
             found = found()
     info = getattr(found, "info", None)
     if not isinstance(info, DetectorInfo):
@@ -274,7 +274,8 @@ def _checked(found: Any, where: str) -> Detector:
         )
     if not _NAME.fullmatch(info.name):
         raise TwistError(
-            f"{where}: expected a name of small letters, digits, '-' and '_', found {info.name!r}"
+            f"{where}: expected a name of lower-case letters, digits, '-' and '_', found "
+            f"{info.name!r}"
         )
     detector: Detector = found
     return detector

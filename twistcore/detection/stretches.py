@@ -48,7 +48,7 @@ class _Level:
         return self.stop - self.start
 
 
-def find(search: KindSearch) -> Found:
+def find_stretches(search: KindSearch) -> Found:
     """Return the stretches of the joints of all chains, by chain name."""
     if search.motion.frames < 4 or not search.chains:
         return {}

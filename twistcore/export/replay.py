@@ -138,7 +138,8 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
         if chain is None or isinstance(chain, Limb) != flips:
             what = "limb" if flips else "chain"
             raise ClipMismatchError(
-                f"{clip.path}: has no {what} {shown_value(interval.chain)}, which the session names"
+                f"{clip.path}: the session has a {what} {shown_value(interval.chain)}, "
+                "which the clip does not have"
             )
         if interval.stop > clip.motion.frames:
             raise ClipMismatchError(f"{clip.path}: an interval ends after the clip's last frame")
@@ -147,5 +148,5 @@ def check_belongs(session: Session, clip: Clip, chains: Sequence[Chain]) -> None
             check_tracking(clip.motion, session.state.tracking)
         except TwistError as error:
             raise ClipMismatchError(
-                f"{clip.path}: the session's tracking does not fit: {error}"
+                f"{clip.path}: the session uses tracking, but {error}"
             ) from None

@@ -53,8 +53,8 @@ def too_few_numbers(joints: int, frames: int, columns: int) -> str | None:
     if joints * frames <= _POSES or joints <= _JOINTS_A_NUMBER * columns:
         return None
     return (
-        f"expected channels in more joints: {frames} frames of {joints} joints have {columns} "
-        "numbers each"
+        f"expected more joints with channels: {frames} frames of {joints} joints have only "
+        f"{columns} numbers each"
     )
 
 
@@ -71,7 +71,7 @@ class ChannelJump:
     channel: str
 
     def __str__(self) -> str:
-        return f"{self.joint} {self.channel} jumps by a turn at frame {self.frame}"
+        return f"{self.joint} {self.channel} jumps by a full turn at frame {self.frame}"
 
 
 @dataclass(frozen=True, eq=False)

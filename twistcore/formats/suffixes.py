@@ -93,6 +93,7 @@ def not_written(name: PurePath | str, endings: str) -> str:
     """
     kind = other_format(name)
     return kind and (
-        f"expected a name that ends in {endings}, like the clip's own: {kind} cannot be written "
-        "(`twistcore export` writes a script for the scene that a clip came from)"
+        f"expected a name that ends in {endings}, as the clip's own name does, because {kind}"
+        " files cannot be written (`twistcore export` makes a script for the scene that a "
+        "clip came from)"
     )

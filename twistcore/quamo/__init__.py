@@ -1,4 +1,4 @@
-"""QuaMo: quaternion tracking of noisy motion [Le26], after the twist review, on request.
+"""QuaMo: optional quaternion tracking of noisy motion [Le26], after the twist review.
 
 Causal frame by frame (`Tracker`, `track`), or without lag over a whole clip (`track_both_ways`).
 """

@@ -1,18 +1,18 @@
-"""A whole clip tracked in both directions of time: no lag, at the price of being no longer causal.
+"""Track a whole clip forwards and backwards in time: no lag, but not causal.
 
 A joint that turns steadily lies 2κD/κP − Δt behind its reference in a pass forwards, and as far
-ahead of it in a pass from the end of the clip to its beginning. So both are run and what lies half
-way between them is taken:
+ahead of it in a pass from the end of the clip to its beginning. So both passes run, and
+the result is halfway between them:
 
     q(t) = (a + s b) / |a + s b|,  s = ±1 so that s a·b ≥ 0;   r(t) = ½ (r_a + r_b)
 
 with a the tracker of the reference q̂(0 … T) and b, read backwards, the tracker of q̂(T … 0); the
-rotations themselves stay as they are, only their order is reversed. The quotient is the half way
-along the shorter arc, whichever sign the quaternions have. In linear terms the gain of a pass,
-H(f), becomes its real part: every frequency keeps its phase, the lag is 0, and what a pass shoots
-over at a step is halved. It is not gone: it would be with κD = √(2κP), which bends slow motion as
-well, since Re H = 1 − O(f⁴) asks for κD = √(κP/2), both for small Δt. Reversing the clip reverses
-the result, bit for bit but for the sign of a quaternion.
+rotations themselves stay as they are, only their order is reversed. The quotient lies halfway
+along the shorter arc, for either sign of the quaternions. In linear terms the gain of a pass, H(f),
+becomes its real part: every frequency keeps its phase, the lag is 0, and the overshoot of a pass at
+a step is halved. It would vanish with κD = √(2κP), but that distorts slow motion as well, since
+Re H = 1 − O(f⁴) requires κD = √(κP/2), both for small Δt. Reversing the clip reverses
+the result, bit for bit except for the sign of a quaternion.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ def track_both_ways(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Half way between the tracker forwards and the tracker backwards, frame by frame.
+    """Return the motion halfway between a forward and a backward pass, frame by frame.
 
-    q̂ (frames, …, joints, 4), r̂ (frames, …, 3) as for :func:`track`, which steps both directions at
-    once. The quaternions are in the hemisphere of the pass forwards. snapped: joints that were set
-    onto the reference in either pass; apart: those that the two leave more than 90° apart; steps:
-    those forwards; steps_back: those backwards, in the order of the frames. The frames at which the
-    two passes begin are the start itself: the first of `steps`, the last of `steps_back`.
+    q̂ (frames, …, joints, 4), r̂ (frames, …, 3) as for :func:`track`, which steps both directions
+    at once. The quaternions are in the hemisphere of the forward pass. snapped: joints that were
+    set onto the reference in either pass; apart: joints that the two passes leave more than 90°
+    apart; steps: the forward steps; steps_back: the backward steps, in the order of the frames. The
+    first of `steps` and the last of `steps_back` are the starting states of the two passes.
     """
     q_two, r_two = np.stack([q_hat, q_hat[::-1]], 1), np.stack([r_hat, r_hat[::-1]], 1)
     found = track(
@@ -69,16 +69,16 @@ def track_both_ways(
 
 
 def half_way(a: Array, b: Array) -> Array:
-    """The rotation half way from a to b along the shorter arc, (…, 4), in a's hemisphere.
+    """Return the rotation halfway from a to b on the shorter arc, (…, 4), in a's hemisphere.
 
-    Half way from b to a is the same rotation, bit for bit but for its sign.
+    Halfway from b to a is the same rotation, bit for bit except for its sign.
     """
     dot = np.einsum("...i,...i->...", a, b)
     return normalise(a + np.where(dot[..., None] < 0.0, -b, b))
 
 
 def _of_direction(step: Step, way: int) -> Step:
-    """One direction's part of a step of both."""
+    """Return the part of a combined step that belongs to one direction."""
     state = State(**{name: value[way] for name, value in vars(step.state).items()})
     if step.gains is None or step.parts is None:
         return Step(state, step.snapped[way])

@@ -1,8 +1,8 @@
 """ControlNet and InitNet in plain numpy [Le26 §3.1, supplement A].
 
-Two layers (linear, LayerNorm, LeakyReLU) and one linear head, and a linear path from the inputs to
-the bias, by which joints that hardly turn are held. All that goes in is relative: poses
-to the parent, errors and velocities in the frame of the body's heading, never a place in the room.
+Two layers (linear, LayerNorm, LeakyReLU), one linear head, and a linear path from the inputs to
+the bias, which holds joints that hardly turn. All inputs are relative: poses to the parent, errors
+and velocities to the body's heading; no input is a place in the room.
 Gains are per axis, for 24 joints and the root's place.
 """
 
@@ -36,7 +36,7 @@ Float32 = NDArray[np.float32]
 
 KP, KD, KA, BIAS = 1000.0, 30.0, 1000.0, 25.0
 ROOT_KP, ROOT_KD, ROOT_BIAS = 400.0, 30.0, 10.0
-ERROR_SCALE, OMEGA_SCALE = 5.0, 0.3  # inputs of about the size of 1
+ERROR_SCALE, OMEGA_SCALE = 5.0, 0.3  # scales the inputs to about 1
 SLOPE = 0.01  # of LeakyReLU below 0
 EPSILON = 1e-5  # of LayerNorm
 START_SCALE = 0.1  # radians and metres by which InitNet may move the start, times its output
@@ -49,7 +49,7 @@ BIAS_OUTPUTS = np.r_[3 * _VECTOR : 4 * _VECTOR, CONTROL_OUTPUTS - 3 : CONTROL_OU
 INIT_INPUTS = _POSE + _VECTOR + 5
 INIT_OUTPUTS = 2 * _VECTOR + 6
 
-# The steps of [Le26 Table 3]: what is added to a PD controller, in order.
+# The steps of [Le26 Table 3]: additions to a PD controller, in order.
 VARIANTS = {
     "pd": "PD gains only, first-order integration",
     "bias": "with the bias f_ω",
@@ -60,9 +60,9 @@ VARIANTS = {
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """Weights by name, float32, and which of VARIANTS they were trained as.
+    """A network: weights by name, float32, and the one of VARIANTS they were trained for.
 
-    note: where they come from, one line (data, seed, epochs), kept in the file.
+    note: the weights' origin in one line (data, seed, epochs), stored in the file.
     """
 
     weights: Mapping[str, Float32]
@@ -71,21 +71,21 @@ class Network:
 
     @property
     def integration(self) -> str:
-        """What the tracker has to integrate with."""
+        """The integration that the tracker must use."""
         return FIRST_ORDER if self.variant in ("pd", "bias") else EXACT
 
     @property
     def width(self) -> int:
-        """Units in a hidden layer."""
+        """Number of units in a hidden layer."""
         return len(self.weights["control.b1"])
 
     def started(self, q_hat: Array, r_hat: Array) -> NetworkController:
-        """A controller for a clip whose first one or two references are these."""
+        """Return a controller for a clip that begins with these one or two references."""
         return NetworkController(self, q_hat[:2], r_hat[:2])
 
 
 class NetworkController(Controller):
-    """Gains from ControlNet in every frame; the start from InitNet and the first two references.
+    """A controller with gains from ControlNet and a start from InitNet and two references.
 
     The second reference is needed for the first pose: this path lags one sample of 25 Hz.
     """
@@ -94,11 +94,11 @@ class NetworkController(Controller):
         self.network, self._q, self._r = network, q_hat, r_hat
 
     def both_ways(self, q_two: Array, r_two: Array) -> NetworkController:
-        """The same network, started at either end of the clip."""
+        """Return a controller that starts at either end of the clip."""
         return self.network.started(q_two, r_two)
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """q0 = Exp(φ) ⊗ q̂0, r0, ω0, v0."""
+        """Return the initial state: q0 = Exp(φ) ⊗ q̂0, r0, ω0, v0."""
         if len(self._q) < 2:
             return super().start(q_hat, r_hat)
         w = self.network.weights
@@ -128,7 +128,7 @@ class NetworkController(Controller):
         )
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Gains of the step; only 25 Hz is allowed, what the networks were trained at."""
+        """Return the gains of a step; only at 25 Hz, the rate that the networks were trained at."""
         if abs(dt - NETWORK_DT) > 1e-6:
             raise UnstableGainsError(f"learned gains work at 25 Hz, not at {1.0 / dt:g}")
         w = self.network.weights
@@ -141,7 +141,7 @@ class NetworkController(Controller):
 def control_inputs(
     w: Mapping[str, Float32], state: State, q_hat: Array, r_hat: Array
 ) -> tuple[Array, tuple[Array, Array]]:
-    """What ControlNet sees, (…, CONTROL_INPUTS), and the heading (cos ψ, sin ψ)."""
+    """Return the inputs of ControlNet, (…, CONTROL_INPUTS), and the heading (cos ψ, sin ψ)."""
     cos, sin = root_heading(state.q[..., 0, :])
     error = short_vector(multiply(q_hat, conjugate(state.q)))
     inputs = np.concatenate(
@@ -159,7 +159,7 @@ def control_inputs(
 
 
 def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gains:
-    """Sigmoids and tanh scaled to their ranges; bias of the root turned back from the heading."""
+    """Scale outputs to the gains' ranges and turn the root's bias back from the heading."""
     shape = (*out.shape[:-1], JOINTS, 3)
     kp, kd, ka, bias, root = np.split(out, np.arange(1, 5) * _VECTOR, axis=-1)
     with_bias, with_acceleration = variant != "pd", variant == "full"
@@ -175,24 +175,24 @@ def gains_from_outputs(out: Array, cos: Array, sin: Array, variant: str) -> Gain
 
 
 def pose_inputs(q: Array) -> Array:
-    """vec(±q) of the 23 joints below the root, (…, 24, 4) -> (…, 69).
+    """Return vec(±q) of the 23 joints below the root, (…, 24, 4) -> (…, 69).
 
-    How the root is tilted is left out: what is learnt of it on some people's motions is wrong for
-    who bends and lies otherwise.
+    The root's tilt is left out: what the network learns from it is wrong for people who bend and
+    lie differently from the training subjects.
     """
     return _flat(short_vector(q[..., 1:, :]))
 
 
 def standardised(w: Mapping[str, Float32], pose: Array) -> Array:
-    """Pose inputs less their mean over their deviation in training.
+    """Standardise pose inputs with their mean and deviation in training.
 
-    A degree counts for much in a joint that hardly turns, and for little in one that turns far.
+    A degree then weighs more in a joint that hardly turns than in one that turns far.
     """
     return (pose - w["pose.mean"]) / w["pose.scale"]
 
 
 def root_heading(root: Array) -> tuple[Array, Array]:
-    """(cos ψ, sin ψ) of the direction in which the root's z axis points over the ground."""
+    """Return (cos ψ, sin ψ) of the root's z axis, projected onto the ground."""
     w, x, y, z = (root[..., i] for i in range(4))
     sideways, ahead = 2 * (x * z + w * y), 1 - 2 * (x * x + y * y)
     length = np.maximum(np.hypot(sideways, ahead), 1e-6)
@@ -238,7 +238,7 @@ def _perceptron(w: Mapping[str, Float32], name: str, inputs: Array) -> Array:
 
 
 def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
-    """Name and shape of every array of a network."""
+    """Return the shape of every array of a network, by name."""
     shapes: dict[str, tuple[int, ...]] = {
         "init.share": (2,),
         "pose.mean": (_POSE,),
@@ -256,9 +256,9 @@ def weight_shapes(width: int, init_width: int) -> dict[str, tuple[int, ...]]:
 
 
 def untrained(width: int, init_width: int, rng: np.random.Generator, variant: str) -> Network:
-    """Hidden layers at random, heads at zero but for biases that give the gains of hands.
+    """Return a network with random hidden layers and heads that give the hand-tuned gains.
 
-    κA starts at 20, since a sigmoid cannot be 0; all else as :class:`Gains` has it.
+    κA starts at 20, since a sigmoid cannot be 0; everything else is as in :class:`Gains`.
     """
     weights: dict[str, Float32] = {}
     for name, shape in weight_shapes(width, init_width).items():
@@ -284,7 +284,7 @@ def untrained(width: int, init_width: int, rng: np.random.Generator, variant: st
 
 
 def write_network(network: Network, path: Path) -> None:
-    """Write weights as float16, atomically; the same network gives the same bytes."""
+    """Write weights as float16 atomically; the same network gives the same bytes."""
     buffer = io.BytesIO()
     arrays = {name: values.astype(np.float16) for name, values in network.weights.items()}
     arrays["variant"] = np.array(network.variant)
@@ -293,13 +293,13 @@ def write_network(network: Network, path: Path) -> None:
         for name, values in arrays.items():
             member = io.BytesIO()
             np.save(member, values)
-            # A fixed time stamp: bytes depend on the weights alone.
+            # With a fixed time stamp the bytes depend on the weights alone.
             archive.writestr(zipfile.ZipInfo(f"{name}.npy"), member.getvalue())
     write_atomically(path, buffer.getvalue())
 
 
 def read_network(path: Path) -> Network:
-    """Read and check weights; FormatError where they are no network of ours."""
+    """Read and check weights; raise FormatError if they are not a network of this program."""
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
@@ -321,6 +321,6 @@ def read_network(path: Path) -> Network:
             )
         if not np.isfinite(arrays[name]).all():
             raise FormatError(f"{path}: expected finite weights in {name!r}")
-    # Sigmoids keep gains within their ranges, so the corners of these decide.
+    # Sigmoids keep gains within their ranges, so checking the corners is enough.
     check_stability(Gains(kp=KP, kd=KD, root_kp=ROOT_KP, root_kd=ROOT_KD), NETWORK_DT)
     return Network({k: v.astype(np.float32) for k, v in arrays.items()}, variant, note)

@@ -1,4 +1,4 @@
-"""Between its cuts a clip is one capture: what looks both ways in time looks across none."""
+"""Split a clip at its cuts into captures: two-way methods must not look across a cut."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from twistcore.skeleton.motion import Motion
 
 
 def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
-    """Frames behind `first` into which no capture leads: cuts, steps into a rest pose at the end.
+    """Return frames after `first` that start something new: cuts, and a rest pose at the end.
 
     :func:`find_cuts <twistcore.detection.cuts.find_cuts>`, ascending.
     """
@@ -20,9 +20,9 @@ def cuts_behind(motion: Motion, first: int) -> NDArray[np.int64]:
 
 
 def pieces(motion: Motion, first: int) -> tuple[tuple[int, int], ...]:
-    """The captures [start, stop) one after another, from frame `first` on; as a rule there is one.
+    """Return the captures [start, stop) in order, from frame `first` on; usually there is one.
 
-    Beside a cut a lone frame is none, nor is a rest pose that is held to the clip's end.
+    A single frame next to a cut is not a capture, nor is a rest pose held to the clip's end.
     """
     borders = [first, *cuts_behind(motion, first).tolist(), motion.frames]
     found = list(pairwise(borders))

@@ -1,4 +1,4 @@
-"""Files of poses as names with what stands under them: .npz, and pickles without running them."""
+"""Read pose files as named arrays: .npz, and pickles without running them."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from twistcore.formats.npz.archive import LARGEST, npy_header, open_archive, roo
 from twistcore.formats.npz.pickled_arrays import Unreadable, read_pickle
 
 SUFFIXES = (".npz", ".npy", ".pkl", ".pickle", ".joblib", ".pt", ".pth")
-_DICTIONARY = 1 << 27  # bytes; the largest that xz makes of itself takes half of it
+_DICTIONARY = 1 << 27  # bytes; the largest default of xz needs half of this
 _CONVERT = "save its arrays by name with numpy.savez"
-# What joblib compresses with, by the first bytes; gzip is zlib with another header.
+# Compressions of joblib by their first bytes; gzip is zlib with another header.
 _COMPRESSED: tuple[tuple[bytes, Callable[[], Any]], ...] = (
     (b"\x78", zlib.decompressobj),
     (b"\x1f\x8b", lambda: zlib.decompressobj(31)),
@@ -30,19 +30,19 @@ _COMPRESSED: tuple[tuple[bytes, Callable[[], Any]], ...] = (
 
 
 class PosesError(TwistError):
-    """A file that cannot be read as poses: one sentence."""
+    """Raised if a file cannot be read as poses."""
 
 
 def holds_poses(path: Path) -> bool:
-    """A file of poses by its name, where everything else is a BVH."""
+    """True if a file holds poses, judged by its name; any other file is taken to be a BVH."""
     return path.suffix.lower() in SUFFIXES
 
 
 def read_names(path: Path) -> dict[Any, Any]:
-    """What a file holds under its names: arrays, dicts, lists, words, numbers.
+    """Return a file's contents by name: arrays, dicts, lists, strings, numbers.
 
-    A pickle is read without running anything (:mod:`pickled_arrays
-    <twistcore.formats.npz.pickled_arrays>`), so are dicts within an .npz. Raises PosesError,
+    Pickles, also dicts within an .npz, are read without running code (:mod:`pickled_arrays
+    <twistcore.formats.npz.pickled_arrays>`). Raises PosesError,
     OSError.
     """
     if path.stat().st_size > LARGEST:
@@ -59,17 +59,18 @@ def read_names(path: Path) -> dict[Any, Any]:
         raise
     except NpzError as error:
         raise PosesError(str(error)) from None
-    except Exception:  # a damaged archive fails in as many ways as it has parts
+    except Exception:  # a damaged archive raises many different errors
         raise PosesError(
-            f"{path}: expected an .npz, .npy or pickle of arrays; {_CONVERT} if it is none"
+            f"{path}: expected an .npz, .npy or pickle of arrays; if it is in another format, "
+            f"{_CONVERT}"
         ) from None
     if not isinstance(found, dict):
-        raise PosesError(f"{path}: expected names with arrays, found {described(found)}")
+        raise PosesError(f"{path}: expected arrays by name, found {described(found)}")
     return found
 
 
 def described(value: Any) -> str:
-    """In a few words for a sentence: the shape of an array, what a dict or list holds."""
+    """Describe a value briefly: the shape of an array, the contents of a dict or list."""
     if isinstance(value, np.ndarray):
         return f"{value.dtype} {value.shape}"
     if isinstance(value, dict):
@@ -80,7 +81,7 @@ def described(value: Any) -> str:
 
 
 def printable(text: str) -> str:
-    """On one line and not long, whatever a file calls its arrays."""
+    """Return a name shortened and on one line, for use in a message."""
     return "".join(c if c.isprintable() else "?" for c in text[:1000])
 
 
@@ -120,7 +121,7 @@ def _archive(path: Path, data: bytes) -> dict[str, Any]:
 
 
 def _array(raw: bytes) -> Any:
-    """What an .npy holds."""
+    """Return the array or object in an .npy file."""
     start, shape, dtype, by_column = npy_header(raw)
     if dtype.hasobject:
         return read_pickle(raw[start:])

@@ -1,4 +1,4 @@
-"""How estimators name and shape poses on SMPL's joints: one person's from the names of a file."""
+"""Find one person's poses on SMPL's joints in the layouts that pose estimators write."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from twistcore.skeleton.rotation import Array
 
 Names: TypeAlias = dict[Any, Any]
 RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate")
-# Poses of all joints in one array, the root's place, and which way is up there: of the world before
-# of the camera, whose y points down.
+# Poses of all joints in one array, the root's place, and the axis that points up. World coordinates
+# are preferred to camera coordinates, whose y points down.
 _WHOLE = (
     ("pose_world", "trans_world", "y"),
     ("poses", "trans", "z"),
@@ -25,27 +25,27 @@ _WHOLE = (
     ("pred_rotmat", "pred_trans", "-y"),
 )
 _ROOT, _BODY = ("global_orient", "root_orient"), ("body_pose", "pose_body")
-# In front of a camera whose focal length was made up: the depth may be tens of metres, and jump.
+# Relative to a camera with an assumed focal length: the depth may be tens of metres, and jump.
 _CAMERA = ("pred_cam_t", "cam_t", "camera")
 _PLACE = ("transl", "trans", "cam_trans", *_CAMERA)
 _FRAMES = ("frame_ids", "frame")
-_ROWS_AT = "reorganize_idx"  # which frame a row is of
-_UP = "up"  # the axis that a layout around the names has up
+_ROWS_AT = "reorganize_idx"  # the frame number of each row
+_UP = "up"  # the up axis of the layout that contains the names
 _COUNTS = (24, 22, 52, 55)  # joints: SMPL; without hands; SMPL-H; SMPL-X
-_BODY_JOINTS = 22  # before the hands, alike in all of them
+_BODY_JOINTS = 22  # before the hands, the same in all layouts
 _NUMERIC = (np.ndarray, np.generic, float, int)
 _MOST = 1_000_000  # frames; hours of video
-_UNSEEN = 100_000  # of them between others: an hour
+_UNSEEN = 100_000  # missing frames between given ones: an hour
 _PERSONS = 10_000
 
 
 @dataclass(frozen=True, eq=False)
 class Poses:
-    """One person's poses in a file's own axes, a row a frame of the video.
+    """One person's poses in the file's own axes, one row per video frame.
 
     rotations: of the 24 joints, relative to SMPL's rest pose, (frames, 24, 4); places: the root's,
-    metres, (frames, 3); up: the axis that the layout has up ('y', 'z', '-y'), None where it does
-    not say; rate: frames a second or None; offsets: rest offsets in the file, (24, 3) metres, or
+    metres, (frames, 3); up: the layout's up axis ('y', 'z', '-y'), None if
+    unknown; rate: frames a second or None; offsets: rest offsets in the file, (24, 3) metres, or
     None; notes: what was assumed or left out, a sentence each.
     """
 
@@ -58,19 +58,21 @@ class Poses:
 
 
 def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
-    """The poses of one person under a file's names.
+    """Return the poses of one person in a file.
 
-    person: who, by the number the file has for them; needed where there are several. Frames that
-    are missing between a person's are filled by slerp from the neighbours, and a note says so.
+    person: the person's number in the file; needed if there are several. Missing frames are filled
+    by slerp between their neighbours, and a note reports it.
     Raises PosesError.
     """
     persons = _persons(path, names)
     if None in persons:
         if person is not None:
-            raise PosesError(f"{path}: expected no --person: it holds one, without a number")
+            raise PosesError(
+                f"{path}: the file holds one person without a number: leave out --person"
+            )
         return _poses(path, persons[None])
     if not persons:
-        raise PosesError(f"{path}: expected a person, found none")
+        raise PosesError(f"{path}: the file holds no person")
     if len(persons) > 1 if person is None else person not in persons:
         wanted = "--person to choose one" if person is None else f"one of the persons, not {person}"
         some = list(persons.items())[:30]
@@ -79,13 +81,13 @@ def find_poses(path: Path, names: Names, person: str | None = None) -> Poses:
     return _poses(path, persons[next(iter(persons)) if person is None else person])
 
 
-# -- who is in it ----------------------------------------------------------------------------------
+# -- persons ---------------------------------------------------------------------------------------
 
 
 def _persons(path: Path, names: Names, *, inside: bool = False) -> dict[Any, Names]:
-    """Names of each person by their number; under None alone where it numbers none.
+    """Return each person's arrays by the person's number; the key is None if there is no number.
 
-    inside: of a dict around them already; there is one at most, and in a pickle it may hold itself.
+    inside: within an enclosing dict; at most one is opened, since in a pickle it may hold itself.
     """
     if not inside and isinstance(held := names.get("outputs"), dict):
         return _persons(path, held, inside=True)
@@ -112,10 +114,10 @@ def _is_layout(names: Names) -> bool:
 
 
 def _by_axis(path: Path, names: Names) -> dict[Any, Names]:
-    """Persons along the first axis, which the root's place then has too.
+    """Split arrays into persons along the first axis, which the root's place then has too.
 
-    A second axis of one is a frame of each person where poses of whole bodies have it, too, since
-    no body has one joint alone; else it is nothing.
+    A second axis of length 1 is a frame of each person if whole-body poses have it too, since no
+    body has only one joint; if not, it is ignored.
     """
     place = names.get(_first(names, _PLACE) or "")
     if not isinstance(place, np.ndarray) or place.ndim != 3:
@@ -141,7 +143,7 @@ def _check_persons(path: Path, count: int) -> None:
 
 
 def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
-    """A row for every person in every frame; the world's place and heading where they are there."""
+    """Split rows of persons and frames by person; use world place and heading if given."""
     wanted = ("smpl_thetas", "world_trans", "world_global_rots", "cam_trans", "track_ids", _ROWS_AT)
     arrays = {n: _numbers(path, names, n) for n in wanted if n in names}
     rows = len(arrays["smpl_thetas"]) if arrays["smpl_thetas"].ndim else 0
@@ -163,7 +165,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
     _check_persons(path, len(persons))
     every = np.split(np.argsort(which, kind="stable"), np.cumsum(counts)[:-1])
     for who, own in zip(persons, every, strict=True):
-        # The world of the first camera: its y points down, as the camera's.
+        # The world is the first camera's: y points down, as in camera coordinates.
         record = {"pose": poses[own], "trans": place[own]}
         at = arrays[_ROWS_AT][own, 0] if _ROWS_AT in arrays else None
         out[f"{who:g}"] = record if at is None else {**record, "frame_ids": at}
@@ -171,7 +173,7 @@ def _by_rows(path: Path, names: Names) -> dict[Any, Names]:
 
 
 def _by_frames(names: Names) -> dict[Any, Names]:
-    """Lists of persons by frame; those seen there, not those whose last pose was carried on."""
+    """Split lists by frame into persons; only persons seen there, not repeated last poses."""
     out: dict[Any, Names] = {}
     for k, frame in enumerate(names.values()):
         lists = [_items(frame.get(n)) for n in ("tid", "smpl", "camera")]
@@ -196,7 +198,7 @@ def _shape(found: Any) -> tuple[int, ...]:
 
 
 def _frames(names: Names) -> int:
-    """How many frames a person has, for a sentence."""
+    """Return the number of a person's frames, for a message."""
     shapes = [_shape(names[n]) for n in ("trans_world", *_PLACE) if n in names]
     return shapes[0][0] if shapes and shapes[0] else 0
 
@@ -205,7 +207,7 @@ def _frames(names: Names) -> int:
 
 
 def _poses(path: Path, names: Names) -> Poses:
-    """One person's poses; PosesError names the array, and the frame where there is one."""
+    """Return one person's poses; a PosesError names the array and, if possible, the frame."""
     notes: list[str] = []
     up: str | None
     rows = [row for row in _WHOLE if row[0] in names]
@@ -234,7 +236,7 @@ def _poses(path: Path, names: Names) -> Poses:
             up = "-y"
             notes.append(
                 f"The root's place is {trans!r}, in front of a camera whose focal length was "
-                "assumed: its depth is not measured and is held still."
+                "assumed: its depth was not measured and is held constant."
             )
     frames, count = rotations.shape[:2]
     if frames > _MOST:
@@ -258,7 +260,7 @@ def _poses(path: Path, names: Names) -> Poses:
 
 
 def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
-    """With a row for every frame from the first to the last, by their numbers."""
+    """Return poses with a row for every frame from the first to the last frame number."""
     ids = _numbers(path, names, numbered).ravel()
     if len(ids) != len(poses.rotations):
         raise PosesError(
@@ -278,7 +280,7 @@ def _at_frames(path: Path, names: Names, numbered: str, poses: Poses) -> Poses:
     first = int(ids[np.argmax(np.diff(ids) > 1)]) + 1
     note = (
         f"{span - len(ids)} of {span} frames are missing, {int(np.diff(ids).max()) - 1} at most in "
-        f"a row, the first is {first}: they are filled in between their neighbours."
+        f"a row, the first is {first}: they are interpolated between their neighbours."
     )
     return replace(poses, rotations=rotations, places=places, notes=(*poses.notes, note))
 
@@ -288,7 +290,7 @@ def _first(names: Names, wanted: tuple[str, ...]) -> str | None:
 
 
 def _numbers(path: Path, names: Names, name: str) -> Array:
-    """The array of a name as float64; a list of arrays of one shape is one."""
+    """Return the named array as float64; a list of arrays of one shape is stacked."""
     found = names.get(name)
     if found is None:
         raise PosesError(f"{path}: expected the array {name!r}, found {described(names)}")
@@ -308,5 +310,5 @@ def _rate(path: Path, names: Names) -> float | None:
         return None
     values = _numbers(path, names, name)
     if values.size != 1 or not (np.isfinite(values).all() and values.item() > 0.0):
-        raise PosesError(f"{path}: expected a rate above 0 in {name!r}; --fps gives one")
+        raise PosesError(f"{path}: expected a rate above 0 in {name!r}; set it with --fps")
     return float(values.item())

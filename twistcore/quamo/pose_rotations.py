@@ -1,4 +1,4 @@
-"""Rotations of joints as estimators shape them, as unit quaternions."""
+"""Convert the joint rotations of pose estimators to unit quaternions."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from scipy.spatial.transform import Rotation
 from twistcore.quamo.pose_files import PosesError
 from twistcore.skeleton.rotation import Array, exponential
 
-# How far RᵀR may be from I: by rounding, unsaid; and for the nearest rotation to be what was meant.
+# How far RᵀR may be from I: by rounding, without a note; and for the nearest rotation to be right.
 _SILENT, _SAID = 1e-3, 0.05
 
 
 def pose_rotations(
     path: Path, name: str, values: Array, counts: tuple[int, ...], notes: list[str]
 ) -> Array:
-    """Unit quaternions (frames, joints, 4) of axis-angles in radians or matrices.
+    """Return unit quaternions (frames, joints, 4) of axis-angles in radians or matrices.
 
     values: axis-angle (frames, 3 joints) or (frames, joints, 3), matrices (frames, 9 joints),
-    (frames, joints, 3, 3) or, of one joint, (frames, 3, 3); counts: numbers of joints that can be
-    meant. notes gets a sentence where matrices were no rotations to within 0.001. Raises
-    PosesError where the shape is another, a number is not finite, or a matrix is no rotation.
+    (frames, joints, 3, 3) or, for one joint, (frames, 3, 3); counts: possible numbers of
+    joints. notes gets a sentence if matrices are rotations only to less than 0.001. Raises
+    PosesError if the shape is different, a number is not finite, or a matrix is not a rotation.
     """
     frames = len(values) if values.ndim else 0
     tail = values.shape[1:]
@@ -43,7 +43,7 @@ def pose_rotations(
 
 
 def check_finite(path: Path, name: str, values: Array) -> None:
-    """PosesError with the frame in which a number is NaN, infinite or absurdly large."""
+    """Raise PosesError with the frame if a number is NaN, infinite or absurdly large."""
     good = np.abs(values) < 1e6
     if not good.all():
         frame = int(np.argwhere(~good)[0, 0])
@@ -67,8 +67,8 @@ def _from_matrices(path: Path, name: str, matrices: Array, notes: list[str]) -> 
         )
     if worst > _SILENT:
         notes.append(
-            f"Matrices in {name} are rotations to within {worst:.2g} only: the nearest ones are "
-            "taken."
+            f"Matrices in {name} deviate from rotations by up to {worst:.2g}: the nearest "
+            "rotations are used."
         )
     u, _, vt = np.linalg.svd(matrices)
     turned = Rotation.from_matrix((u @ vt).reshape(-1, 3, 3)).as_quat(scalar_first=True)

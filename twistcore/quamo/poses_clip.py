@@ -1,4 +1,4 @@
-"""A clip made of poses on SMPL's joints, as AMASS and estimators of poses from video write them."""
+"""Make a clip from poses on SMPL's joints, as AMASS and video pose estimators write them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from twistcore.quamo.topology import JOINTS, find_topology, metres_per_unit, ske
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, multiply, quaternion_from_axis_angle, rotate
 
-# From a file's axes to the clip's, y up: about x, in quarter turns.
+# From a file's axes to the clip's, y up: quarter turns about x.
 _TURNS = {"y": 0.0, "z": -0.5 * np.pi, "-y": np.pi}
 UPS = tuple(_TURNS)
 
@@ -32,27 +32,27 @@ def read_poses(
     up: str | None = None,
     person: str | None = None,
 ) -> Clip:
-    """A clip, in metres and y up, made of one person's poses in a file (docs/quamo.md, *Use*).
+    """Return a clip, in metres and y up, of one person's poses (docs/quamo.md, *Use*).
 
-    Lengths come from a BVH `template` with the 24 joints, whose rest pose may be another than
-    SMPL's (`rest_pose`), or from an array `offsets` (24, 3) in
-    metres: the rest that the poses are relative to, and where the root rests, with a template too.
-    unit: metres in one unit of the template, CMU's as a rule. up: the axis that points up in the
-    file, 'y', 'z' or '-y'; None: as the layout has it, or as the figure stands. person: who, where
-    there are several. fps: instead of the file's. What was assumed is in the clip's warnings.
+    Lengths come from a BVH `template` with the 24 joints, whose rest pose may differ from SMPL's
+    (`rest_pose`), or from an array `offsets` (24, 3) in metres: the rest pose of the poses, and
+    where the root rests, also with a template. unit: metres in one unit of the template, usually
+    CMU's. up: the axis that points up in the file, 'y', 'z' or '-y'; None: the layout's axis, or
+    the one along which the figure is upright. person: number of the person if there are several.
+    fps: replaces the file's rate. The clip's warnings list all assumptions.
     Raises PosesError, BvhError, OSError.
     """
     poses = find_poses(path, read_names(path), person)
     rate = poses.rate if fps is None else fps
     if rate is None:
-        raise PosesError(f"{path}: expected a frame rate, found none; --fps gives the video's")
+        raise PosesError(f"{path}: the file has no frame rate: give the video's with --fps")
     if not SHORTEST <= 1.0 / rate <= LONGEST:
         raise PosesError(f"{path}: expected from 1 to 10,000 frames a second, found {rate:g}")
     offsets, rotations, notes = _on_skeleton(path, poses, template, unit)
     axis, said = _upwards(poses, up)
     turn = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), _TURNS[axis])
     rotations[:, 0] = multiply(turn, rotations[:, 0])
-    # SMPL turns the root about where it rests, which is added in the file's axes.
+    # SMPL turns the root about its rest position, which is added in the file's axes.
     places = rotate(turn, poses.places + offsets[0])
     motion = Motion(skeleton_24(offsets), rotations, (0,), places[:, None], 1.0 / rate)
     clip = parse_bvh(bvh_text(motion).encode("utf-8", "surrogateescape"), path)
@@ -63,7 +63,7 @@ def read_poses(
 def _on_skeleton(
     path: Path, poses: Poses, template: Path | None, unit: float | None
 ) -> tuple[Array, Array, tuple[str, ...]]:
-    """Offsets (24, 3) in metres, rotations relative to them, and what is to be said."""
+    """Return offsets (24, 3) in metres, rotations relative to them, and notes."""
     given = poses.offsets
     if given is not None and (given.shape != (JOINTS, 3) or not np.isfinite(given).all()):
         raise PosesError(f"{path}: expected finite offsets of shape (24, 3), found {given.shape}")
@@ -78,26 +78,26 @@ def _on_skeleton(
     try:
         offsets = find_topology(source).offsets
         offsets = metres_per_unit(source, unit) * offsets
-        offsets[0] = 0.0  # where a template's root rests is no place in the room
+        offsets[0] = 0.0  # a template's rest position of the root is not a place in the room
         change = rest_change(offsets, given)
     except TwistError as error:
         raise PosesError(f"{template}: {error}") from None
     if given is not None:
-        offsets[0] = given[0]  # where SMPL's does is one
+        offsets[0] = given[0]  # SMPL's rest position is
     return offsets, change.carried(poses.rotations), change.notes
 
 
 def _upwards(poses: Poses, asked: str | None) -> tuple[str, tuple[str, ...]]:
-    """The axis that points up, and a sentence where it was assumed or seems to be another."""
-    # Where the pelvis has its own up, the second axis of SMPL's rest pose, over the clip.
+    """Return the axis that points up, and notes if it was assumed or seems wrong."""
+    # The pelvis's own up direction, the second axis of SMPL's rest pose, over the clip.
     mean = rotate(poses.rotations[:, 0], np.array([0.0, 1.0, 0.0])).mean(axis=0)
     along = {"y": mean[1], "z": mean[2], "-y": -mean[1]}
     stands = max(along, key=lambda name: float(along[name]))
     axis = asked or poses.up or stands
     notes = []
     if asked is None:
-        why = "as this layout has it" if poses.up else "as the figure stands"
-        notes.append(f"In the file {axis} is taken as up, {why}; --up says otherwise.")
+        why = "the axis of this layout" if poses.up else "the figure is then upright"
+        notes.append(f"The file's {axis} axis is taken as up ({why}); choose another with --up.")
     if along[axis] < 0.3 and along[stands] > 0.6:
-        notes.append(f"With {axis} up the figure does not stand, with --up={stands} it would.")
+        notes.append(f"With {axis} up the figure is not upright; with --up={stands} it would be.")
     return axis, tuple(notes)

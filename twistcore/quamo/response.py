@@ -1,4 +1,4 @@
-"""How late hand gains let a causal pass be, and by how much it shoots over: what it does not do."""
+"""Lag and overshoot of a causal pass with hand-tuned gains."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from twistcore.quamo.state_space import Gains
 from twistcore.quamo.tracker import HandGains, track
 from twistcore.skeleton.rotation import quaternion_from_axis_angle
 
-_STEP = np.radians(30.0)  # small enough to be linear, and what a joint may well do
+_STEP = np.radians(30.0)  # small enough to be linear, and a realistic step for a joint
 _FRAMES = 200
 
 
 def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
-    """Seconds by which what moves steadily is followed late: (a joint, the root's place).
+    """Return the lag behind steady motion in seconds: (of a joint, of the root's place).
 
-    2κD/κP − Δt, since the error of a rotation is sin(θ/2), and κD/κP − Δt; the largest of gains
-    that differ, infinite where κP is 0.
+    2κD/κP − Δt, since the error of a rotation is sin(θ/2), and κD/κP − Δt; the largest if gains
+    differ, infinite if κP is 0.
     """
     with np.errstate(divide="ignore"):
         joint = 2.0 * np.divide(gains.kd, gains.kp) - dt
@@ -25,9 +25,9 @@ def steady_lags(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
-    """By how much of a step a causal pass shoots over: (a joint that steps by 30°, the root).
+    """Return the overshoot of a causal pass as a share: (of a joint's 30° step, of the root).
 
-    Gains are numbers, the same for every joint. Raises UnstableGainsError where they diverge.
+    Gains are numbers, the same for every joint. Raises UnstableGainsError if they diverge.
     """
     angle = np.where(np.arange(_FRAMES) > 0, _STEP, 0.0)
     q = quaternion_from_axis_angle(np.array([1.0, 0.0, 0.0]), angle)[:, None]
@@ -38,9 +38,9 @@ def overshoots(gains: Gains, dt: float) -> tuple[float, float]:
 
 
 def response_words(name: str, late: float, over: float) -> str:
-    """What a causal pass of hand gains does to `name`: its lag in seconds and overshoot, in words.
+    """Describe how a causal pass follows `name`: its lag in seconds and overshoot.
 
-    At a few frames a second it runs ahead of what moves steadily, where κP is 0 it does not follow.
+    At a few frames per second the pass runs ahead of steady motion; with κP 0 it does not follow.
     """
     if not np.isfinite(late):
         return f"{name} does not follow, because κP is 0"

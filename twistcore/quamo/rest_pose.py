@@ -1,16 +1,16 @@
-"""Poses that are relative to SMPL's rest pose, put on a skeleton that rests otherwise.
+"""Transfer poses relative to SMPL's rest pose to a skeleton with a different rest pose.
 
 A joint's rotation in SMPL says where its bones point from where they point in a T-pose: y up, the
-figure facing z, its left at +x, legs straight down, arms level. Written onto a skeleton whose legs
-are apart or whose arms hang, the same numbers point elsewhere. With A the rotation that carries a
-joint's bones from the skeleton's rest into SMPL's (A d = d_SMPL), the joint's world rotation G
-becomes G A, which puts the bone where SMPL has it, G A d = G d_SMPL; so the local rotation q
-becomes A_parent⁻¹ q A.
+figure facing z, its left at +x, legs straight down, arms level. On a skeleton whose legs are apart
+or whose arms hang, the same numbers point the bones in other directions. With A the rotation that
+carries a joint's bones from the skeleton's rest into SMPL's (A d = d_SMPL), the joint's world
+rotation G becomes G A, which puts the bone where SMPL has it, G A d = G d_SMPL; so the local
+rotation q becomes A_parent⁻¹ q A.
 
-What cannot be known: how a bone is rolled about itself in a rest pose, since offsets have no roll.
-A is the smallest turn, which leaves the roll of a limb as lifting it sideways does. Nor do axes say
-how SMPL's own bones lie, which differ by some degrees from body to body: a limb within that of its
-axis is left alone.
+The roll of a bone in a rest pose is unknown, since offsets have no roll. A is the smallest turn,
+which changes a limb's roll no more than lifting the limb sideways does. The directions of SMPL's
+own bones differ from the axes by some degrees from body to body: a limb within that angle of its
+axis is not turned.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from twistcore.skeleton.rotation import (
 )
 
 _X, _Y, _Z = np.eye(3)
-# The joint, the one below it, where the bone between them points in the T-pose, how far from there
-# it may be and stay (degrees; in SMPL itself feet point down by some 25), and how far it may be at
-# all for the turn to be the one that was meant.
+# The joint, its child, the direction of the bone between them in the T-pose, the angle up to which
+# it is not turned (degrees; in SMPL itself feet point down by some 25), and the largest angle for
+# which the direction of the turn is certain.
 _LIMBS = (
     *((j, j + 3, -_Y, 8.0, 60.0) for j in (1, 2, 4, 5)),
     *((j, j + 3, _Z, 50.0, 100.0) for j in ANKLES),
@@ -46,21 +46,21 @@ _LIMBS = (
 )  # fmt: skip
 _HIPS, _CHEST, _HEAD = (1, 2), 9, 15
 _ASKEW = 30.0  # degrees between the body's own axes and those of the file
-_SHORT = 1e-6  # of the body's size: no direction can be told
+_SHORT = 1e-6  # of the body's size: too short to have a direction
 
 
 @dataclass(frozen=True, eq=False)
 class RestChange:
-    """What carries each joint's bones from a skeleton's rest into SMPL's.
+    """The rotations from a skeleton's rest pose into SMPL's.
 
-    turns: unit quaternions A, (24, 4); notes: what is turned, a sentence each.
+    turns: unit quaternions A, (24, 4); notes: one sentence for each thing that is turned.
     """
 
     turns: Array
     notes: tuple[str, ...]
 
     def carried(self, rotations: Array) -> Array:
-        """Local rotations relative to SMPL's rest, as this skeleton has them, (frames, 24, 4)."""
+        """Convert local rotations relative to SMPL's rest to this skeleton, (frames, 24, 4)."""
         out = multiply(rotations, self.turns)
         for j, parent in enumerate(PARENTS):
             if parent >= 0:
@@ -69,12 +69,12 @@ class RestChange:
 
 
 def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
-    """How a skeleton of the 24 joints, offsets (24, 3), rests otherwise than SMPL.
+    """Return how the rest pose of 24 joints with offsets (24, 3) differs from SMPL's.
 
-    rest: SMPL's own offsets of the body, (24, 3), if they are at hand: limbs are then turned onto
-    these, however near they are; without them onto the axes of the T-pose. The trunk keeps its
-    shape, so that hips, spine and collars, several at one joint, turn with the body as a whole, by
-    quarter turns. TwistError where that cannot be told.
+    rest: SMPL's own offsets of the body, (24, 3), if available: limbs are then turned onto these,
+    even by small angles; without them, onto the axes of the T-pose. The trunk keeps its shape:
+    hips, spine and collars, several at one joint, turn with the whole body by quarter turns.
+    Raises TwistError if these are ambiguous.
     """
     body = _body(offsets)
     directions = rotate(body, offsets)
@@ -91,7 +91,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
         if rest is not None and np.linalg.norm(rest[below]) > 0.0:
             wanted, tolerance = normalise(rest[below]), 0.0
         length = float(np.linalg.norm(offsets[below]))
-        if length <= _SHORT * size:  # no bone there: it goes with the one above
+        if length <= _SHORT * size:  # no bone here: it turns with the one above
             if parent in own:
                 turns[j] = turns[parent]
             continue
@@ -99,7 +99,7 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
         angle = float(np.degrees(_angle(found, wanted)))
         if angle > most:
             raise TwistError(
-                f"expected a rest pose that stands as in a T-pose, arms out, level or down; the "
+                f"expected a rest pose like a T-pose, upright with arms level or down; the "
                 f"bone below {SMPL_NAMES[j]} is {angle:.0f}° off"
             )
         if angle > tolerance:
@@ -109,17 +109,19 @@ def rest_change(offsets: Array, rest: Array | None = None) -> RestChange:
     notes = []
     if abs(body[0]) < 1.0 - 1e-9:
         turned = np.degrees(2.0 * np.arccos(min(1.0, abs(body[0]))))
-        notes.append(f"The skeleton rests facing elsewhere than SMPL: turned by {turned:.0f}°.")
+        notes.append(
+            f"The skeleton's rest pose faces another way than SMPL's: turned by {turned:.0f}°."
+        )
     if moved:
         notes.append(
-            f"The skeleton rests otherwise than SMPL, in a T-pose: {', '.join(moved)} turned; how "
-            "limbs are rolled about themselves at rest cannot be known."
+            f"The skeleton's rest pose differs from SMPL's T-pose: {', '.join(moved)} turned. The "
+            "roll of limbs at rest is unknown."
         )
     return RestChange(turns, tuple(notes))
 
 
 def _body(offsets: Array) -> Array:
-    """The quarter turns, (4,), that have the rest pose stand along y and face z."""
+    """Return the quarter turns, (4,), that make the rest pose upright along y, facing z."""
     places = np.zeros((JOINTS, 3))
     for j, parent in enumerate(PARENTS):
         places[j] = (places[parent] + offsets[j]) if parent >= 0 else 0.0
@@ -136,18 +138,20 @@ def _body(offsets: Array) -> Array:
     off = np.degrees(np.arccos(np.clip((np.trace(best @ measured.T) - 1.0) / 2.0, -1.0, 1.0)))
     if off > _ASKEW:
         raise TwistError(
-            "expected a rest pose that stands straight and faces along an axis, found one "
+            "expected a rest pose that is upright and faces along an axis, found one "
             f"{off:.0f}° askew"
         )
     feet = sum(best @ offsets[toe] for toe in TOES)
     if feet[2] < -0.5 * np.linalg.norm(feet):
-        raise TwistError("expected feet ahead in the rest pose: left and right seem to be swapped")
+        raise TwistError(
+            "the feet point backwards in the rest pose: left and right seem to be swapped"
+        )
     return _quaternion(best)
 
 
 @cache
 def _quarter_turns() -> tuple[Array, ...]:
-    """The 24 rotations that carry axes into axes."""
+    """Return the 24 rotations that map coordinate axes to coordinate axes."""
     found = []
     for order in permutations(range(3)):
         for signs in product((1.0, -1.0), repeat=3):
@@ -168,7 +172,7 @@ def _angle(a: Array, b: Array) -> float:
 
 
 def _shortest(a: Array, b: Array) -> Array:
-    """The smallest rotation from unit vector a to b, less than half a turn apart, (4,)."""
+    """Return the smallest rotation from unit vector a to b, (4,); a and b must not be opposite."""
     axis = np.cross(a, b)
     size = float(np.linalg.norm(axis))
     if size == 0.0:

@@ -1,4 +1,4 @@
-"""Which gains keep the linearised step from diverging."""
+"""Check that gains keep the linearised step from diverging."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from twistcore.skeleton.rotation import Array
 
 
 class UnstableGainsError(TwistError):
-    """Gains that would make the tracker diverge at this frame time."""
+    """Raised for gains that would make the tracker diverge at this frame time."""
 
 
 def check_stability(gains: Gains, dt: float) -> None:
-    """Refuse gains outside 0 < κDΔt < 2 and cΔt² < 4 − 2κDΔt.
+    """Raise UnstableGainsError unless 0 < κDΔt < 2 and cΔt² < 4 − 2κDΔt.
 
     The step linearised about the reference is x'' with stiffness c: κP/2 for rotations, whose
     error is sin(θ/2), and κP for the translation. Jury's criterion of the discrete step gives the
-    bounds. Raises UnstableGainsError, also for a frame time or gains that are no numbers.
+    bounds. Frame time and gains must also be finite numbers.
     """
     if not (np.isfinite(dt) and dt > 0.0):
         raise UnstableGainsError(f"expected a frame time above 0 seconds, found {dt:g}")

@@ -12,13 +12,13 @@ import numpy as np
 from twistcore.skeleton.rotation import Array, conjugate, exponential, multiply
 from twistcore.work.frozen import dataclass
 
-NETWORK_DT = 0.04  # seconds: the rate at which gains of a network and κA are meant
+NETWORK_DT = 0.04  # seconds: the frame time for which a network's gains and κA are tuned
 EXACT, FIRST_ORDER = "exact", "first-order"
 
 
 @dataclass(frozen=True, eq=False)
 class Gains:
-    """Gains of the meta-PD controller; each a number or an array that broadcasts.
+    """Gains of the meta-PD controller; each is a number or an array that broadcasts.
 
     kp (1/s²), kd (1/s), ka (rad/s² for a difference of 1 in vec at 25 Hz) and bias (rad/s²) act on
     rotations, shape (…, joints, 3); root_kp, root_kd, root_bias (length/s²) on the root's place,
@@ -36,12 +36,13 @@ class Gains:
 
     @classmethod
     def by_hand(cls, dt: float, *, causal: bool = True) -> Gains:
-        """Gains of hands for a frame time in seconds: those above, at 25 Hz, made stiffer above it.
+        """Return hand-tuned gains for a frame time in seconds: the defaults at 25 Hz, else stiffer.
 
         κP/s² and κD/s with s = 0.3 + 0.7 Δt/0.04 s. A joint that turns steadily lies 2κD/κP − Δt
-        behind its reference: 10 ms at 25 Hz, less than 15 ms at any rate; stable at any rate.
-        causal: False for both ways, where the lag is 0 and κP 550, κD 17, root 200, 14 at 25 Hz
-        give less Accel at no more MPJPE, on CMU's subjects 02, 08 and 12 with synthetic noise.
+        behind its reference: 10 ms at 25 Hz, less than 15 ms at any rate. Stable at any rate.
+        causal: False for tracking both ways, where the lag is 0: there κP 550, κD 17, root 200, 14
+        at 25 Hz give a lower Accel at no higher MPJPE, on CMU's subjects 02, 08 and 12 with
+        synthetic noise.
         """
         at_25_hz = cls() if causal else cls(kp=550.0, kd=17.0, root_kp=200.0, root_kd=14.0)
         s = 0.3 + 0.7 * (dt / NETWORK_DT)
@@ -55,7 +56,7 @@ class Gains:
 
 @dataclass(frozen=True, eq=False)
 class AccelerationTerms:
-    """What made the angular acceleration of a step, rad/s², each (…, joints, 3) [Le26 Eq. 5]."""
+    """The terms of a step's angular acceleration, rad/s², each (…, joints, 3) [Le26 Eq. 5]."""
 
     proportional: Array
     damping: Array
@@ -64,12 +65,12 @@ class AccelerationTerms:
 
 
 def short_vector(q: Array) -> Array:
-    """vec(±q) with the sign that makes w ≥ 0: sin(θ/2) times the axis, (…, 4) -> (…, 3)."""
+    """Return vec(±q), the sign making w ≥ 0: sin(θ/2) times the axis, (…, 4) -> (…, 3)."""
     return np.where(q[..., :1] < 0.0, -q[..., 1:], q[..., 1:])
 
 
 def aligned(q_hat: Array, q: Array) -> Array:
-    """±q̂ in the hemisphere of q, so that q̂ and −q̂ are the same reference."""
+    """Return ±q̂ in the hemisphere of q, so that q̂ and −q̂ are the same reference."""
     dot = np.einsum("...i,...i->...", q_hat, q)
     return np.where(dot[..., None] < 0.0, -q_hat, q_hat)
 
@@ -77,7 +78,7 @@ def aligned(q_hat: Array, q: Array) -> Array:
 def angular_acceleration(
     q: Array, omega: Array, q_hat: Array, curvature: Array | float, gains: Gains, dt: float
 ) -> AccelerationTerms:
-    """The four parts of Eq. 5.
+    """Return the four terms of the angular acceleration [Le26 Eq. 5].
 
     curvature: δ(t+1) − δ(t), see :func:`increment`; a difference per frame², hence κA, tuned at
     25 Hz, is scaled by (0.04/Δt)².
@@ -94,21 +95,21 @@ def angular_acceleration(
 
 
 def increment(q_hat: Array, before: Array) -> Array:
-    """δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3): sin(θ/2) of the reference's own step."""
+    """Return δ = vec(±(q̂(t+1) ⊗ q̂(t)*)), (…, 3): sin(θ/2) of the reference's step."""
     return short_vector(multiply(q_hat, conjugate(before)))
 
 
 def next_velocity(omega: Array, parts: AccelerationTerms, dt: float, clip: float) -> Array:
-    """ω after a step, each component within ±clip [Le26 Eq. 1, 5]."""
+    """Return ω after a step, each component within ±clip [Le26 Eq. 1, 5]."""
     rate = parts.proportional + parts.damping + parts.bias + parts.acceleration
     return np.clip(omega + dt * rate, -clip, clip)
 
 
 def next_quaternion(q: Array, omega: Array, dt: float, integration: str = EXACT) -> Array:
-    """q after a step with constant ω in the parent's frame.
+    """Return q after a step with constant ω in the parent's frame.
 
     exact: Exp(ωΔt) ⊗ q, which stays on S³ by itself [Le26 Eq. 4]; first-order: the tangent step
-    q + ½Δt (0, ω) ⊗ q renormalised, what earlier work does [Le26 supplement E].
+    q + ½Δt (0, ω) ⊗ q renormalised, as in earlier work [Le26 supplement E].
     """
     if integration == EXACT:
         return multiply(exponential(dt * omega), q)
@@ -123,6 +124,6 @@ def next_quaternion(q: Array, omega: Array, dt: float, integration: str = EXACT)
 def next_translation(
     r: Array, v: Array, r_hat: Array, gains: Gains, dt: float
 ) -> tuple[Array, Array]:
-    """Root place and velocity after a step, each (…, 3) [Le26 §3.3]."""
+    """Return the root's place and velocity after a step, each (…, 3) [Le26 §3.3]."""
     v = v + dt * (gains.root_kp * (r_hat - r) - gains.root_kd * v + gains.root_bias)
     return r + dt * v, v

@@ -1,4 +1,4 @@
-"""The 24 joints that networks and metrics know, and a CMU clip reduced to them."""
+"""Reduce a CMU clip to the 24 joints of the networks and metrics."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.work.frozen import dataclass
 
 CMU_UNIT = 0.056444  # metres: lengths of CMU's skeletons are inches divided by 0.45
 
-# SMPL's order, so that its poses need no reordering; CMU's joint of the same place beside it.
+# SMPL's order, so that its poses need no reordering, each with the corresponding joint of CMU.
 SMPL_NAMES, PARENTS = BODIES[24].names, tuple(BODIES[24].parents.tolist())
 CMU_NAMES = (
     "Hips", "LeftUpLeg", "RightUpLeg", "LowerBack", "LeftLeg", "RightLeg", "Spine",
@@ -30,10 +30,10 @@ JOINTS = len(CMU_NAMES)
 
 @dataclass(frozen=True, eq=False)
 class Topology:
-    """How the 24 joints lie in another skeleton.
+    """The 24 joints within another skeleton.
 
-    joints: its index of each of the 24; folded: for each, the joints between it and the one above
-    among the 24, from the top (their rotations are taken into it).
+    joints: index of each of the 24 in that skeleton; folded: for each, the joints between it and
+    its parent among the 24, from the top (their rotations are combined with its own).
     """
 
     joints: NDArray[np.int64]
@@ -42,7 +42,7 @@ class Topology:
 
     @cached_property
     def offsets(self) -> Array:
-        """Rest offsets of the 24 joints, folded joints held at rest, (24, 3)."""
+        """Return rest offsets of the 24 joints with folded joints at rest, (24, 3)."""
         own = self.skeleton.offsets
         parts = [
             own[j] + own[list(f)].sum(axis=0) for j, f in zip(self.joints, self.folded, strict=True)
@@ -50,7 +50,7 @@ class Topology:
         return np.stack(parts)
 
     def reduced(self, rotations: Array) -> Array:
-        """Local rotations of the 24 joints, (frames, joints, 4) -> (frames, 24, 4)."""
+        """Return local rotations of the 24 joints, (frames, joints, 4) -> (frames, 24, 4)."""
         out = rotations[:, self.joints].copy()
         for k, above in enumerate(self.folded):
             for joint in reversed(above):
@@ -58,7 +58,7 @@ class Topology:
         return out
 
     def restored(self, reduced: Array, rotations: Array) -> Array:
-        """Rotations of the skeleton whose reduction is `reduced`; other joints keep theirs."""
+        """Return the skeleton's rotations that reduce to `reduced`; other joints are unchanged."""
         out = rotations.copy()
         for k, (joint, above) in enumerate(zip(self.joints, self.folded, strict=True)):
             q = reduced[:, k]
@@ -69,9 +69,9 @@ class Topology:
 
 
 def find_topology(skeleton: Skeleton) -> Topology:
-    """The 24 joints by CMU's or SMPL's names.
+    """Find the 24 joints by CMU's or SMPL's names.
 
-    TwistError where one is missing, or where the joints hang together otherwise.
+    Raises TwistError if one is missing, or if the hierarchy is different.
     """
     for names in (CMU_NAMES, SMPL_NAMES):
         if set(names) <= set(skeleton.names):
@@ -103,25 +103,25 @@ def _topology(skeleton: Skeleton, names: tuple[str, ...]) -> Topology:
 
 
 def metres_per_unit(skeleton: Skeleton, unit: float | None = None) -> float:
-    """The length of one unit of a skeleton: as given, or CMU's where it looks like one of CMU's.
+    """Return metres per unit of a skeleton: as given, or CMU's if the skeleton looks like CMU's.
 
-    TwistError where it has to be asked for: other names, or no person's height in that unit.
+    Raises TwistError if the unit is unknown: other names, or a height that no person has.
     """
     if unit is not None:
         return unit
     height = CMU_UNIT * skeleton.height
     if set(CMU_NAMES) <= set(skeleton.names) and 1.0 < height < 2.5:
         return CMU_UNIT
-    raise TwistError("expected --unit: how many metres one unit of this skeleton is")
+    raise TwistError("give --unit: the length of one unit of this skeleton in metres")
 
 
 def skeleton_24(offsets: Array) -> Skeleton:
-    """A skeleton of the 24 joints with these rest offsets, (24, 3)."""
+    """Return a skeleton of the 24 joints with these rest offsets, (24, 3)."""
     return Skeleton(SMPL_NAMES, np.array(PARENTS), np.asarray(offsets, dtype=np.float64))
 
 
 def places_24(offsets: Array, q: Array, r: Array) -> Array:
-    """Joint positions, (…, 24, 4), (…, 3) -> (…, 24, 3) in the unit of offsets and r."""
+    """Return joint positions, (…, 24, 4), (…, 3) -> (…, 24, 3), in the unit of offsets and r."""
     turned = np.empty(q.shape)
     out = np.empty((*q.shape[:-1], 3))
     for k, parent in enumerate(PARENTS):

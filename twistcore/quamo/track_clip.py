@@ -1,6 +1,6 @@
-"""A clip tracked: chosen joints, hand gains at its own rate or learned ones at 25 Hz.
+"""Track chosen joints of a clip with hand-tuned gains at its own rate or learned ones at 25 Hz.
 
-Causal, or both ways where the whole clip is there: then between its cuts, each capture alone.
+Tracking is causal, or goes both ways within each capture between cuts if the whole clip is known.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody, part
 
-_STILL = 1e-4  # of a quaternion; of the largest way that a place moves
+_STILL = 1e-4  # of a quaternion; of the longest distance that a place moves
 
 
 @dataclass(frozen=True, eq=False)
 class TrackedMotion:
     """A tracked motion.
 
-    snapped: joints set onto the input, apart: joints that two passes leave more than 90° from one
-    another, each (frames, joints of the skeleton); passes: every step forwards, if asked for, and
-    then those backwards, if both ways; at: when each was, in frames of the clip (not whole at 25
-    Hz); joints: the skeleton's index of each joint of a step.
+    snapped: joints set onto the input, apart: joints that two passes leave more than 90° apart,
+    each (frames, joints of the skeleton); passes: the forward steps, if requested, and then the
+    backward steps, if both ways; at: the time of each, in frames of the clip (fractional at 25 Hz);
+    joints: the skeleton's index of each joint of a step.
     """
 
     motion: Motion
@@ -50,7 +50,7 @@ class TrackedMotion:
 
 
 def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np.int64]:
-    """Indices of the named joints, or of all that can be written; TwistError where one is not."""
+    """Return indices of the named joints, or of all writable ones; TwistError if one is not."""
     rotatable = skeleton.rotatable
     able = np.ones(len(skeleton), dtype=np.bool_) if rotatable is None else rotatable
     if not names:
@@ -58,7 +58,7 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
     for name in names:
         if name not in skeleton.names:
             known = legible(", ".join(skeleton.names), most=600)
-            raise TwistError(f"no joint {shown_value(name)}; expected some of {known}")
+            raise TwistError(f"the clip has no joint {shown_value(name)}; choose from {known}")
         if not able[skeleton.index(name)]:
             raise TwistError(f"joint {name!r} does not have three rotation channels to write to")
     return np.array(sorted({skeleton.index(name) for name in names}), dtype=np.int64)
@@ -67,7 +67,7 @@ def chosen_joints(skeleton: Skeleton, names: Sequence[str] | None) -> NDArray[np
 def joints_of_24(
     skeleton: Skeleton, joints: NDArray[np.int64], *, strict: bool
 ) -> NDArray[np.int64]:
-    """Those of the joints that networks know; TwistError where one is not and strict is set."""
+    """Return the joints that networks know; if strict, raise TwistError for any other."""
     known = find_topology(skeleton).joints
     if strict and (other := np.setdiff1d(joints, known)).size:
         name = skeleton.names[int(other[0])]
@@ -76,14 +76,14 @@ def joints_of_24(
 
 
 def placed_joint(motion: Motion) -> int | None:
-    """The joint whose place is the figure's: the topmost that moves with half of the joints on it.
+    """Return the joint that places the figure: the topmost moving one above half of the joints.
 
-    As a rule the root; in some rigs that stands still and the hips below it move. The root where no
-    such joint moves. None where neither has position channels. What moves in a T-pose at an end or
-    across a cut does not count.
+    Usually the root; in some rigs the root is still and the hips below it move. The root if no such
+    joint moves. None if neither has position channels. Movement in a T-pose at an end or across a
+    cut does not count.
     """
     skeleton = motion.skeleton
-    carried = np.ones(len(skeleton), dtype=np.int64)  # joints, with the one they hang on
+    carried = np.ones(len(skeleton), dtype=np.int64)  # joints in the subtree, including its top
     for joint in range(len(skeleton) - 1, -1, -1):
         if (parent := skeleton.parents[joint]) >= 0:
             carried[parent] += carried[joint]
@@ -94,7 +94,7 @@ def placed_joint(motion: Motion) -> int | None:
 
 
 def check_place(motion: Motion, *, learned: bool = False) -> None:
-    """TwistError in one sentence where the place of the figure cannot be tracked."""
+    """Raise TwistError if the place of the figure cannot be tracked."""
     if (placed := placed_joint(motion)) is None:
         raise TwistError(
             "expected position channels (usually of the root) to track the figure's position"
@@ -102,18 +102,18 @@ def check_place(motion: Motion, *, learned: bool = False) -> None:
     if learned and placed != (root := int(find_topology(motion.skeleton).joints[0])):
         names = motion.skeleton.names
         raise TwistError(
-            f"the learned gains cover only the position of {names[root]!r}, but this figure "
-            f"has the position at {names[placed]!r}: set the gains by hand, or track without "
-            "the position"
+            f"the learned gains cover only the position of {names[root]!r}, but "
+            f"{names[placed]!r} has the position of this figure: set the gains by hand, or "
+            "track without the position"
         )
 
 
 def untracked_names(
     motion: Motion, joints: NDArray[np.int64], placed: int | None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of joints that turn, and of those whose place moves, and that nobody tracks.
+    """Return the names of untracked joints that turn, and of untracked joints that move.
 
-    joints: whose rotation is tracked or smoothed; placed: whose place is, None for none.
+    joints: tracked or smoothed in rotation; placed: the joint tracked in place, or None.
     """
     names = motion.skeleton.names
     turned = _largest_way(motion, motion.rotations) > _STILL
@@ -125,14 +125,14 @@ def untracked_names(
 
 
 def _moving(motion: Motion) -> list[int]:
-    """Joints whose position channels move, more than by the rounding of what is written."""
+    """Return joints whose position channels move by more than the rounding of the file."""
     way = _largest_way(motion, motion.positions)
     least = _STILL * way.max(initial=0.0)
     return [j for j, w in zip(motion.positioned, way, strict=True) if w > least]
 
 
 def _largest_way(motion: Motion, values: Array) -> Array:
-    """How far numbers (frames, n, components) go within a capture of the motion, (n,)."""
+    """Return the largest range of values (frames, n, components) within a capture, (n,)."""
     way = np.zeros(values.shape[1])
     for start, stop in pieces(motion, leading_frames(motion)):
         way = np.maximum(way, np.ptp(values[start:stop], axis=0).max(axis=-1, initial=0.0))
@@ -150,12 +150,12 @@ def track_by_hand(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackedMotion:
-    """Hand gains at the clip's own rate, those that follow the rate if none are given.
+    """Track with hand-tuned gains at the clip's own rate; by default they depend on the rate.
 
-    causal: False for both ways, see :func:`track_both_ways`, each of :func:`pieces` alone; place:
-    track the place of :func:`placed_joint` as well, if there is one; first: where to start, earlier
-    frames stay (a T-pose); tell: called with the share that is done. Raises UnstableGainsError
-    where the gains diverge at this rate.
+    causal: False for both ways (:func:`track_both_ways`), each of :func:`pieces` separately; place:
+    track the place of :func:`placed_joint` as well, if there is one; first: the frame to start at,
+    earlier frames stay (a T-pose); tell: called with the completed share. Raises UnstableGainsError
+    if the gains diverge at this rate.
     """
     placed = placed_joint(motion) if place else None
     root = np.zeros((motion.frames, 3)) if placed is None else motion.translation(placed)
@@ -189,17 +189,17 @@ def track_learned(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackedMotion:
-    """Gains of a network: the clip at 25 Hz is tracked, the correction carried back.
+    """Track with a network's gains at 25 Hz and apply the correction to the clip.
 
     A frame waits for the next sample of 25 Hz. unit: metres in one unit of the clip. All 24 joints
-    are tracked, since the network looks at the whole body, and only `joints` are changed.
-    causal: False for both ways, each of :func:`pieces` alone, the network started at either end of
-    it; place: as :func:`check_place` allows; tell: called with the share that is done.
+    are tracked, since the network uses the whole body, but only `joints` are changed.
+    causal: False for both ways, each of :func:`pieces` separately, the network starting at both
+    ends; place: see :func:`check_place`; tell: called with the completed share.
     """
     topology = find_topology(motion.skeleton)
     scale = metres_per_unit(motion.skeleton, unit)
     if not motion.positioned or motion.positioned[0] != topology.joints[0]:
-        raise TwistError("expected positions of the root for learned gains")
+        raise TwistError("learned gains need position channels of the root")
     if place:
         check_place(motion, learned=True)
     able = joints_of_24(motion.skeleton, joints, strict=False)
@@ -236,11 +236,11 @@ def smooth_clip(
     place: bool = False,
     first: int = 0,
 ) -> Motion:
-    """No tracker: a smoothing spline of each of :func:`pieces`, which must be there to its end.
+    """Smooth each of :func:`pieces` with a spline, without a tracker; offline only.
 
-    cutoff: of rotations, Hz, :func:`usual_cutoff` if none is given; the place's is three quarters
-    of it. The other words are those of :func:`track_by_hand`. TwistError where the clip's rate
-    cannot have the cut-off.
+    cutoff: for rotations, Hz, :func:`usual_cutoff` if not given; for the place, three quarters of
+    it. The other parameters are those of :func:`track_by_hand`. Raises TwistError if the cut-off
+    does not fit the clip's rate.
     """
     dt, placed = motion.frame_time, placed_joint(motion) if place else None
     cutoff = usual_cutoff(dt) if cutoff is None else cutoff
@@ -258,7 +258,7 @@ def smooth_clip(
 class _Piece:
     """Frames tracked in one go.
 
-    at: when the steps were, in frames of the clip; q (frames, joints, 4), r (frames, 3): to write.
+    at: times of the steps in frames of the clip; q (frames, joints, 4), r (frames, 3): to write.
     """
 
     found: TrackResult
@@ -268,7 +268,7 @@ class _Piece:
 
 
 def _spans(motion: Motion, first: int, causal: bool) -> tuple[tuple[int, int], ...]:
-    """What is tracked in one go; causally all: a stream is never known to have been cut."""
+    """Return the spans to track in one go; causally one, since a stream does not reveal cuts."""
     return ((first, motion.frames),) if causal else pieces(motion, first)
 
 
@@ -281,7 +281,7 @@ def _tracked(
     placed: int | None,
     tell: Tell,
 ) -> TrackedMotion:
-    """What `run` makes of every span; joints: to be written; stepped: those of a step."""
+    """Return the motion tracked by `run`; joints: to write; stepped: the joints of a step."""
     snapped = np.zeros(motion.rotations.shape[:2], dtype=np.bool_)
     apart = np.zeros_like(snapped)
     frames = sum(stop - start for start, stop in spans)
@@ -316,7 +316,7 @@ def _written(
     placed: int | None,
     parts: Sequence[tuple[int, Array, Array]],
 ) -> Motion:
-    """The motion with rotations of some joints and places of `placed`, each part from its frame."""
+    """Return the motion with each part's rotations and places written from its first frame on."""
     rotations, positions = motion.rotations.copy(), motion.positions.copy()
     for start, q, r in parts:
         rotations[start : start + len(q), joints] = q

@@ -1,4 +1,4 @@
-"""Following a noisy reference frame by frame, looking at nothing that comes later."""
+"""Follow a noisy reference frame by frame, without looking at later frames."""
 
 from __future__ import annotations
 
@@ -27,14 +27,14 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 LOST_AFTER = 5  # frames
-LOST_COSINE = np.cos(np.radians(90.0) / 2.0)  # |q·q̂| below it is more than 90° off
+LOST_COSINE = np.cos(np.radians(90.0) / 2.0)  # a smaller |q·q̂| is more than 90° off
 _TELL_EVERY = 25  # frames
-_NAMED, _JOINTS_NAMED = 10, 6  # runs of frames and joints, of those that a sentence is about
+_NAMED, _JOINTS_NAMED = 10, 6  # most runs of frames and most joints listed in a sentence
 
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """q (…, joints, 4), ω (…, joints, 3) in rad/s, r and v (…, 3)."""
+    """The tracker's state: q (…, joints, 4), ω (…, joints, 3) in rad/s, r and v (…, 3)."""
 
     q: Array
     omega: Array
@@ -43,14 +43,14 @@ class State:
 
 
 class Controller(ABC):
-    """Where gains come from, one set a step: hands or a network."""
+    """The source of the gains of each step: hand-tuned or from a network."""
 
     def start(self, q_hat: Array, r_hat: Array) -> State:
-        """The state at the first reference: at rest on it, as a rule."""
+        """Return the state at the first reference, by default at rest on it."""
         return State(q_hat, np.zeros((*q_hat.shape[:-1], 3)), r_hat, np.zeros_like(r_hat))
 
     def both_ways(self, q_two: Array, r_two: Array) -> Controller:
-        """A controller for both directions of a clip side by side: the same one as a rule.
+        """Return a controller for both directions of a clip at once, by default this one.
 
         q_two (frames, 2, …, joints, 4), r_two (frames, 2, …, 3): the references forwards and from
         the end to the beginning.
@@ -60,13 +60,13 @@ class Controller(ABC):
 
     @abstractmethod
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """Gains for the step towards this reference, already in the state's hemisphere."""
+        """Return gains for the step to this reference, which is in the state's hemisphere."""
 
 
 class HandGains(Controller):
-    """The same gains in every frame; refuses what would diverge at the clip's frame time.
+    """The same hand-tuned gains in every frame, if they are stable at the clip's frame time.
 
-    gains: None for those of :meth:`Gains.by_hand` at the clip's frame time; causal: which of them.
+    gains: None for :meth:`Gains.by_hand` at the clip's frame time; causal: passed on to it.
     """
 
     def __init__(self, gains: Gains | None = None, *, causal: bool = True) -> None:
@@ -75,12 +75,12 @@ class HandGains(Controller):
         self._checked = 0.0
 
     def both_ways(self, q_two: Array, r_two: Array) -> HandGains:
-        """The gains given, or those that hands use both ways."""
+        """Return a controller with the given gains, or with the default gains for both ways."""
         del q_two, r_two
         return HandGains(self._given, causal=False)
 
     def gains(self, state: State, q_hat: Array, r_hat: Array, dt: float) -> Gains:
-        """The constant gains, whatever is seen; UnstableGainsError if they diverge at dt."""
+        """Return the constant gains; raise UnstableGainsError if they diverge at dt."""
         del state, q_hat, r_hat
         if dt != self._checked:
             gains = self._given or Gains.by_hand(dt, causal=self._causal)
@@ -91,10 +91,10 @@ class HandGains(Controller):
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """What one frame gave.
+    """The result of one frame.
 
     state: after the step; snapped: joints set onto the reference because they had lost it, shape
-    (…, joints); gains, parts: what was used, None in the first frame, which is the start itself.
+    (…, joints); gains, parts: of the step, None in the first frame, where tracking starts.
     """
 
     state: State
@@ -117,14 +117,14 @@ class Tracker:
         self._lost: NDArray[np.int64] | None = None
 
     def step(self, q_hat: ArrayLike, r_hat: ArrayLike, dt: float) -> Step:
-        """The pose after the reference q̂ (…, joints, 4), r̂ (…, 3), which came dt seconds later.
+        """Return the pose after the reference q̂ (…, joints, 4), r̂ (…, 3), dt seconds later.
 
         The first call starts on the reference; its dt is not used. q̂ is normalised; its sign does
-        not matter. TwistError where a number is not finite or a quaternion is zero.
+        not matter. Raises TwistError if a number is not finite or a quaternion is zero.
         """
         q_hat, r_hat = _checked(q_hat, r_hat)
         if self._state is None:
-            # One of the two signs, so that −q̂ gives the same bits.
+            # Choose one of the two signs, so that −q̂ gives the same bits.
             q_hat = np.where(_leading(q_hat) < 0.0, -q_hat, q_hat)
             self._state = self._controller.start(q_hat, r_hat)
             self._before = q_hat
@@ -156,9 +156,9 @@ class Tracker:
 class TrackResult:
     """A tracked clip: q (frames, …, joints, 4), r (frames, …, 3), snapped (frames, …, joints).
 
-    steps: every step with its gains and parts, if they were asked for; steps_back: likewise those
-    of the pass from the end to the beginning, if there was one, in the order of the frames; apart:
-    where the two passes lie more than 90° from one another, shaped as snapped, None of one pass.
+    steps: every step with its gains and parts, if requested; steps_back: the steps of the backward
+    pass, if there was one, in the order of the frames; apart: where the two passes are more than
+    90° apart, shaped like snapped, None for a single pass.
     """
 
     q: Array
@@ -179,9 +179,9 @@ def track(
     keep_steps: bool = False,
     tell: Tell | None = None,
 ) -> TrackResult:
-    """Step through a whole clip; the same bits as calling :class:`Tracker` frame by frame.
+    """Track a whole clip; gives the same bits as calling :class:`Tracker` frame by frame.
 
-    tell: called with the share that is done, now and then; what it raises ends the tracking.
+    tell: called with the completed share now and then; an exception from it ends the tracking.
     """
     tell = tell or nobody
     tracker = Tracker(controller, integration=integration)
@@ -201,9 +201,9 @@ def track(
 def snap_sentences(
     snapped: NDArray[np.bool_], names: Sequence[str], *, causal: bool = True
 ) -> tuple[str, ...]:
-    """Which joints were set onto the reference and where, one sentence a joint.
+    """Report which joints were set onto the reference and where, one sentence per joint.
 
-    causal: False where it was in either of two passes, so that the result is half way from there.
+    causal: False if it happened in one of two passes, so that the result is halfway from there.
     """
     lost, was = ("", "") if causal else (" in a pass", " there")
     return tuple(
@@ -213,15 +213,15 @@ def snap_sentences(
 
 
 def apart_sentence(apart: NDArray[np.bool_], names: Sequence[str]) -> str:
-    """Which joints two passes leave more than 90° apart and where, all in one; '' for none."""
+    """Report in one sentence the joints and frames where two passes are over 90° apart, or ''."""
     found = [f"{name} at {places}" for name, places in _where(apart, names)]
     if not found:
         return ""
     if len(found) > _JOINTS_NAMED:
         found[_JOINTS_NAMED:] = [f"{len(found) - _JOINTS_NAMED} more joints"]
     return (
-        f"the two passes lie more than 90° apart, {'; '.join(found)}: that is faster than the "
-        "tracker follows, and what is written there may be far from the input"
+        f"the two passes are more than 90° apart ({'; '.join(found)}): the motion is faster than "
+        "the tracker can follow, and the result there may be far from the input"
     )
 
 
@@ -236,7 +236,7 @@ def frames_listed(there: NDArray[np.bool_]) -> str:
 
 
 def _where(there: NDArray[np.bool_], names: Sequence[str]) -> list[tuple[str, str]]:
-    """Names of the joints, and their frames in words; there: (frames, joints)."""
+    """Return joint names with their frames in words; there: (frames, joints)."""
     joints = np.flatnonzero(there.any(axis=0)).tolist()
     return [(names[joint], frames_listed(there[:, joint])) for joint in joints]
 
@@ -252,6 +252,6 @@ def _checked(q_hat: ArrayLike, r_hat: ArrayLike) -> tuple[Array, Array]:
 
 
 def _leading(q: Array) -> Array:
-    """The first component that is not 0, (…, 4) -> (…, 1): its sign names the hemisphere."""
+    """Return the first nonzero component, (…, 4) -> (…, 1): its sign gives the hemisphere."""
     first = np.argmax(q != 0.0, axis=-1)[..., None]
     return np.take_along_axis(q, first, axis=-1)

@@ -1,20 +1,20 @@
-"""Where the shipped networks are, and what their files are called."""
+"""Paths and file names of the shipped networks."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
-_PACKAGED = Path(__file__).resolve().parent / "weights"  # where a wheel has them
+_PACKAGED = Path(__file__).resolve().parent / "weights"  # their place in a wheel
 _IN_CHECKOUT = Path(__file__).resolve().parents[2] / "assets" / "quamo"
 WEIGHTS = _PACKAGED if _PACKAGED.is_dir() else _IN_CHECKOUT
-FINAL = "none"  # what the network trained on all subjects holds out
+FINAL = "none"  # the held-out subject of the network trained on all
 
 
 def weights_name(variant: str, subject: str, seed: int = 0) -> str:
-    """File name of a network by variant and held-out subject."""
+    """Return the file name of a network by variant and held-out subject."""
     return f"{variant}-{'all' if subject == FINAL else f'without-{subject}'}-{seed}.npz"
 
 
 def weights_file() -> Path:
-    """The network for any clip: trained on all subjects, the full variant."""
+    """Return the file of the default network: full variant, trained on all subjects."""
     return WEIGHTS / weights_name("full", FINAL)

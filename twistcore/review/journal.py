@@ -254,7 +254,7 @@ def _replayed(review: Review, entry: Any, motion: Motion | None) -> Review:
                 _check_chains(command.rig, command.tau, motion)
                 _check((), command.found, None, frames)
             case LeaveOut() if frames is not None and any(b > frames for _, b in command.spans):
-                raise FormatError("frames after the last frame")
+                raise FormatError("frames after the last one")
             case CarryOver():
                 _check((), (j.interval for j in command.earlier), None, frames)
         review.do(command)

@@ -1,7 +1,7 @@
-"""Chains parent-child-grandchild in which a twist error can show itself [Choi26 §3.1, §4.1.1].
+"""Parent-child-grandchild chains in which a twist error is visible [Choi26 §3.1, §4.1.1].
 
-The parent P of a chain is always the joint that the child C hangs on: an error of P turns back in
-P's own children. Of a bone in pieces every piece has a chain of its own.
+The parent P of a chain is always the parent joint of the child C, since an error of P is undone in
+P's own children. In a bone divided into pieces, every piece has its own chain.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ from twistcore.work.frozen import dataclass
 
 SEGMENTS = tuple(segment for bones in BONES.values() for segment in bones)
 
-_NEAR = 0.75  # of difflib's ratio: from there on a name may be a slip
+_NEAR = 0.75  # of difflib's ratio: a closer name may be a typing error
 _COLLINEAR = np.cos(np.radians(20.0))
-VARYING = np.cos(np.radians(1.0))  # bones that do so have an axis a frame
+VARYING = np.cos(np.radians(1.0))  # bones that vary more have an axis for each frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,8 +45,8 @@ class Chain:
     parent, child, grandchild : int
         Joint indices; `grandchild` is −1 where `arm` is C's own axis or an End Site.
     axis : ndarray, shape (3,) or (frames, 3)
-        Unit vector a from P to C in P's coordinates, (x, y, z); one a frame if position channels
-        make it vary.
+        Unit vector a from P to C in P's coordinates, (x, y, z); one per frame if position
+        channels make it vary.
     arm : ndarray, shape (3,) or (frames, 3)
         Unit vector b from C to G in C's coordinates, (x, y, z).
     side : {'Left', 'Right', ''}
@@ -54,13 +54,13 @@ class Chain:
     segment : str
         'Shoulder', 'Arm', 'ForeArm', 'UpLeg', 'Leg', 'Foot' or the like, '' if unknown.
     warnings : tuple of str
-        What was assumed.
+        Assumptions made for the chain.
     pieces : int
-        In how many pieces the bone is; every piece has a chain.
+        Number of pieces of the bone; every piece has a chain.
     ends : bool
         False if C is the next piece of the same bone.
     person : str
-        Whose chain it is; '' if there is one person.
+        The person with this chain; '' if there is only one.
 
     Examples
     --------
@@ -91,14 +91,14 @@ class Chain:
 
     @property
     def label(self) -> str:
-        """What a table shows: 'Left ForeArm', of one of several people 'B · Left ForeArm'."""
+        """Return the label in tables: 'Left ForeArm', with several people 'B · Left ForeArm'."""
         return f"{self.person} · {self.part}" if self.person else self.part
 
     @property
     def part(self) -> str:
-        """The part of the body: 'Left ForeArm', or the joint's name where the limb is unknown.
+        """Return the part of the body: 'Left ForeArm', or the joint's name if unknown.
 
-        Of a bone in pieces with the piece: 'Left Arm · upperarm02.L'.
+        For a bone in pieces the piece is added: 'Left Arm · upperarm02.L'.
         """
         if not self.segment:
             return self.name
@@ -107,23 +107,23 @@ class Chain:
 
     @property
     def list_label(self) -> str:
-        """The label in a list of chains and limbs."""
+        """Return the label in a list of chains and limbs."""
         return self.label
 
     def sliced(self, start: int, stop: int) -> Chain:
-        """The chain in frames [start, stop)."""
+        """Return the chain in frames [start, stop)."""
         axis, arm = (v if v.ndim == 1 else v[start:stop] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def at(self, frames: NDArray[np.intp] | slice) -> Chain:
-        """The chain in these frames alone."""
+        """Return the chain in the given frames only."""
         axis, arm = (v if v.ndim == 1 else v[frames] for v in (self.axis, self.arm))
         return replace(self, axis=axis, arm=arm)
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """P and its children: what an error in the chain, or its correction, turns otherwise.
+        """Return P and its children: the joints that an error or its correction changes.
 
-        carried: of a limb only, whose end may have turned along.
+        carried: only for limbs: True if the end turned along.
         """
         del carried
         return self.parent, *skeleton.children[self.parent]
@@ -138,14 +138,14 @@ def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Cha
     Parameters
     ----------
     clip : Clip or Motion
-        What to look at.
+        The clip to search.
     body : Body, optional
         The limbs; found in the clip if not given.
 
     Returns
     -------
     tuple of Chain
-        By limb, the joint next to the trunk first; empty if the skeleton has no limb.
+        Ordered by limb, the joint next to the trunk first; empty if the skeleton has no limb.
 
     Raises
     ------
@@ -154,7 +154,7 @@ def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Cha
 
     See Also
     --------
-    find_limbs : Arms and legs as a whole.
+    find_limbs : Find whole arms and legs.
 
     Examples
     --------
@@ -169,10 +169,10 @@ def find_chains(clip: Motion | HasMotion, body: Body | None = None) -> tuple[Cha
 
 
 def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
-    """The chains of a limb whose bones have a length, the first one first."""
+    """Yield the chains of a limb whose bones have a length, in order."""
     below = [*(bone.child for bone in line.bones[1:]), line.below]
     for bone, grandchild in zip(line.bones, below, strict=True):
-        # Pieces lie in one line: only C's own axis tells how it turns about that.
+        # Pieces lie in one line: only C's own axis shows its turn about that line.
         joints = bone.parent, bone.child, grandchild if bone.ends else -1
         chain = make_chain(motion, *joints, line.side, bone.segment)
         if chain is not None:
@@ -182,7 +182,7 @@ def _chains_of(motion: Motion, line: LimbLine) -> Iterator[Chain]:
 def make_chain(
     motion: Motion, parent: int, child: int, grandchild: int = -1, side: str = "", segment: str = ""
 ) -> Chain | None:
-    """The chain of three joints, or None where P→C has no length and so no axis.
+    """Return the chain of three joints, or None if P→C has no length and so no axis.
 
     Without a grandchild b is, for a hand, the unit Z of C's frame [Choi26 §4.1.3] (or the axis of
     C least parallel to a, if Z lies within 20° of it); for a foot its End Site.
@@ -199,16 +199,16 @@ def make_chain(
         if end is not None and has_length(skeleton, end):
             arm = normalise(end)
         else:
-            along = np.abs(np.atleast_2d(axis)[0])  # of each axis of C the cosine to a
+            along = np.abs(np.atleast_2d(axis)[0])  # cosine between each axis of C and a
             arm = np.eye(3)[2 if along[2] <= _COLLINEAR else int(np.argmin(along))]
     name = skeleton.names[parent]
     return Chain(name, parent, child, grandchild, axis, arm, side, segment, tuple(warnings))
 
 
 def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...], ...]:
-    """Chains that change a joint in common, directly or through others, belong together.
+    """Group chains that change a joint in common, directly or through other chains.
 
-    So an error in one limb changes nothing in another.
+    An error in one group changes nothing in another.
     """
     changers: dict[int, list[int]] = {}
     changed = [chain.changed_joints(skeleton) for chain in chains]
@@ -226,14 +226,15 @@ def limbs(skeleton: Skeleton, chains: Sequence[Chain]) -> tuple[tuple[Chain, ...
                 todo += (other for joint in changed[k] for other in changers.pop(joint, ()))
         if group:
             groups.append(sorted(group))
-    # As they are completed when chains are gone through: the group of the earliest last one first.
+    # Order the groups by their last chain.
     return tuple(tuple(chains[k] for k in group) for group in sorted(groups, key=lambda g: g[-1]))
 
 
 def uncorrectable_joints(motion: Motion, chain: Chain, *, carried: bool = False) -> tuple[str, ...]:
-    """Names of joints that it turns and that lack three rotation channels; empty: correctable.
+    """Return the joints that prevent a correction: changed, but without three rotation channels.
 
-    carried: of a limb, by a flip in which the end turned along, whose own rotation then stays.
+    Empty if the chain is correctable. carried: for a limb flip in which the end turned along, so
+    that its own rotation stays.
     """
     skeleton = motion.skeleton
     rotatable, joints = skeleton.rotatable, chain.changed_joints(skeleton, carried=carried)
@@ -261,13 +262,13 @@ def chain_named(chains: Iterable[SomeChain], name: str, where: str) -> SomeChain
     ):
         alike = [c for c in chains if key(name) in {key(getattr(c, a)) for a in attributes}]
         if len({c.parent for c in alike}) == 1:
-            return alike[0]  # a chain comes before the limb that it begins
+            return alike[0]  # the chain precedes the limb that starts with it
         if alike:
             listed = " or ".join(c.name for c in alike)
             raise TwistError(f"{where}: chain {name!r} can mean {listed}; expected one of these")
     # A chain that a limb begins with may have the limb's label, and goes before it.
     known = {_folded(word): c.name for c in reversed(chains) for word in (c.label, c.name)}
-    from difflib import get_close_matches  # slow to load, and seldom needed
+    from difflib import get_close_matches  # slow to load, and rarely needed
 
     near = get_close_matches(_folded(name), known, cutoff=_NEAR)
     if near:
@@ -286,7 +287,7 @@ def _folded(name: str) -> str:
 
 
 def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
-    """Chains by the person whose they are, each in the given order."""
+    """Return chains by person, in the given order."""
     own: dict[str, list[SomeChain]] = {}
     for chain in chains:
         own.setdefault(chain.person, []).append(chain)
@@ -294,12 +295,12 @@ def by_person(chains: Iterable[SomeChain]) -> dict[str, list[SomeChain]]:
 
 
 def chain_notes(chains: Iterable[Chain]) -> tuple[str, ...]:
-    """What was assumed for chains, each sentence once: two chains may share a joint."""
+    """Return the chains' assumptions, each sentence once: two chains may share a joint."""
     return tuple(dict.fromkeys(warning for chain in chains for warning in chain.warnings))
 
 
 def bone_direction(motion: Motion, joint: int, warnings: list[str]) -> Array | None:
-    """Unit direction from the parent, (3,), (frames, 3) where it varies, or None at no length."""
+    """Return the unit direction from its parent, (3,), (frames, 3) if varying, None at length 0."""
     skeleton = motion.skeleton
     offset = bone_offset(motion, joint)
     if joint in motion.positioned and offset.ndim == 1:

@@ -1,4 +1,4 @@
-"""A figure as a body in a room: which way is up, how tall it is, where it faces."""
+"""The up direction, height and heading of a figure."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from twistcore.skeleton.rotation import Array
 
 
 def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) -> Array:
-    """Unit vector up, (3,): Y, or Z where the figure clearly stands along it.
+    """Return the unit vector up, (3,): Y, or Z if the figure is clearly upright along Z.
 
-    From the knees to the shoulders over the clip, positions (frames, joints, 3): a rest pose may
-    be an arbitrary heap of bones. Without limbs the rest pose has to do.
+    Uses the direction from the knees to the shoulders over the clip, positions (frames, joints, 3),
+    since a rest pose may be arbitrary. Without limbs, the rest pose is used.
     """
     knees = [c.parent for c in chains if c.segment == "Leg"]
     shoulders = [c.parent for c in chains if c.segment == "Arm"]
@@ -31,10 +31,10 @@ def guess_up(positions: Array, chains: tuple[Chain, ...], skeleton: Skeleton) ->
 
 
 def figure_size(positions: Array, skeleton: Skeleton) -> float:
-    """How tall the figure is, the file's length unit: no pose is larger, nor the rest pose.
+    """Return the figure's height in the file's unit: the largest pose, but at most the rest pose.
 
-    positions: (frames, joints, 3); some 200 frames of them are looked at. Of several people the
-    tallest one.
+    positions: (frames, joints, 3), of which about 200 frames are used. Of several people, the
+    tallest is used.
     """
     some = positions[:: max(1, len(positions) // 200)]
     poses = (some[:, list(person.joints)] for person in find_people(skeleton))
@@ -43,10 +43,11 @@ def figure_size(positions: Array, skeleton: Skeleton) -> float:
 
 
 def heading(positions: Array, chains: tuple[Chain, ...], up: Array) -> Array:
-    """The level unit vector in which the figure faces, (3,).
+    """Return the horizontal unit vector in which the figure faces, (3,).
 
-    positions: (joints, 3); up: a unit vector, (3,). From right to left across hips and shoulders;
-    Z (−Y where Z is up) if sides are unknown. Of several people the first one with chains counts.
+    positions: (joints, 3); up: a unit vector, (3,). Derived from the direction right to left across
+    hips and shoulders; Z (−Y if Z is up) if sides are unknown. Of several people, the first with
+    chains is used.
     """
     across = np.zeros(3)
     own = [c for c in chains if c.person == chains[0].person]

@@ -1,7 +1,7 @@
-"""Twist bones next to the chain, as in Unreal rigs: they share out the roll of a limb's bone.
+"""Twist bones next to the chain, as in Unreal rigs, which distribute the roll of a limb's bone.
 
-A helper hangs on the joint P of a bone, next to C, and turns about the bone. One that turns alone
-wrings the skin ("candy wrapper") although no joint of the limb is wrong.
+A helper is a child of the joint P of a bone, next to C, and turns about the bone. A helper that
+turns alone wrings the skin ("candy wrapper") although no joint of the limb is wrong.
 """
 
 from __future__ import annotations
@@ -17,15 +17,15 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import normalise
 from twistcore.work.frozen import dataclass
 
-_IN_LINE = np.cos(np.radians(5.0))  # a helper lies on the bone
+_IN_LINE = np.cos(np.radians(5.0))  # largest angle between a helper and the bone
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Helper(Chain):
-    """A twist bone next to a chain, by its own index in place of P's.
+    """A twist bone next to a chain, with its own index instead of P's.
 
-    parent: the helper; child: C of the bone that it lies in, whose roll it shares out; axis: the
-    bone's direction in the coordinates of the joint that both hang on.
+    parent: the helper; child: C of the bone whose roll it distributes; axis: the bone's direction
+    in the coordinates of their common parent joint.
     """
 
     def __repr__(self) -> str:
@@ -33,23 +33,23 @@ class Helper(Chain):
 
     @property
     def part(self) -> str:
-        """The bone and the helper: 'Left Arm · upperarm_twist_01_l'."""
+        """Return the bone and the helper: 'Left Arm · upperarm_twist_01_l'."""
         bone = f"{self.side} {self.segment}"
         return f"{bone} · {self.name}" if self.segment else self.name
 
     @property
     def list_label(self) -> str:
-        """The label in a list of chains and limbs."""
+        """Return the label in a list of chains and limbs."""
         return f"{self.label} · helper"
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """The helper and what hangs on it."""
+        """Return the helper and its children."""
         del carried
         return self.parent, *skeleton.children[self.parent]
 
 
 def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
-    """Twist bones next to the bones of a body's limbs, by the bones' order."""
+    """Find the twist bones next to the bones of a body's limbs, in the bones' order."""
     return tuple(
         helper
         for line in body.lines
@@ -59,7 +59,7 @@ def find_helpers(motion: Motion, body: Body) -> tuple[Helper, ...]:
 
 
 def _next_to(motion: Motion, body: Body, line: LimbLine, bone: Bone) -> Iterator[Helper]:
-    """Helpers of one bone: leaves that lie on it, and children that are called so."""
+    """Yield helpers of one bone: leaves that lie on it, and children named as helpers."""
     skeleton, parent, child = motion.skeleton, bone.parent, bone.child
     chain = make_chain(motion, parent, child, side=line.side, segment=bone.segment)
     if chain is None:

@@ -1,4 +1,4 @@
-"""What the names of joints say: the side, and which part of the body.
+"""Derive the side and the part of the body from joint names.
 
 Words and their meanings are in `joint_vocabulary.py`.
 """
@@ -47,22 +47,22 @@ HANDS = ("wrist", "hand")
 FEET = ("ankle", "foot")
 TOES = ("toe", "ball", "foot")
 
-_SHARED = 0.6  # an unknown first or last word of so many joints is the rig's name, not the joint's
-_FEWEST = 3  # bones that a language must name beyond the others
-_ENOUGH = 6  # bones that are named: no other language is looked for
-_SHORTEST = 3  # letters of a word that is found within a longer one
+_SHARED = 0.6  # an unknown first or last word of this share of the joints is the rig's name
+_FEWEST = 3  # additional bones that a language must name
+_ENOUGH = 6  # named bones from which no other language is tried
+_SHORTEST = 3  # letters of a word that may be found within a longer one
 _SHORTEST_SIDE = 4
-_LONGEST = 60  # letters of a word that is taken apart
-_LAST = 3  # the rank of a word that counts only where nothing else is
+_LONGEST = 60  # letters of a word that may be split
+_LAST = 3  # the rank of a word that counts only if there is no other
 
 
 def understood(names: Sequence[str], vocabulary: Vocabulary | None = None) -> list[JointName]:
-    """What every joint's name of a skeleton says, by default by the words of the program."""
+    """Return the meaning of each joint name of a skeleton, by default with built-in words."""
     return list(_understood(tuple(names), vocabulary or default_vocabulary()))
 
 
 def own_names(names: Sequence[str], vocabulary: Vocabulary) -> dict[str, str]:
-    """What a person's vocabulary says of a skeleton's joints that the program's does not.
+    """Return the joints that a person's vocabulary names differently from the built-in one.
 
     By joint, in the words of :func:`joint_as_said`.
     """
@@ -82,20 +82,20 @@ def _said(joint: JointName) -> str:
 
 
 def is_helper(name: str) -> bool:
-    """Whether a joint only shares out the twist of the bone that it lies in."""
+    """True if a joint only distributes the twist of its bone."""
     return understood([name])[0].helper
 
 
 @lru_cache(maxsize=16)
 def _understood(names: tuple[str, ...], vocabulary: Vocabulary) -> tuple[JointName, ...]:
     readings = [_in_languages([*map(words_of, text)], vocabulary) for text in decodings(names)]
-    found = max(readings, key=_known)  # the first of equal ones
+    found = max(readings, key=_known)  # the first if equal
     own = vocabulary.joints
     return tuple(own.get(name, joint) for name, joint in zip(names, found, strict=True))
 
 
 def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """What the names say in the language that most bones are named in."""
+    """Return the meanings of names in the language that names most bones."""
     found = _read(words, vocabulary)
     if _limb_words(found) >= _ENOUGH:
         return found
@@ -110,12 +110,12 @@ def _in_languages(words: list[list[str]], vocabulary: Vocabulary) -> list[JointN
 
 
 def _known(joints: Iterable[JointName]) -> int:
-    """How many joints have a name that is known."""
+    """Return the number of joints with a known name."""
     return sum(bool(joint.roles or joint.other or joint.trunk) for joint in joints)
 
 
 def _limb_words(joints: Iterable[JointName]) -> int:
-    """How many different bones are named."""
+    """Return the number of different bones that are named."""
     return len({joint.word for joint in joints if joint.roles and not joint.helper})
 
 
@@ -144,7 +144,7 @@ class _Piece:
 
 
 def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
-    """What each joint's words mean, by themselves and then in view of the others."""
+    """Return the meaning of each joint's words, first alone and then compared with the others."""
     numbers = [_number(w, vocabulary) for w in words]
     letters = [[w for w in joint if not w.isdigit()] for joint in words]
     pieces = [_pieces(joint, vocabulary) for joint in letters]
@@ -158,7 +158,7 @@ def _read(words: list[list[str]], vocabulary: Vocabulary) -> list[JointName]:
 
 
 def _number(words: list[str], vocabulary: Vocabulary) -> str:
-    """All digits, without those behind the rig's own prefix: Bip01."""
+    """Return all digits, except after the rig's own prefix: Bip01."""
     out = ""
     for k, word in enumerate(words):
         if word.isdigit():
@@ -171,7 +171,7 @@ def _number(words: list[str], vocabulary: Vocabulary) -> str:
 
 
 def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
-    """A name's words, phrases of several put together and words written together taken apart."""
+    """Return a name's words, with phrases joined and compounds split."""
     split: list[_Piece] = []
     for word in words:
         split += _sides_off(folded(word), word.isupper(), vocabulary)
@@ -197,7 +197,7 @@ def _pieces(words: list[str], vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
-    """A word, or the side that it begins or ends with and the rest of it."""
+    """Split a side off the beginning or end of a word, if it has one."""
     meaning = vocabulary.words.get(word)
     if meaning is not None:
         return [_Piece(word, meaning, upper)] if meaning.side else [_Piece(word, None, upper)]
@@ -210,7 +210,7 @@ def _sides_off(word: str, upper: bool, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _may_join(word: str, shortest: int) -> bool:
-    """Whether a word may be found within another: not a short one of an alphabet."""
+    """True if a word may be found within another: not a short alphabetic word."""
     return len(word) >= shortest or not _has_case(word)
 
 
@@ -219,7 +219,7 @@ def _has_case(word: str) -> bool:
 
 
 def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
-    """The known words that a word is made of, as few as can be; [] where something is left."""
+    """Split a word into as few known words as possible; [] if a part is unknown."""
     if len(word) > _LONGEST:
         return []
     best: list[list[_Piece] | None] = [None] * (len(word) + 1)
@@ -245,7 +245,7 @@ def _taken_apart(word: str, vocabulary: Vocabulary) -> list[_Piece]:
 
 
 def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]]:
-    """Without the unknown first (0) or last (−1) words, sides apart, that most joints have."""
+    """Remove unknown first (0) or last (−1) words that most joints share, except sides."""
     while True:
         rest = [[p for p in joint if not p.side] for joint in pieces]
         ends = Counter(r[place].word for r in rest if len(r) > 1 and not r[place])
@@ -261,7 +261,7 @@ def _without_shared(pieces: list[list[_Piece]], place: int) -> list[list[_Piece]
 
 
 def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabulary) -> list[str]:
-    """Sides by words that mean one only where the mirrored name has the other; '' elsewhere."""
+    """Return sides from words that mean a side only if the mirrored name has the other; else ''."""
     out = [""] * len(pieces)
     for pair in vocabulary.pairs:
         seen: tuple[dict[Any, int], dict[Any, int]] = ({}, {})
@@ -283,7 +283,9 @@ def _mirrored(pieces: list[list[_Piece]], numbers: list[str], vocabulary: Vocabu
 def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
     side = mirrored or _side(pieces)
     rest = [p for p in pieces if not p.side]
-    if not any(p.roles for p in rest if not p.has("noise")):  # French "main", where nothing else is
+    if not any(
+        p.roles for p in rest if not p.has("noise")
+    ):  # French "main", if there is nothing else
         stem = [p for p in rest if not p.has("noise") or (p.roles and side)]
     else:
         stem = [p for p in rest if not p.has("noise")]
@@ -313,7 +315,7 @@ def _joint_name(pieces: list[_Piece], number: str, mirrored: str) -> JointName:
 
 
 def _side(pieces: list[_Piece]) -> str:
-    """The side: a word before a letter, a capital before a small letter."""
+    """Return the side; a word takes precedence over a letter, a capital over a small letter."""
     sides = [p for p in pieces if p.side]
     if len(sides) == len(pieces):
         return ""  # Xsens' L5 is a vertebra
@@ -322,15 +324,15 @@ def _side(pieces: list[_Piece]) -> str:
 
 
 def _best(joints: list[JointName], pieces: list[list[_Piece]]) -> list[JointName]:
-    """The roles in view of the others: without those of words that a side has a better one for.
+    """Resolve roles by comparing joints: drop the roles of words with a better one on that side.
 
-    Of a word with several meanings the one comes first that no other word of its side has.
+    If a word has several meanings, the one that no other word of its side has comes first.
     """
     ranks = [_rank(p) for p in pieces]
     best: dict[tuple[str, str], int] = {}
     for joint, rank in zip(joints, ranks, strict=True):
         if joint.roles and not joint.helper:
-            for side in {joint.side, ""}:  # a joint without a side is compared with all
+            for side in {joint.side, ""}:  # a joint without a side is compared with all others
                 key = side, joint.roles[0]
                 best[key] = min(rank, best.get(key, rank))
     out = list(joints)
@@ -356,7 +358,7 @@ def _without_roles(joint: JointName, pieces: list[_Piece]) -> JointName:
 
 
 def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str, str]]]:
-    """Joints with the roles in front that no other has for certain; and those certain ones."""
+    """Return joints with roles not certain for others first, and the certain (side, role) pairs."""
     out = list(joints)
     open_ = {k: list(joint.roles) for k, joint in enumerate(joints) if joint.roles}
     taken: set[tuple[str, str]] = set()
@@ -378,7 +380,7 @@ def _sorted_out(joints: list[JointName]) -> tuple[list[JointName], set[tuple[str
 
 
 def _rank(pieces: list[_Piece]) -> int:
-    """How far a name is from one that says only what it is, in known words; 0 for such a one."""
+    """Return a name's distance from a plain name of known words; 0 for a plain name."""
     if any(p.has("third") for p in pieces):
         return _LAST
     bare = [p for p in pieces if p or len(p.word) > 1]

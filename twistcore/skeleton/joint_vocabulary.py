@@ -1,4 +1,4 @@
-"""The words in joints' names and what they mean: `joint_names.toml`, and a person's own file."""
+"""Words in joint names and their meanings: `joint_names.toml`, and a person's own file."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ROLES = ("shoulder", "arm", "forearm", "hand", "upleg", "leg", "foot", "toe")
 
 _Value = TypeVar("_Value")
 DEFAULT_WORDS = Path(__file__).with_name("joint_names.toml")
-_KANA_MARKS = "\u3099\u309a"  # か with one is が, another letter
+_KANA_MARKS = "\u3099\u309a"  # か with a mark is が, a different letter
 _PLAIN = str.maketrans({"ł": "l", "ø": "o", "đ": "d", "ı": "i", "æ": "ae", "œ": "oe"})
 _MARKS = (
     "sided",
@@ -46,13 +46,13 @@ _KEYS = (*_SIDES, *ROLES, *_MARKS, "pairs", "either", "whole")
 
 @dataclass(frozen=True)
 class JointName:
-    """What a name says.
+    """The meaning of a joint's name.
 
     side: 'Left', 'Right' or ''; stem: the rest in lower-case letters, without accents; number: its
     digits; roles: which of ROLES the word can mean, the likeliest first, () for none; helper: the
-    joint only shares out the twist of the bone that it lies in; other: it is a part of the head or
-    hand, or something carried, and never part of an arm or leg; trunk: it is the pelvis, spine or
-    neck; word: the word that said so.
+    joint only distributes the twist of its bone; other: the joint is a part of the head or hand, or
+    something carried, and never part of an arm or leg; trunk: the joint is the pelvis, spine or
+    neck; word: the word with this meaning.
     """
 
     side: str
@@ -66,31 +66,31 @@ class JointName:
 
     @property
     def no_limb(self) -> bool:
-        """Whether it names a part of the head or hand, or something carried."""
+        """True for a part of the head or hand, or something carried."""
         return self.other
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """What a word says; see `joint_names.toml`."""
+    """The meaning of a word; see `joint_names.toml`."""
 
     side: str = ""
     roles: tuple[str, ...] = ()
     marks: frozenset[str] = frozenset()  # 'sided', 'other', …
 
     def joined(self, other: Meaning) -> Meaning:
-        """Both, of a word that is in two lists."""
+        """Return both meanings joined, for a word in two lists."""
         roles = tuple(dict.fromkeys(self.roles + other.roles))
         return Meaning(self.side or other.side, roles, self.marks | other.marks)
 
 
 @dataclass(frozen=True, eq=False)
 class Vocabulary:
-    """Words, folded as `folded` does, and what they mean.
+    """Words, in the form returned by `folded`, with their meanings.
 
     pairs: words for left and right that mean it only on mirrored names; languages: vocabularies
-    whose words count only for a skeleton that is named in them as a whole; joints: what a person
-    says of single joints, by their whole names.
+    whose words count only for a skeleton named entirely in that language; joints: a person's
+    meanings of single joints, by their whole names.
     """
 
     words: Mapping[str, Meaning]
@@ -99,7 +99,7 @@ class Vocabulary:
     joints: Mapping[str, JointName] = field(default_factory=dict)
 
     def over(self, other: Vocabulary) -> Vocabulary:
-        """This one's words, where it has none those of the other."""
+        """Return a vocabulary with the words of this one, and of `other` for missing words."""
         return Vocabulary(
             {**other.words, **self.words},
             tuple(dict.fromkeys(self.pairs + other.pairs)),
@@ -109,18 +109,18 @@ class Vocabulary:
 
     @cached_property
     def with_languages(self) -> tuple[Vocabulary, ...]:
-        """This one with each of its languages."""
+        """Return this vocabulary combined with each of its languages."""
         return tuple(language.over(self) for language in self.languages)
 
     @cached_property
     def longest(self) -> int:
-        """Letters of the longest word."""
+        """Return the number of letters of the longest word."""
         return max(map(len, self.words), default=0)
 
 
 @cache
 def default_vocabulary() -> Vocabulary:
-    """Return the words of `joint_names.toml`, out of `known_words.py`, which loads fast."""
+    """Return the words of `joint_names.toml` from `known_words.py`, which loads fast."""
     from twistcore.skeleton.known_words import VOCABULARIES
 
     common, *languages = (Vocabulary(_meanings(groups), pairs) for groups, pairs in VOCABULARIES)
@@ -136,17 +136,17 @@ def _meanings(groups: Iterable[tuple[str, str, str, str]]) -> dict[str, Meaning]
 
 
 def default_words() -> Vocabulary:
-    """Return what `joint_names.toml` itself says: slower than :func:`default_vocabulary`."""
+    """Read `joint_names.toml` itself; slower than :func:`default_vocabulary`."""
     return _vocabulary(parsed_toml(DEFAULT_WORDS.read_bytes()))
 
 
 def read_vocabulary(path: Path) -> Vocabulary:
-    """A person's own file over the default; raises TwistError, FormatError for a damaged file."""
+    """Read a person's file on top of the default; raise TwistError or FormatError if damaged."""
     return vocabulary_of(read_words(path))
 
 
 def read_words(path: Path) -> dict[str, Any]:
-    """What a person's own file of words says, checked; raises as :func:`read_vocabulary`."""
+    """Read and check a person's file of words; raise the errors of :func:`read_vocabulary`."""
     data = bytes_of(path)
     with saying(path):
         document = parsed_toml(data)
@@ -158,12 +158,12 @@ def read_words(path: Path) -> dict[str, Any]:
 
 
 def vocabulary_of(words: Mapping[str, Any]) -> Vocabulary:
-    """The vocabulary of what a file of words says, over the default; FormatError if damaged."""
+    """Return a file's words on top of the default vocabulary; raise FormatError if damaged."""
     return _vocabulary(words).over(default_vocabulary())
 
 
 class _WordsError(FormatError):
-    """What is wrong, and `at` which words of the file: its line is looked for."""
+    """An error in a file of words, and the words `at` which it is, to find the line."""
 
     def __init__(self, message: str, *at: str) -> None:
         super().__init__(message)
@@ -171,7 +171,7 @@ class _WordsError(FormatError):
 
 
 def _place(data: bytes, at: tuple[str, ...]) -> str:
-    """'line 7: ', the first line that has all these words after each other, or ''."""
+    """Return 'line 7: ' for the first line that has all these words in order, or ''."""
     found = 0
     lines = data.decode("utf-8", "replace").splitlines()
     for word in at:
@@ -183,7 +183,7 @@ def _place(data: bytes, at: tuple[str, ...]) -> str:
 
 
 def folded(word: str) -> str:
-    """Lower-case letters without accents, of full and half width alike."""
+    """Return lower-case letters without accents, full and half width unified."""
     if word.isascii():
         return word.lower()
     plain = unicodedata.normalize("NFD", unicodedata.normalize("NFKC", word).casefold())
@@ -192,14 +192,14 @@ def folded(word: str) -> str:
 
 
 def _vocabulary(document: Mapping[str, Any]) -> Vocabulary:
-    """What a document says; FormatError where it is damaged."""
+    """Return the vocabulary of a document; raise FormatError if it is damaged."""
     words: dict[str, Meaning] = {}
     pairs: list[tuple[str, str]] = []
     languages: list[Vocabulary] = []
     joints: dict[str, JointName] = {}
     for name, table in document.items():
         if not isinstance(table, Mapping):
-            raise _WordsError(f"expected {name} in a table, as [english]", name)
+            raise _WordsError(f"expected {name} in a table such as [english]", name)
         if name == "joints":
             joints |= _own_joints(table)
             continue
@@ -244,7 +244,7 @@ def _table(
 
 
 def _checked(check: Callable[[Any, str], _Value], value: Any, table: str, key: str) -> _Value:
-    """What `check` makes of a value of a table, which it names; _WordsError says at which line."""
+    """Return `check` of a table's value; raise _WordsError with its place on failure."""
     try:
         return check(value, key)
     except FormatError as error:
@@ -270,14 +270,14 @@ def _pairs(value: Any, what: str) -> tuple[tuple[str, str], ...]:
 
 
 def _phrase(words: str) -> str:
-    """A phrase as it is looked up: written together."""
+    """Return a phrase in the form that is looked up: as one word."""
     if words.isascii():
         return "".join(filter(str.isalnum, words)).lower()
     return "".join(folded(c) for c in words if c.isalnum() or unicodedata.category(c)[0] == "M")
 
 
 def _without_side(phrase: str) -> str:
-    """A phrase without 'left' or 'right' at an end: a person may give a whole name."""
+    """Return a phrase without 'left' or 'right' at an end: a person may give a whole name."""
     for side in _SIDES:
         rest = phrase.removeprefix(side).removesuffix(side)
         if rest:
@@ -286,7 +286,7 @@ def _without_side(phrase: str) -> str:
 
 
 def _own_joints(table: Mapping[str, Any]) -> dict[str, JointName]:
-    """What a person says of single joints, by name."""
+    """Return a person's meanings of single joints, by name."""
     return {name: _checked(_as_said, said, "joints", name) for name, said in table.items()}
 
 
@@ -295,7 +295,7 @@ def _as_said(said: Any, name: str) -> JointName:
 
 
 def joint_as_said(name: str, said: str) -> JointName:
-    """What a person says of one joint: 'left hand', 'helper', 'other' or 'unknown'.
+    """Return the meaning of a person's word for a joint: 'left hand', 'helper', 'other', 'unknown'.
 
     Raises FormatError for other words.
     """

@@ -1,4 +1,4 @@
-"""The words that a joint's name is made of, in any script."""
+"""Split a joint's name into words, in any script."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import unicodedata
 from collections.abc import Sequence
 from contextlib import suppress
 
-_WORDS = 12  # read from either end of a name; no rig's names have more
-# Shift-JIS, Windows' Chinese, Korean and Cyrillic, and latin-1, which takes every byte.
+_WORDS = 12  # read from either end of a name; no rig has longer names
+# Shift-JIS, Windows' Chinese, Korean and Cyrillic, and latin-1, which accepts every byte.
 _ENCODINGS = ("cp932", "gb18030", "cp949", "cp1251", "latin-1")
 
 
 def words_of(name: str) -> list[str]:
-    """Runs of letters or digits, as written; namespaces, paths and what is in brackets left out."""
+    """Return runs of letters or digits, as written, without namespaces, paths and brackets."""
     plain = "".join(
         c for c in unicodedata.normalize("NFKC", name) if unicodedata.category(c) != "Cf"
     )
@@ -48,7 +48,7 @@ def _runs(name: str) -> list[str]:
 
 
 def _is_side_and_letter(capitals: str) -> bool:
-    """Whether two capitals before a word are a side and the begin of it: LUArm, RFArm."""
+    """True if two capitals before a word are a side and its first letter: LUArm, RFArm."""
     return len(capitals) == 2 and capitals[0] in "LR"
 
 
@@ -60,15 +60,15 @@ def _kind(c: str) -> str:
     if c.islower():
         return "lower"
     if c.isalpha():
-        return "letter"  # of a script without case
+        return "letter"  # in a script without case
     return "mark" if unicodedata.category(c) in ("Mn", "Mc") else ""
 
 
 def decodings(names: Sequence[str]) -> list[tuple[str, ...]]:
-    """The names in the encodings that they may have been written in.
+    """Return the names in the encodings in which they may have been written.
 
-    A byte without UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). Without any
-    the names are what they are.
+    A byte outside UTF-8 was read as a lone surrogate (:mod:`twistcore.files.encoding`). Names
+    without any are returned unchanged.
     """
     if not any(_is_byte(c) for name in names if not name.isascii() for c in name):
         return [tuple(names)]

@@ -19,23 +19,23 @@ from twistcore.work.frozen import dataclass
 _SEGMENTS = {"Arm": "arm", "UpLeg": "leg"}
 _MIDDLES = {"Arm": "elbow", "UpLeg": "knee"}
 _ENDS = {"Arm": "hand", "UpLeg": "foot"}
-_SHORTEST = 0.3  # of the other bone: beside a longer one a stump has no knee
+_SHORTEST = 0.3  # of the other bone: a shorter one is a stump, and the limb has no knee
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Limb(Chain):
-    """A chain looked at as a whole: hip P, knee C and ankle E, or shoulder, elbow and wrist.
+    """A whole limb as a chain: hip P, knee C and ankle E, or shoulder, elbow and wrist.
 
-    Its errors turn about the line from P to E, not about the bone from P to C.
+    The errors of a limb turn about the line from P to E, not about the bone from P to C.
 
     Parameters
     ----------
     name : str
-        Names of P and E, as 'LeftUpLeg-LeftFoot': the chain of the same joints has P's alone.
+        Names of P and E, as 'LeftUpLeg-LeftFoot', unlike the chain, which has only P's name.
     parent, child, grandchild : int
         Joint indices of P, C and E.
     axis, arm, side, segment, warnings, pieces, ends, person
-        As those of :class:`Chain`.
+        The same as in :class:`Chain`.
 
     Examples
     --------
@@ -50,48 +50,48 @@ class Limb(Chain):
 
     @property
     def end(self) -> int:
-        """E: the joint whose place a flip leaves."""
+        """Return E, the joint whose place a flip does not change."""
         return self.grandchild
 
     def changed_joints(self, skeleton: Skeleton, *, carried: bool = False) -> tuple[int, ...]:
-        """P, and E unless it was carried: C's own rotation is none of a flip's."""
+        """Return P, and E unless it was carried: a flip does not change C's own rotation."""
         del skeleton
         return (self.parent,) if carried else (self.parent, self.end)
 
     @property
     def part(self) -> str:
-        """The limb: 'Left arm', or the joints' names where the limb is unknown."""
+        """Return the limb: 'Left arm', or the joints' names if the limb is unknown."""
         return f"{self.side} {_SEGMENTS[self.segment]}" if self.segment else self.name
 
     @property
     def list_label(self) -> str:
-        """Beside the chain 'Right Leg' it is told by more than a letter: 'Right leg · limb'."""
+        """Return a label that differs clearly from the chain 'Right Leg': 'Right leg · limb'."""
         return f"{self.label} · limb"
 
     @property
     def middle_word(self) -> str:
-        """What a person calls C: 'knee', 'elbow', or 'middle joint' where the limb is unknown."""
+        """Return the usual word for C: 'knee', 'elbow', or 'middle joint' if unknown."""
         return _MIDDLES.get(self.segment, "middle joint")
 
     @property
     def end_word(self) -> str:
-        """What a person calls E and what hangs on it: 'foot', 'hand' or 'end'."""
+        """Return the usual word for E and its children: 'foot', 'hand' or 'end'."""
         return _ENDS.get(self.segment, "end")
 
 
 def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) -> tuple[Limb, ...]:
     """Find the limbs of a clip: arms and legs, by names or by the shape of the skeleton.
 
-    Where names say nothing, a limb is the two neighbouring bones of a line that are longest
-    together. A limb ends in a joint, neither of its bones is much shorter than the other, and a
-    bone in pieces is one bone.
+    Without known names, a limb is the two neighbouring bones of a line with the largest total
+    length. A limb ends in a joint, neither of its bones is much shorter than the other, and a bone
+    in pieces counts as one bone.
 
     Parameters
     ----------
     clip : Clip or Motion
-        What to look at.
+        The clip to search.
     chains : sequence of Chain, optional
-        The chains that limbs are made of; :func:`find_chains` of the clip if not given.
+        The chains of the limbs; :func:`find_chains` of the clip if not given.
 
     Returns
     -------
@@ -126,7 +126,7 @@ def find_limbs(clip: Motion | HasMotion, chains: Sequence[Chain] | None = None) 
 
 
 def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
-    """Chains over a whole bone and the whole bone below it, P to C to E; line: of one limb."""
+    """Yield chains over a whole bone and the next, P to C to E; line: chains of one limb."""
     by_parent = {c.parent: c for c in line}
     inner = {c.child for c in line if not c.ends}
     for chain in line:
@@ -140,14 +140,14 @@ def _of_two_bones(line: Sequence[Chain]) -> Iterator[Chain]:
 
 
 def _last_piece(chain: Chain, by_parent: Mapping[int, Chain]) -> Chain:
-    """The chain of the last piece of a bone; chain: of its first one."""
+    """Return the chain of a bone's last piece; chain: of its first piece."""
     while not chain.ends and chain.child in by_parent:
         chain = by_parent[chain.child]
     return chain
 
 
 def joint_path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
-    """Joints from `above`, left out, down to `below`, its descendant."""
+    """Return the joints from `above` (excluded) down to its descendant `below`."""
     out = [below]
     while (joint := int(skeleton.parents[out[-1]])) != above:
         out.append(joint)
@@ -155,7 +155,7 @@ def joint_path(skeleton: Skeleton, above: int, below: int) -> tuple[int, ...]:
 
 
 def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
-    """Where C and E are from P, in the frame of P's parent: two of (frames, 3), file's unit."""
+    """Return C and E relative to P, in the frame of P's parent, (frames, 3) each, file's unit."""
     upper = joint_path(motion.skeleton, limb.parent, limb.child)
     lower = joint_path(motion.skeleton, limb.child, limb.end)
     to_end = along(motion, lower)
@@ -167,7 +167,7 @@ def places(motion: Motion, limb: Limb) -> tuple[Array, Array]:
 
 
 def along(motion: Motion, joints: Sequence[int]) -> Array:
-    """Place of the last joint in the frame that the first one hangs in, (frames, 3)."""
+    """Return the last joint's place in the frame of the first joint's parent, (frames, 3)."""
     place = np.zeros((motion.frames, 3))
     for joint in joints[::-1]:
         if joint != joints[-1]:
@@ -177,7 +177,7 @@ def along(motion: Motion, joints: Sequence[int]) -> Array:
 
 
 def as_limb(motion: Motion, chain: Chain) -> Limb:
-    """The three joints of a chain looked at as a whole."""
+    """Return the three joints of a chain as a limb."""
     names = motion.skeleton.names
     name = f"{names[chain.parent]}-{names[chain.grandchild]}"
     fields = {k: v for k, v in vars(chain).items() if k != "name"}
@@ -185,7 +185,7 @@ def as_limb(motion: Motion, chain: Chain) -> Limb:
 
 
 def bones(motion: Motion, chain: Chain) -> tuple[float, float]:
-    """Lengths of P to C and of C to E."""
+    """Return the lengths of P to C and of C to E."""
     upper = joint_path(motion.skeleton, chain.parent, chain.child)
     lower = joint_path(motion.skeleton, chain.child, chain.grandchild)
     return _length(motion, upper), _length(motion, lower)

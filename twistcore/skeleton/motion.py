@@ -26,7 +26,7 @@ class Skeleton:
     Parameters
     ----------
     names : tuple of str
-        Unique.
+        Unique joint names.
     parents : ndarray of int, shape (joints,)
         Index of the parent, −1 for a root.
     offsets : ndarray, shape (joints, 3)
@@ -62,7 +62,7 @@ class Skeleton:
 
     @cached_property
     def children(self) -> tuple[tuple[int, ...], ...]:
-        """Children of every joint, in file order."""
+        """Return the children of every joint, in file order."""
         found: list[list[int]] = [[] for _ in self.names]
         for joint, parent in enumerate(self.parents):
             if parent >= 0:
@@ -71,12 +71,12 @@ class Skeleton:
 
     @cached_property
     def end_offsets(self) -> dict[int, Array]:
-        """Offset of the first End Site of every joint that has one, (3,) by joint."""
+        """Return the offset of each joint's first End Site, if any, (3,) by joint."""
         return {joint: np.array(offset) for joint, offset in reversed(self.ends)}
 
     @cached_property
     def levels(self) -> tuple[NDArray[np.int64], ...]:
-        """Joints grouped by depth, the roots first."""
+        """Return joints grouped by depth, the roots first."""
         depth = np.zeros(len(self), dtype=np.int64)
         for joint, parent in enumerate(self.parents):
             depth[joint] = depth[parent] + 1 if parent >= 0 else 0
@@ -85,7 +85,7 @@ class Skeleton:
 
     @cached_property
     def height(self) -> float:
-        """Largest extent of the rest pose along one axis, the file's length unit; never 0."""
+        """Return the rest pose's largest extent along an axis in the file's unit; never 0."""
         rest = np.zeros((len(self), 3))
         for joint, parent in enumerate(self.parents):
             rest[joint] = self.offsets[joint] + (rest[parent] if parent >= 0 else 0.0)
@@ -95,7 +95,7 @@ class Skeleton:
         return extent if extent > 0.0 else 1.0
 
     def index(self, name: str) -> int:
-        """Index of a joint by name; KeyError where there is none."""
+        """Return the index of a joint by name; raise KeyError if there is none."""
         try:
             return self.names.index(name)
         except ValueError:
@@ -143,22 +143,22 @@ class Motion:
 
     @property
     def frames(self) -> int:
-        """Number of frames."""
+        """Return the number of frames."""
         return len(self.rotations)
 
     @property
     def fps(self) -> float:
-        """Frames a second."""
+        """Return the frames per second."""
         return 1.0 / self.frame_time
 
     @property
     def duration(self) -> float:
-        """Length in seconds: the number of frames times the frame time."""
+        """Return the length in seconds: the number of frames times the frame time."""
         return self.frames * self.frame_time
 
     @property
     def times(self) -> Array:
-        """When the frames are, seconds from the first, (frames,)."""
+        """Return the times of the frames in seconds from the first, (frames,)."""
         return np.arange(self.frames, dtype=np.float64) * self.frame_time
 
     @cached_property
@@ -166,22 +166,22 @@ class Motion:
         return {joint: place for place, joint in enumerate(self.positioned)}
 
     def translation(self, joint: int) -> Array:
-        """Translation from the parent: (3,) from OFFSET, (frames, 3) from position channels."""
+        """Return the translation from the parent: (3,) from OFFSET, (frames, 3) from channels."""
         if (place := self._places.get(joint)) is not None:
             return self.positions[:, place]
         offset: Array = self.skeleton.offsets[joint]
         return offset
 
     def with_rotations(self, rotations: Array) -> Motion:
-        """The same motion with other local rotations, shape (frames, joints, 4)."""
+        """Return the motion with other local rotations, shape (frames, joints, 4)."""
         return replace(self, rotations=rotations)
 
     def at(self, frames: NDArray[np.intp]) -> Motion:
-        """These frames alone, one after the other."""
+        """Return a motion of the given frames."""
         return replace(self, rotations=self.rotations[frames], positions=self.positions[frames])
 
     def sliced(self, start: int, stop: int) -> Motion:
-        """Frames [start, stop)."""
+        """Return frames [start, stop)."""
         return replace(
             self, rotations=self.rotations[start:stop], positions=self.positions[start:stop]
         )
@@ -192,7 +192,7 @@ class HasMotion(Protocol):
 
     @property
     def motion(self) -> Motion:
-        """Its motion."""
+        """Return the motion."""
         ...
 
 
@@ -205,10 +205,10 @@ def motion_of(clip: Motion | HasMotion) -> Motion:
 
 
 def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:
-    """Keep what a function finds in a motion for as long as the motion is there.
+    """Cache a function's result for each motion as long as the motion exists.
 
-    The same object is returned each time: callers must not change it. It must not refer to the
-    motion, which would then never be released.
+    The same object is returned each time, so callers must not change it. The object must not refer
+    to the motion, which would then never be released.
     """
     known: WeakKeyDictionary[Motion, Known] = WeakKeyDictionary()
 
@@ -223,21 +223,21 @@ def once_a_motion(work: Callable[[Motion], Known]) -> Callable[[Motion], Known]:
 
 
 def check_motion(thing: object) -> None:
-    """TypeError where something else came, as a clip, whose motion is a part of it."""
+    """Raise TypeError for anything but a motion; for a clip, the message names its motion."""
     if not isinstance(thing, Motion):
         inside = isinstance(getattr(thing, "motion", None), Motion)
-        its = ": its .motion is one" if inside else ""
+        its = "; use its .motion" if inside else ""
         raise TypeError(f"expected a Motion, found {thing!r:.80}{its}")
 
 
 def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
-    """Global rotations (frames, joints, 4) and positions (frames, joints, 3) of every joint."""
+    """Return global rotations (frames, joints, 4) and positions (frames, joints, 3)."""
     joints = len(motion.skeleton)
     positions = np.empty((motion.frames, joints, 3))
     rotations = np.empty((motion.frames, joints, 4))
     offsets = np.ascontiguousarray(motion.skeleton.offsets.T)[..., None]
-    # Blocks of frames, components and joints in front: all passes run along contiguous frames
-    # that are still in the cache.
+    # Blocks of frames, with components and joints as leading axes: all passes run along
+    # contiguous frames that are still in the cache.
     step = max(64, _ELEMENTS // max(joints, 1))
     for a in range(0, motion.frames, step):
         q = np.ascontiguousarray(motion.rotations[a : a + step].transpose(2, 1, 0))
@@ -253,7 +253,7 @@ def forward_kinematics(motion: Motion) -> tuple[Array, Array]:
 
 
 def _descend(q: Array, p: Array, level: NDArray[np.int64], above: NDArray[np.int64]) -> None:
-    """Local into global for the joints of one depth, in place; q: (4, joints, n), p: (3, …)."""
+    """Turn local into global for joints of one depth, in place; q: (4, joints, n), p: (3, …)."""
     aw, ax, ay, az = q[:, above]
     bw, bx, by, bz = q[:, level]
     q[0, level] = aw * bw - ax * bx - ay * by - az * bz

@@ -1,7 +1,7 @@
-"""How coarsely a clip is written: angles in whole degrees, frames held, linear keys.
+"""Recognise coarse notation in a clip: angles in whole degrees, held frames, linear keys.
 
-What a notation cannot express is no motion, and what it makes of motion is no error. All of it is
-recognised from the clip itself; a clip in plain notation is never taken for a coarse one.
+Artefacts of a notation are neither motion nor errors. The notation is recognised from the clip
+itself; a clip in plain notation is never mistaken for a coarse one.
 """
 
 from __future__ import annotations
@@ -22,36 +22,36 @@ Frames = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 KIND = "notation"  # of the notes
-# Steps of written angles, degrees, that count as coarse: what is finer is lost in any motion.
+# Steps of written angles, degrees, that count as coarse: finer steps are lost in any motion.
 STEPS = (10.0, 5.0, 2.0, 1.0, 0.5, 0.25, 0.2, 0.1)
-MULTIPLES, FEWEST = 0.9, 60  # share of the changed angles, and how many at least
-_ENOUGH = 400  # changed angles after which a plain clip is known to be one
+MULTIPLES, FEWEST = 0.9, 60  # share of the changed angles, and their least number
+_ENOUGH = 400  # changed angles that are enough to recognise a plain clip
 _SAME = 1e-7  # degrees
-SAMPLE = 1024  # frames in the middle of a clip that tell its notation
-HELD_SHARE, HELD_ALIKE = 0.4, 0.9  # of repeated frames; of runs as long as most, or one frame off
-STILL = 3.0  # times as long as most runs: a figure that stands still
-FEWEST_HELD, FEWEST_KEYS = 8, 6  # runs, and keys, that show a rule
-USUAL = 0.35  # quantile of the changes of pace in a frame of n that tells it
-MOVES = 0.05  # of the usual change of pace: with less a figure stands still from key to key
-# Frames from key to key. With fewer the pace changes in most frames, as natural motion does, and a
-# piece between two keys cannot outvote a jump in it.
+SAMPLE = 1024  # frames in the middle of a clip from which its notation is recognised
+HELD_SHARE, HELD_ALIKE = 0.4, 0.9  # share of repeated frames; of runs as long as most, ±1 frame
+STILL = 3.0  # times as long as most runs: then the figure is still
+FEWEST_HELD, FEWEST_KEYS = 8, 6  # least number of runs and of keys for a rule
+USUAL = 0.35  # quantile of the changes of pace in one frame of n that is compared
+MOVES = 0.05  # of the usual change of pace: with less the figure is still between keys
+# Frames between keys. With fewer, the pace changes in most frames, as in natural motion, and the
+# frames between two keys cannot outvote a jump among them.
 LEAST_BETWEEN, MOST_BETWEEN = 5, 60
-FEWEST_A_SECOND = 7.5  # keys: what fewer show is shown, and never corrected automatically
-BETWEEN_KEYS = math.radians(60.0)  # a second: natural motion leaves less from key to key
-# How much more than its share of all changes of pace falls on one frame in n, 0…1. 87 captures have
-# at most 0.05, pieces of them of 30 to 200 frames 0.14; with linear keys they have 0.46 and more.
+FEWEST_A_SECOND = 7.5  # keys: with fewer, finds are shown and never corrected automatically
+BETWEEN_KEYS = math.radians(60.0)  # per second: natural motion deviates less between keys
+# Excess share of all changes of pace on one frame in n, 0…1. 87 captures have at most 0.05, pieces
+# of them of 30 to 200 frames 0.14; with linear keys they have at least 0.46.
 KEYED = 0.3
-UNSEEN = 3.0  # steps of written angles: a smaller error is no more than rounding makes
+UNSEEN = 3.0  # steps of written angles: a smaller error may be rounding
 
 
 # -- angles in steps -------------------------------------------------------------------------------
 
 
 def angle_step(angles: Iterable[Array]) -> float:
-    """The step of a clip's written angles, radians; 0 where it is finer than 0.1°.
+    """Return the step of a clip's written angles, radians; 0 if finer than 0.1°.
 
-    angles: of one joint after the other, degrees, (frames, channels). Only angles that differ from
-    the frame before tell anything: 0 is a multiple of everything.
+    angles: joint by joint, degrees, (frames, channels). Only angles that differ from the previous
+    frame count, since unchanged ones such as 0 fit any step.
     """
     told = np.zeros(len(STEPS), dtype=np.int64)
     many = 0
@@ -75,15 +75,15 @@ def _middle(frames: int) -> slice:
     return slice(first, first + SAMPLE)
 
 
-# -- frames that say it all ------------------------------------------------------------------------
+# -- distinct frames -------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
 class DistinctFrames:
-    """The frames of a clip that say it all: those that differ, or linear keys.
+    """The frames that determine a clip: distinct frames, or linear keys.
 
-    motion: these alone, at their own rate; first: where each is in the clip, (kept,); frames: of
-    the clip; even: between them all goes on evenly, and is not held.
+    motion: these frames only, at their own rate; first: the frame of each in the clip, (kept,);
+    frames: number of frames of the clip; even: True if motion between them is linear, not held.
     """
 
     motion: Motion
@@ -93,32 +93,32 @@ class DistinctFrames:
 
     @property
     def too_few(self) -> bool:
-        """Whether so few keys a second do not tell an error from motion."""
+        """True if there are too few keys per second to tell an error from motion."""
         return self.even and self.motion.fps < FEWEST_A_SECOND
 
     @property
     def smallest(self) -> float:
-        """The least τ that tells an error from motion between two keys, radians; 0 if held."""
+        """Return the least τ that tells an error from motion between keys, radians; 0 if held."""
         return BETWEEN_KEYS / self.motion.fps if self.even else 0.0
 
     def begin(self, kept: int) -> int:
-        """The first frame of the clip that an interval beginning with a kept frame changes."""
+        """Return the first clip frame changed by an interval that begins with a kept frame."""
         if self.even and kept:
             return int(self.first[kept - 1]) + 1
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def end(self, kept: int) -> int:
-        """The frame of the clip behind an interval that ends before a kept frame."""
+        """Return the clip frame after an interval that ends before a kept frame."""
         return int(self.first[kept]) if kept < len(self.first) else self.frames
 
     def of(self, frame: int) -> int:
-        """The kept frame that a frame of the clip shows, or comes from."""
+        """Return the kept frame that a clip frame repeats or follows."""
         return max(0, int(np.searchsorted(self.first, frame, side="right")) - 1)
 
     def spread(self, start: int, offset: Array) -> Array:
-        """An offset over kept frames [start, start + n) in all frames of the clip that it changes.
+        """Return an offset over kept frames [start, start + n) in all clip frames that it changes.
 
-        Radians. Held with its frame, or from 0 at the key before to 0 at the key behind.
+        Radians. Held with its frame, or linear from 0 at the previous key to 0 at the next key.
         """
         stop = start + len(offset)
         if not self.even:
@@ -131,15 +131,15 @@ class DistinctFrames:
         return wrap(np.interp(frames, self.first[low:high], at_keys))
 
 
-# -- frames held -----------------------------------------------------------------------------------
+# -- held frames -----------------------------------------------------------------------------------
 
 
 @once_a_motion
 def without_held(motion: Motion) -> DistinctFrames | None:
-    """The motion without repeated frames, where most frames are repeated by a rule; else None.
+    """Return the motion without repeated frames if most are repeated by a rule, else None.
 
-    A frame in which anything differs from the one before is kept, so that an error begins in its
-    own frame. Of a figure that stands still the frames are kept that the rule would have.
+    A frame that differs in any way from the previous one is kept, so that an error begins in its
+    own frame. While the figure is still, the frames are kept that the rule would keep.
     """
     starts = _run_starts(motion.rotations[_middle(motion.frames)])
     if _held_often(starts) is None:
@@ -159,13 +159,13 @@ def without_held(motion: Motion) -> DistinctFrames | None:
 
 
 def _run_starts(rotations: Array) -> Frames:
-    """Where runs of equal frames begin, and the end, (runs + 1,)."""
+    """Return the first frames of runs of equal frames, and the end, (runs + 1,)."""
     differs = (rotations[1:] != rotations[:-1]).any(axis=(1, 2))
     return np.concatenate([[0], np.flatnonzero(differs) + 1, [len(rotations)]]).astype(np.intp)
 
 
 def _held_often(starts: Frames) -> float | None:
-    """How long runs of equal frames mostly are; None where they follow no rule."""
+    """Return the usual length of runs of equal frames; None if they follow no rule."""
     lengths = np.diff(starts)
     if len(lengths) < FEWEST_HELD or len(lengths) > (1.0 - HELD_SHARE) * starts[-1]:
         return None
@@ -189,12 +189,12 @@ class Keys:
     first: int
 
     def mask(self, frames: int) -> Mask:
-        """True at keys, (frames,)."""
+        """Return a mask that is True at keys, (frames,)."""
         mask: Mask = (np.arange(frames) - self.first) % self.spacing == 0
         return mask
 
     def alone(self, motion: Motion) -> DistinctFrames:
-        """The keys of a motion; its first frame is a key, too."""
+        """Return the keys of a motion; its first frame counts as a key too."""
         first = np.flatnonzero(self.mask(motion.frames))
         if first[0] > 0:
             first = np.concatenate([[0], first])
@@ -204,10 +204,10 @@ class Keys:
 
 @once_a_motion
 def linear_keys(motion: Motion) -> Keys | None:
-    """The keys between which all joints turn evenly; None where there are none.
+    """Return the keys between which all joints turn evenly; None if there are none.
 
-    The pace of joints changes at keys and hardly in between: of the changes of pace, folded over n
-    frames, one frame has nearly all. Errors, cuts and a rest pose in front are outvoted.
+    The pace of joints changes at keys and hardly between them: folded over n frames, one frame has
+    nearly all changes of pace. Errors, cuts and a rest pose at the start are outvoted.
     """
     middle = _middle(motion.frames)
     q = motion.rotations[middle]
@@ -228,7 +228,7 @@ def linear_keys(motion: Motion) -> Keys | None:
         rows = rows[rows.mean(axis=1) > MOVES]
         if len(rows) < FEWEST_KEYS:
             continue
-        # Below the middle: where every other row has a key the spacing is twice as long.
+        # A quantile below the median: if only every other row has a key, the spacing is doubled.
         folded = np.sort(rows, axis=0)[int(USUAL * len(rows))]
         most = int(folded.argmax())
         share = (folded[most] / max(float(folded.sum()), 1e-12) - 1.0 / spacing) * (
@@ -239,11 +239,11 @@ def linear_keys(motion: Motion) -> Keys | None:
     return found if found is not None and found.spacing >= LEAST_BETWEEN else None
 
 
-# -- in words --------------------------------------------------------------------------------------
+# -- sentences -------------------------------------------------------------------------------------
 
 
 def notation_notes(motion: Motion) -> tuple[Note, ...]:
-    """What was recognised, in sentences."""
+    """Return sentences about the recognised notation."""
     said = []
     if motion.angle_step:
         step = math.degrees(motion.angle_step)

@@ -1,4 +1,4 @@
-"""What people should know about an analysed clip, in sentences that every command shows once."""
+"""Notes about an analysed clip: sentences that every command shows once."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ UNEXAMINED = "unexamined"  # a limb, or some frames
 NOISE = "noise burst"
 SMOOTHED = "smoothed"  # joints that lost their fine movement for a while
 FROZEN = "frozen"  # limbs that do not move at all for a while
-UNSEARCHED = "unsearched"  # frames at which soft errors were not sought, since there was too much
-RESTLESS_CLIP = "restless"  # so many lone jumps that no find is sure
+UNSEARCHED = "unsearched"  # frames in which soft errors were not sought, since there were too many
+RESTLESS_CLIP = "restless"  # too many lone jumps for any find to be sure
 
 
 @dataclass(frozen=True)
 class Note:
-    """A sentence about a clip; kind: a short word that notes on the same matter share."""
+    """A sentence about a clip; kind: a short word shared by notes on the same subject."""
 
     kind: str
     text: str
@@ -24,5 +24,5 @@ class Note:
         return self.text
 
     def to_json(self) -> dict[str, str]:
-        """The note by name."""
+        """Return the note's fields by name."""
         return {"kind": self.kind, "text": self.text}

@@ -1,4 +1,4 @@
-"""Words for joints that a person adds to those of the program, as `--joint-names` brings them."""
+"""A person's own words for joints, as given with `--joint-names`."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from twistcore.skeleton.rig import Rig
 
 
 def with_own_words(rig: Rig, motion: Motion, words: Mapping[str, Any] | None) -> Rig:
-    """Return the rig with joints taken for what a person's words say; its own names go first.
+    """Return the rig with a person's words for joints; the rig's own names take precedence.
 
-    words: as :func:`twistcore.skeleton.joint_names.read_words` has them, or None.
+    words: from :func:`twistcore.skeleton.joint_names.read_words`, or None.
     """
     if words is None:
         return rig

@@ -1,8 +1,8 @@
-"""Several people in one skeleton: which joints belong to whom, and what each is called.
+"""Find several people in one skeleton: their joints and their names.
 
-People hang side by side, under roots of their own or under one joint, and have the same limbs.
-Their joints are told apart by a namespace (`A:Hips`), by words before or behind the joint's own
-(`P1_Hips`, `Hips_B`), or by the number that a reader gives the second of equals (`Hips #2`).
+People are siblings in the hierarchy, under their own roots or under one joint, and have the same
+limbs. Their joints differ by a namespace (`A:Hips`), by words before or after the joint's own
+(`P1_Hips`, `Hips_B`), or by the number that a reader adds to a duplicate name (`Hips #2`).
 """
 
 from __future__ import annotations
@@ -16,28 +16,31 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.work.frozen import dataclass
 
 _WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|[0-9]+|[^\W\d_A-Za-z]+")
-_NUMBERED = re.compile(r"(.+) #([0-9]+)")  # as readers name the second of equals
+_NUMBERED = re.compile(r"(.+) #([0-9]+)")  # the names that readers give to duplicates
 _BREAKS = " _-.:|"
 _SIDES = frozenset(("l", "r", "left", "right"))
-_MOST = 0.6  # of a person's joints have the person's word
+_MOST = 0.6  # share of a person's joints that have the person's word
 # A person whose hands and feet have unknown names:
 _FEWEST = 8  # joints
-_LINES, _LONG = 3, 3  # lines, of joints, that hang on two joints or more: a cape hangs on one
-_ALIKE = 0.7  # words in common with the other person below the same joint
-_EVERY = 0.9  # of the skeleton's joints, which such people are together
+_LINES, _LONG = (
+    3,
+    3,
+)  # least lines, of joints, that start from two joints or more: a cape starts from one
+_ALIKE = 0.7  # share of words in common with the other person below the same joint
+_EVERY = 0.9  # share of the skeleton's joints that such people have together
 _ENDS = ("hand", "foot")
 _SHORTEST = 3  # joints of a limb
-_LEVELS = 5  # of branchings, from the roots down, at which people are looked for
+_LEVELS = 5  # of branching, from the roots down, at which people are sought
 _CROWD = 50  # people in a file; damaged files have more
-_LATEST = 8  # people to whom a further limb may belong
+_LATEST = 8  # people to whom another limb may belong
 
 
 @dataclass(frozen=True)
 class Person:
-    """A person in a skeleton; `name` is '' where there is no other one.
+    """A person in a skeleton; `name` is '' for the only person.
 
-    joints: indices in file order; words: the joints' names, in the same order, without what tells
-    the person.
+    joints: indices in file order; words: the joints' names, in the same order, without the person's
+    mark.
     """
 
     name: str
@@ -47,7 +50,7 @@ class Person:
 
 @dataclass(frozen=True)
 class _Mark:
-    """What most names of a person have and other people's have not; '' for nothing."""
+    """The part of names that distinguishes a person from others; '' for none."""
 
     namespace: str = ""
     affix: str = ""
@@ -56,10 +59,10 @@ class _Mark:
 
 @dataclass(frozen=True)
 class _Top:
-    """A joint with all that hangs on it.
+    """A joint with all joints below it.
 
-    words: its joints' names without the mark; limbs: (side, 'hand' or 'foot') of each limb whose
-    end has a known name.
+    words: its joints' names without the mark; limbs: (side, 'hand' or 'foot') of each limb with a
+    known name of its end.
     """
 
     joint: int
@@ -70,10 +73,10 @@ class _Top:
 
 
 def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
-    """The people in a skeleton, in file order; one alone has the name '' and all joints.
+    """Return the people in a skeleton, in file order; a single person has the name ''.
 
-    Two joints side by side begin a person each where both carry a limb of the same kind and side.
-    Where no hand or foot has a known name, both must be whole figures: roots, or alike in names.
+    Two sibling joints each begin a person if both carry a limb of the same kind and side. If no
+    hand or foot has a known name, both must be whole figures: roots, or joints with similar names.
     """
     roots = [joint for joint, parent in enumerate(skeleton.parents.tolist()) if parent < 0]
     groups = _split(skeleton, roots, _sizes(skeleton))
@@ -83,7 +86,7 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
     for name, tops in zip(_person_names(groups), groups, strict=True):
         own = {j: word for top in tops for j, word in zip(top.joints, top.words, strict=True)}
         above = int(skeleton.parents[tops[0].joint])
-        if len(tops) > 1 and above >= 0:  # the hips, on which another person hangs
+        if len(tops) > 1 and above >= 0:  # the hips, with another person below them
             own[above] = skeleton.names[above]
         joints = tuple(sorted(own))
         people.append(Person(name, joints, tuple(own[j] for j in joints)))
@@ -91,9 +94,9 @@ def find_people(skeleton: Skeleton) -> tuple[Person, ...]:
 
 
 def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]:
-    """Return what each joint's name says, without what tells its person; as written for nobody's.
+    """Return the meaning of each joint's name without its person's mark.
 
-    Joints that several people hang on are nobody's.
+    Joints above several people belong to nobody, and their names are read as written.
     """
     names = [JointName("", "", "")] * len(skeleton)
     for person in people:
@@ -102,13 +105,13 @@ def joint_names(skeleton: Skeleton, people: Sequence[Person]) -> list[JointName]
     return names
 
 
-# -- where the skeleton falls into people ----------------------------------------------------------
+# -- splitting the skeleton into people ------------------------------------------------------------
 
 
 def _split(
     skeleton: Skeleton, begin: Sequence[int], sizes: Sequence[int], levels: int = _LEVELS
 ) -> list[list[_Top]]:
-    """People among joints side by side and what hangs on them, each by its tops; empty: no two."""
+    """Split sibling joints and their subtrees into people, each a list of tops; empty if no two."""
     begin = [joint for joint in begin if sizes[joint] >= _SHORTEST]
     while len(begin) == 1:
         begin = [c for c in skeleton.children[begin[0]] if sizes[c] >= _SHORTEST]
@@ -127,9 +130,9 @@ def _split(
 
 
 def _with_equal_limbs(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """People by their limbs; tops with different limbs and the same mark are one person.
+    """Group tops into people by limbs; tops with different limbs and the same mark are one person.
 
-    A limb that hangs alone next to a person is no other person, unless it has a root of its own.
+    A single limb next to a person is not another person, unless it has its own root.
     """
     if max(Counter(limb for top in tops for limb in top.limbs).values(), default=0) < 2:
         return []
@@ -154,7 +157,7 @@ def _limbs_of(tops: Sequence[_Top]) -> frozenset[tuple[str, str]]:
 
 
 def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]:
-    """People whose hands and feet have unknown names: roots, or joints with like names."""
+    """Return people whose hands and feet have unknown names: roots, or similarly named joints."""
     figures = [top for top in tops if _is_figure(skeleton, top)]
     if len(figures) < 2 or sum(len(t.joints) for t in figures) < _EVERY * len(skeleton):
         return []
@@ -164,7 +167,7 @@ def _whole_figures(skeleton: Skeleton, tops: Sequence[_Top]) -> list[list[_Top]]
 
 
 def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
-    """True if long lines leave from two joints, as legs do from hips and arms from a chest."""
+    """True if long lines start from two joints, as legs from the hips and arms from the chest."""
     if len(top.joints) < _FEWEST:
         return False
     leave, own = [], set(top.joints)
@@ -180,13 +183,13 @@ def _is_figure(skeleton: Skeleton, top: _Top) -> bool:
 
 
 def _likeness(one: _Top, other: _Top) -> float:
-    """Words that both have, as a share of all."""
+    """Return the share of words that both have."""
     a, b = Counter(one.words), Counter(other.words)
     return (a & b).total() / (a | b).total()
 
 
 def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
-    """Joints side by side with what hangs on them, and what their names say about people."""
+    """Return sibling joints with their subtrees, their marks and their limbs."""
     below = [_all_below(skeleton, joint) for joint in begin]
     marks = _marks([[skeleton.names[j] for j in joints] for joints in below])
     return [
@@ -198,7 +201,7 @@ def _tops(skeleton: Skeleton, begin: Sequence[int]) -> list[_Top]:
 def _limbs(
     skeleton: Skeleton, joints: Sequence[int], names: Sequence[JointName]
 ) -> frozenset[tuple[str, str]]:
-    """Hands and feet that have two joints of their side above them, as (side, kind)."""
+    """Return hands and feet with two joints of their side above them, as (side, kind)."""
     above: dict[int, Counter[str]] = {-1: Counter()}  # joints from the top down, by side
     found = set()
     for joint, name in zip(joints, names, strict=True):
@@ -211,7 +214,7 @@ def _limbs(
 
 
 def _sizes(skeleton: Skeleton) -> list[int]:
-    """How many joints each joint has below it, with itself."""
+    """Return the number of joints in each joint's subtree, including itself."""
     sizes = [1] * len(skeleton)
     for joint in reversed(range(len(sizes))):
         if (parent := int(skeleton.parents[joint])) >= 0:
@@ -220,18 +223,18 @@ def _sizes(skeleton: Skeleton) -> list[int]:
 
 
 def _all_below(skeleton: Skeleton, joint: int) -> tuple[int, ...]:
-    """A joint and all below it, in file order."""
+    """Return a joint and all joints below it, in file order."""
     out = [joint]
     for here in out:
         out.extend(skeleton.children[here])
     return tuple(sorted(out))
 
 
-# -- what names say about people -------------------------------------------------------------------
+# -- names of people -------------------------------------------------------------------------------
 
 
 def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
-    """A name for each person: what its names have in common, its first joint's, or a number."""
+    """Return a name for each person: its mark, its first joint's name, or a number."""
     own = [min(group, key=lambda top: top.joint).words[0] for group in groups]
     names = [group[0].mark.namespace or group[0].mark.affix for group in groups]
     if known := next(filter(None, names), ""):
@@ -249,7 +252,7 @@ def _person_names(groups: Sequence[Sequence[_Top]]) -> list[str]:
 
 
 def _before(name: str, names: Sequence[str]) -> str:
-    """'A' before 'B', '1' before '2', 'P1' before 'P2'; '' if there is none, or it is taken."""
+    """Return the preceding name: 'A' for 'B', '1' for '2', 'P1' for 'P2'; '' if none or taken."""
     found = ""
     if len(name) == 1 and name.isalpha():
         found = chr(ord(name) - 1)
@@ -261,7 +264,7 @@ def _before(name: str, names: Sequence[str]) -> str:
 
 
 def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]]:
-    """Of each group of names the mark that other groups do not have, and the names without it."""
+    """Return each group's mark that other groups lack, and its names without the mark."""
     spaces, numbers, bare = [], [], []
     for group in names:
         parts = [_NUMBERED.fullmatch(name) for name in group]
@@ -291,13 +294,13 @@ def _marks(names: Sequence[Sequence[str]]) -> list[tuple[_Mark, tuple[str, ...]]
 
 
 def _of_most(values: Sequence[str]) -> str:
-    """The value that most have, or ''."""
+    """Return the value that most entries have, or ''."""
     value, count = Counter(values).most_common(1)[0]
     return value if count >= _MOST * len(values) else ""
 
 
 def _shared_words(names: Sequence[str], step: int) -> list[str]:
-    """Words that most names begin with (step 1) or end with, from the outside (step −1)."""
+    """Return words that most names begin with (step 1) or end with (step −1), outermost first."""
     words = [_WORD.findall(name)[::step] for name in names]
     shared: list[str] = []
     while True:
@@ -310,7 +313,7 @@ def _shared_words(names: Sequence[str], step: int) -> list[str]:
 
 
 def _in_common(runs: Sequence[Sequence[str]]) -> int:
-    """How many words all runs begin with; 0 for one alone: nothing tells it from others."""
+    """Return the number of first words that all runs share; 0 for a single run."""
     count = 0
     while all(len(run) > count for run in runs) and len({run[count] for run in runs}) == 1:
         count += 1
@@ -318,14 +321,14 @@ def _in_common(runs: Sequence[Sequence[str]]) -> int:
 
 
 def _affix(words: Sequence[str], shared: Sequence[str]) -> str:
-    """A person's name from words in reading order: 'B'; 'Person1', not '1', after 'Person'."""
+    """Return a person's name from words in reading order: 'B', or 'Person1' instead of '1'."""
     if words and shared and all(word.isdigit() for word in words):
         words = [shared[-1], *words]
     return "".join(words)
 
 
 def _without(name: str, words: Sequence[str], keep: int, step: int) -> str:
-    """A name without words at its beginning (step 1) or end (−1), but for the outermost `keep`."""
+    """Remove words from a name's beginning (step 1) or end (−1), except the outermost `keep`."""
     spans = [found.span() for found in _WORD.finditer(name)][::step]
     own = [name[a:b] for a, b in spans]
     if len(words) == keep or own[: len(words)] != list(words) or len(own) == len(words):

@@ -1,4 +1,4 @@
-"""Which chains a skeleton gets: those that are found, without some, and others a person wants."""
+"""A person's changes to the chains of a skeleton: added and removed ones."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ _EXPECTED = "expected [[chain]] tables with two or three joints, and 'remove' wi
 
 @dataclass(frozen=True)
 class OwnChain:
-    """A chain of one's own, by the names of its joints.
+    """A chain added by a person, by the names of its joints.
 
     Parameters
     ----------
     joints : tuple of str
         Parent, child and perhaps a joint below the child.
     limb : bool
-        True to look at the three joints as a whole, as a :class:`Limb`.
+        True to treat the three joints as a whole, as a :class:`Limb`.
 
     Examples
     --------
@@ -63,11 +63,11 @@ class OwnChain:
 
     @property
     def name(self) -> str:
-        """The first joint's name; a limb's is that of both its ends."""
+        """Return the first joint's name, or for a limb the names of both ends."""
         return f"{self.joints[0]}-{self.joints[-1]}" if self.limb else self.joints[0]
 
     def made(self, motion: Motion) -> Chain:
-        """The chain or limb in a motion; TwistError says in one sentence why it is none."""
+        """Return the chain or limb in a motion; raise TwistError with the reason if impossible."""
         if len(self.joints) not in ((3,) if self.limb else (2, 3)):
             number = "three" if self.limb else "two or three"
             raise TwistError(f"expected {number} joints, found {len(self.joints)}")
@@ -97,9 +97,9 @@ class OwnChain:
 
 @dataclass(frozen=True)
 class Rig:
-    """Which chains a skeleton gets: those found, without some, and with one's own.
+    """The chains of a skeleton: the found ones without some, plus a person's own.
 
-    A limb and the chain that begins it are added and removed each by itself.
+    A limb and its first chain are added and removed separately.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class Rig:
     remove : tuple of str
         Names of found chains to leave out.
     names : mapping of str to str
-        What joints are, by joint name, such as ``{"Bone07": "left forearm"}``.
+        Meanings of joints by joint name, such as ``{"Bone07": "left forearm"}``.
 
     Examples
     --------
@@ -128,25 +128,28 @@ class Rig:
         return bool(self.add or self.remove or self.names)
 
     def body(self, motion: Motion) -> Body:
-        """Return the limbs of a motion by these names of joints."""
+        """Return the limbs of a motion with these joint names."""
         return find_body(motion, said=self.names)
 
     def with_names(self, names: Mapping[str, str]) -> Rig:
-        """Return the rig with joints taken for what `names` says; FormatError for unknown words."""
+        """Return the rig with the meanings of joints in `names`; raise FormatError if unknown."""
         for joint, said in names.items():
             joint_as_said(joint, said)
         return replace(self, names=dict(names))
 
     def chains(self, motion: Motion) -> tuple[Chain, ...]:
-        """The chains of a motion, then its limbs, those found first.
+        """Return the chains of a motion and then its limbs, found ones first.
 
-        TwistError where this skeleton has no such joints or chains, or two would have one name.
+        Raises TwistError if the skeleton lacks such joints or chains, or if a name would repeat.
         """
         found = self._found(motion)
         names = {chain.name for chain in found}
         for name in self.remove:
             if name not in names:
-                raise TwistError(f"no chain {shown_value(name)} to remove in this skeleton")
+                raise TwistError(
+                    f"the rig removes the chain {shown_value(name)}, "
+                    "which this skeleton does not have"
+                )
         chains = [chain for chain in found if chain.name not in self.remove]
         for own in self.add:
             made = own.made(motion)
@@ -158,9 +161,9 @@ class Rig:
         return tuple(sorted(chains, key=lambda chain: isinstance(chain, Limb)))
 
     def with_chain(self, motion: Motion, own: OwnChain) -> Rig:
-        """With one more; one that was found and removed comes back as it was.
+        """Return the rig with one more chain; a removed found chain is restored.
 
-        TwistError where it is no chain, or its name is taken.
+        Raises TwistError if the joints are no chain or the name is taken.
         """
         made = own.made(motion)
         for chain in self._found(motion):
@@ -171,14 +174,14 @@ class Rig:
         return rig
 
     def without(self, name: str) -> Rig:
-        """Without the chain or limb of a name, which it has."""
+        """Return the rig without an existing chain or limb, by name."""
         left = tuple(own for own in self.add if own.name != name)
         if len(left) < len(self.add):
             return replace(self, add=left)
         return replace(self, remove=(*self.remove, name))
 
     def own(self, name: str) -> OwnChain | None:
-        """What was added under a name; None for a chain that is as found."""
+        """Return the chain added under a name; None for a found chain."""
         return next((own for own in self.add if own.name == name), None)
 
     def _found(self, motion: Motion) -> tuple[Chain, ...]:
@@ -187,7 +190,7 @@ class Rig:
         return *chains, *find_helpers(motion, body), *find_limbs(motion, chains)
 
     def summary(self) -> str:
-        """'2 added, 1 removed'."""
+        """Return a summary such as '2 added, 1 removed'."""
         counts = (
             (len(self.add), "added"),
             (len(self.remove), "removed"),
@@ -200,7 +203,7 @@ AS_FOUND = Rig()
 
 
 def skeleton_mark(skeleton: Skeleton) -> str:
-    """SHA-256 of the joints' names and parents: the same for all clips of a rig."""
+    """Return the SHA-256 of joint names and parents, which all clips of a rig share."""
     import hashlib  # slow to load; few commands need it
 
     text = json.dumps([list(skeleton.names), skeleton.parents.tolist()])
@@ -208,14 +211,14 @@ def skeleton_mark(skeleton: Skeleton) -> str:
 
 
 def rig_to_json(rig: Rig) -> dict[str, Any]:
-    """What is added and removed, as a session keeps it."""
+    """Return added and removed chains in a session's form."""
     entries = [{"joints": list(o.joints)} | ({"kind": "limb"} if o.limb else {}) for o in rig.add]
     document: dict[str, Any] = {"add": entries, "remove": list(rig.remove)}
     return document | ({"names": dict(rig.names)} if rig.names else {})
 
 
 def rig_from_json(entry: Any) -> Rig:
-    """The reverse; FormatError where it is damaged."""
+    """Return the rig in a session; raise FormatError if it is damaged."""
     rig = has(entry, what="rig")
     add, remove = read_each(rig.get("add", []), "add", _own_from_json), rig.get("remove", [])
     names = {k: text(v, k) for k, v in has(rig.get("names", {}), what="names").items()}
@@ -223,7 +226,7 @@ def rig_from_json(entry: Any) -> Rig:
 
 
 def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
-    """A TOML file readable by :func:`read_rig`, the old one or the new one; raises OSError."""
+    """Write a TOML file for :func:`read_rig` atomically; raise OSError."""
     lines = [
         f"# Chains of a rig, for twistcore --rig, made on {legible(source)}.",
         f'skeleton = "{skeleton_mark(skeleton)}"',
@@ -239,7 +242,7 @@ def write_rig(path: Path, rig: Rig, skeleton: Skeleton, source: str) -> None:
 
 
 def read_rig(path: Path) -> Rig:
-    """A rig from a TOML file; raises TwistError, FormatError for a damaged file."""
+    """Read a rig from a TOML file; raise TwistError or FormatError if it is damaged."""
     with saying(path):
         document = parsed_toml(bytes_of(path))
         if unknown := sorted(document.keys() - {"skeleton", "remove", "chain", "names"}):
@@ -281,7 +284,7 @@ def _joint(skeleton: Skeleton, name: str) -> int:
     try:
         return skeleton.index(name)
     except KeyError:
-        raise TwistError(f"no joint {shown_value(name)} in this skeleton") from None
+        raise TwistError(f"this skeleton has no joint {shown_value(name)}") from None
 
 
 def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
@@ -294,9 +297,9 @@ def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:
 
 
 def _over_joints_between(motion: Motion, chain: Chain, grandchild: int) -> Chain:
-    """With b to a joint that is no child of C, per frame where the joints between them bend.
+    """Return the chain with b to a joint below C that is not its child.
 
-    Without it where it has no length.
+    b varies by frame if the joints between them bend. Without length, there is no grandchild.
     """
     bone = along(motion, joint_path(motion.skeleton, chain.child, grandchild))
     if np.linalg.norm(bone, axis=1).min() <= _ZERO * motion.skeleton.height:

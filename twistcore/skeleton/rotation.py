@@ -17,19 +17,19 @@ _AXIS_INDEX = {"X": 0, "Y": 1, "Z": 2}
 
 
 def wrap(angle: ArrayLike) -> Array:
-    """Angle moved by full turns into (−π, π], same shape."""
+    """Move an angle by full turns into (−π, π], same shape."""
     a = np.asarray(angle, dtype=np.float64)
     if a.size < 64:
         return _wrap(a)
     wrapped = a.copy()
-    outside = np.abs(a) >= np.pi  # few as a rule, and rounding is slow: 1/8 of the time
+    outside = np.abs(a) >= np.pi  # usually few, and rounding all is slow: 8 times as long
     if outside.any():
         wrapped[outside] = _wrap(a[outside])
     return wrapped
 
 
 def largest_and_rms(angles: ArrayLike) -> tuple[float, float]:
-    """Largest and RMS of angles (n,), radians, each the shorter way round; degrees, 0 for none."""
+    """Return largest and RMS of wrapped angles (n,), given in radians, in degrees; 0 if empty."""
     sizes = np.degrees(np.abs(wrap(angles)))
     if not sizes.size:
         return 0.0, 0.0
@@ -42,7 +42,7 @@ def _wrap(a: Array) -> Array:
 
 
 def multiply(p: ArrayLike, q: ArrayLike) -> Array:
-    """Hamilton product p ⊗ q, shapes (…, 4)."""
+    """Return the Hamilton product p ⊗ q, shapes (…, 4)."""
     p, q = np.asarray(p, dtype=np.float64), np.asarray(q, dtype=np.float64)
     pw, px, py, pz = (p[..., i] for i in range(4))
     qw, qx, qy, qz = (q[..., i] for i in range(4))
@@ -55,16 +55,16 @@ def multiply(p: ArrayLike, q: ArrayLike) -> Array:
 
 
 def conjugate(q: ArrayLike) -> Array:
-    """Inverse of unit quaternions, shape (…, 4)."""
+    """Return the inverse of unit quaternions, shape (…, 4)."""
     inverse: Array = np.asarray(q, dtype=np.float64) * np.array([1.0, -1.0, -1.0, -1.0])
     return inverse
 
 
 def rotate(q: ArrayLike, v: ArrayLike) -> Array:
-    """Vectors v, shape (…, 3), rotated by unit quaternions q, shape (…, 4)."""
+    """Rotate vectors v, shape (…, 3), by unit quaternions q, shape (…, 4)."""
     q, v = np.asarray(q, dtype=np.float64), np.asarray(v, dtype=np.float64)
     w, x, y, z = (q[..., i] for i in range(4))
-    # Written out: np.cross costs several times as much on the few joints of one frame.
+    # Written out: np.cross is several times slower for the few joints of one frame.
     a, b, c = (v[..., i] for i in range(3))
     tx, ty, tz = 2.0 * (y * c - z * b), 2.0 * (z * a - x * c), 2.0 * (x * b - y * a)
     out = np.empty((*np.broadcast_shapes(q.shape[:-1], v.shape[:-1]), 3))
@@ -75,14 +75,14 @@ def rotate(q: ArrayLike, v: ArrayLike) -> Array:
 
 
 def normalise(v: ArrayLike) -> Array:
-    """Vectors or quaternions scaled to unit length along the last axis; length must not be 0."""
+    """Scale vectors or quaternions to unit length along the last axis; length must not be 0."""
     v = np.asarray(v, dtype=np.float64)
     unit: Array = v / np.linalg.norm(v, axis=-1, keepdims=True)
     return unit
 
 
 def continuous(q: ArrayLike) -> Array:
-    """The same rotations, each quaternion on the side of the one before; (frames, …, 4)."""
+    """Make quaternion signs continuous over frames, (frames, …, 4); rotations are unchanged."""
     q = np.asarray(q, dtype=np.float64)
     opposed = np.einsum("t...i,t...i->t...", q[:-1], q[1:]) < 0.0
     flips = np.zeros(q.shape[:-1], dtype=bool)
@@ -91,7 +91,7 @@ def continuous(q: ArrayLike) -> Array:
 
 
 def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
-    """R_axis(angle): unit axis (…, 3), angle in radians (…) -> quaternion (…, 4)."""
+    """Return R_axis(angle): unit axis (…, 3), angle in radians (…) -> quaternion (…, 4)."""
     axis, half = np.asarray(axis, dtype=np.float64), 0.5 * np.asarray(angle, dtype=np.float64)
     shape = np.broadcast_shapes(axis.shape[:-1], half.shape)
     out = np.empty((*shape, 4))
@@ -101,18 +101,18 @@ def quaternion_from_axis_angle(axis: ArrayLike, angle: ArrayLike) -> Array:
 
 
 def exponential(rotation_vector: ArrayLike) -> Array:
-    """Exp(φ) = (cos(|φ|/2), sin(|φ|/2) φ/|φ|), (…, 3) -> unit quaternion (…, 4) [Le26 Eq. 4]."""
+    """Return Exp(φ) = (cos(|φ|/2), sin(|φ|/2) φ/|φ|), (…, 3) -> (…, 4) [Le26 Eq. 4]."""
     phi = np.asarray(rotation_vector, dtype=np.float64)
     half = 0.5 * np.sqrt(np.einsum("...i,...i->...", phi, phi))
     out = np.empty((*phi.shape[:-1], 4))
     out[..., 0] = np.cos(half)
-    # sinc keeps the direction at |φ| = 0, where φ/|φ| has none.
+    # sinc is defined at |φ| = 0, where φ/|φ| is not.
     out[..., 1:] = (0.5 * np.sinc(half / np.pi))[..., None] * phi
     return out
 
 
 def logarithm(q: ArrayLike) -> Array:
-    """Rotation vector of length [0, π], (…, 4) -> (…, 3); the inverse of :func:`exponential`."""
+    """Return the rotation vector, length [0, π], (…, 4) -> (…, 3); inverts :func:`exponential`."""
     q = np.asarray(q, dtype=np.float64)
     q = np.where(q[..., :1] < 0.0, -q, q)
     sine = np.sqrt(np.einsum("...i,...i->...", q[..., 1:], q[..., 1:]))
@@ -123,13 +123,13 @@ def logarithm(q: ArrayLike) -> Array:
 
 
 def slerp(p: ArrayLike, q: ArrayLike, share: ArrayLike) -> Array:
-    """Return the shorter arc from p to q, (…, 4) each, at a share of it in [0, 1], (…)."""
+    """Return the point at a share in [0, 1], (…), of the shorter arc from p to q, (…, 4) each."""
     step = logarithm(multiply(q, conjugate(p)))
     return multiply(exponential(np.asarray(share)[..., None] * step), p)
 
 
 def matrix_from_quaternion(q: ArrayLike) -> Array:
-    """Rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
+    """Return rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
     q = np.asarray(q, dtype=np.float64)
     w, x, y, z = (q[..., i] for i in range(4))
     out = np.empty((*q.shape[:-1], 3, 3))
@@ -146,7 +146,7 @@ def matrix_from_quaternion(q: ArrayLike) -> Array:
 
 
 def quaternion_from_euler(order: str, angles: ArrayLike) -> Array:
-    """Intrinsic rotations about the axes named in `order` (such as 'ZYX', 1-3 letters).
+    """Return quaternions of intrinsic rotations about the axes in `order` ('ZYX', 1-3 letters).
 
     Angles in radians, shape (…, len(order)), in the order of the letters: R = R_1 · R_2 · R_3.
     Returns (…, 4).
@@ -168,10 +168,10 @@ def quaternion_from_euler(order: str, angles: ArrayLike) -> Array:
 
 
 def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
-    """Angles of the intrinsic rotations about three distinct axes, radians, shape (…, 3).
+    """Return angles of intrinsic rotations about three distinct axes, radians, shape (…, 3).
 
     The middle angle is in [−π/2, π/2]. The other solution is (φ1 + π, π − φ2, φ3 + π). In gimbal
-    lock (cos φ2 ≈ 0) only φ1 ± φ3 is determined; callers that need a held φ3 ask
+    lock (cos φ2 ≈ 0) only φ1 ± φ3 is determined; to keep φ3, use
     :func:`euler_with_third_held`.
     """
     i, j, k = (_AXIS_INDEX[letter] for letter in order)
@@ -187,7 +187,7 @@ def euler_from_quaternion(order: str, q: ArrayLike) -> Array:
 
 
 def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
-    """Angles (…, 3) with the third angle given, exact in gimbal lock where it is free."""
+    """Return angles (…, 3) with a given third angle, exact in gimbal lock, where it is free."""
     third = np.asarray(third, dtype=np.float64)
     unwound = multiply(q, conjugate(quaternion_from_euler(order[2], third[..., None])))
     i, j, k = (_AXIS_INDEX[letter] for letter in order)
@@ -202,10 +202,10 @@ def euler_with_third_held(order: str, q: ArrayLike, third: ArrayLike) -> Array:
 
 
 def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
-    """Twist about the unit axis (…, 3): θ = wrap(2·atan2(v·a, w)) in (−π, π] [Choi26 Eq. 8].
+    """Return the twist about a unit axis (…, 3): wrap(2·atan2(v·a, w)) in (−π, π] [Choi26 Eq. 8].
 
     Eq. 8 as printed takes the norm of the vector part and so loses the sign; this form keeps it.
-    A swing of exactly 180° leaves the twist undefined; the result is then 0, never NaN: ask
+    A swing of exactly 180° leaves the twist undefined; the result is then 0, never NaN: see
     :func:`twist_reliability`.
     """
     q = np.asarray(q, dtype=np.float64)
@@ -214,7 +214,7 @@ def twist_angle(q: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def twist_reliability(q: ArrayLike, axis: ArrayLike) -> Array:
-    """√(w² + (v·a)²) in [0, 1]: 0 where a swing of 180° leaves the twist undefined."""
+    """Return √(w² + (v·a)²) in [0, 1]: 0 if a swing of 180° leaves the twist undefined."""
     q = np.asarray(q, dtype=np.float64)
     along = np.einsum("...i,...i->...", q[..., 1:], np.asarray(axis, dtype=np.float64))
     reliability: Array = np.hypot(q[..., 0], along)
@@ -243,7 +243,7 @@ def swing_twist(q: ArrayLike, axis: ArrayLike) -> tuple[Array, Array]:
     Raises
     ------
     ValueError
-        If the shapes do not go together.
+        If the shapes do not broadcast.
 
     Examples
     --------
@@ -263,7 +263,7 @@ def swing_twist(q: ArrayLike, axis: ArrayLike) -> tuple[Array, Array]:
 
 
 def geodesic_angle(p: ArrayLike, q: ArrayLike) -> Array:
-    """Angle of the rotation between p and q, radians in [0, π], shapes (…, 4) -> (…)."""
+    """Return the angle of the rotation between p and q, radians in [0, π], (…, 4) -> (…)."""
     d = multiply(conjugate(p), q)
     angle: Array = 2.0 * np.arctan2(np.linalg.norm(d[..., 1:], axis=-1), np.abs(d[..., 0]))
     return angle

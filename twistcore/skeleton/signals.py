@@ -1,4 +1,4 @@
-"""What [Choi26] measures in a chain: θp, θc, their increments and m(t)."""
+"""The signals of [Choi26] in a chain: θp, θc, their increments and m(t)."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
     Parameters
     ----------
     clip : Clip or Motion
-        What to measure.
+        The clip to measure.
     chain : Chain or str
         A chain of the clip, or the name or label of one that :func:`find_chains` finds.
 
@@ -113,7 +113,7 @@ def twist_signals(clip: Motion | HasMotion, chain: Chain | str) -> TwistSignals:
 def signals_of_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> dict[str, TwistSignals]:
-    """Signals of chains by name; tell: before each."""
+    """Return the signals of chains by name; tell: called before each chain."""
     tell = tell or nobody
     found = {}
     for k, chain in enumerate(chains):
@@ -123,7 +123,7 @@ def signals_of_chains(
 
 
 def azimuth_increments(across: Array, axis: Array) -> Array:
-    """Δθc of the projected vectors v⊥, shape (frames, 3), about the unit axis [Choi26 Eq. 12]."""
+    """Return Δθc of projected vectors v⊥, shape (frames, 3), about a unit axis [Choi26 Eq. 12]."""
     out = np.zeros(len(across))
     before, now = across[:-1], across[1:]
     a = np.broadcast_to(axis, across.shape)[1:]
@@ -134,7 +134,7 @@ def azimuth_increments(across: Array, axis: Array) -> Array:
 
 
 def counter_rotation(dtheta_p: Array, dtheta_c: Array) -> Array:
-    """m = min(|Δθp|, |Δθc|) where Δθp·Δθc < 0, else 0 [Choi26 Eq. 1, 13]."""
+    """Return m = min(|Δθp|, |Δθc|) where Δθp·Δθc < 0, else 0 [Choi26 Eq. 1, 13]."""
     opposite = dtheta_p * dtheta_c < 0.0
     return np.where(opposite, np.minimum(np.abs(dtheta_p), np.abs(dtheta_c)), 0.0)
 

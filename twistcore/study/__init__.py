@@ -1,1 +1,1 @@
-"""What shows how good the methods are; nobody needs it to review a clip."""
+"""Evaluate the methods: benchmarks, exercises and training; a review does not need this package."""

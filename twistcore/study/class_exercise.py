@@ -1,7 +1,7 @@
-"""An exercise for a class: what students get, what they hand in, and what a teacher makes of it.
+"""Files of an exercise for a class: the exercise, the students' answers, the teacher's table.
 
 The truth stays with the teacher, as a truth file (:mod:`twistcore.synthesis`): the exercise says
-which intervals are to be judged, and of which clip, but not which of them are errors.
+which intervals of which clip a student must judge, but not which of them are errors.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from twistcore.synthesis import InjectedError
 EXERCISE = "twistcore.exercise/1"
 SCORE = "twistcore.exercise-score/1"
 KINDS = ("judge", "find")
-_MOST_BYTES = 10_000_000  # of a file: a student may hand in anything
+_MOST_BYTES = 10_000_000  # of a file: a student may hand in any file
 _MOST_FRAMES = 10_000_000  # of its clip: a day at 120 fps
 _MOST_INTERVALS = 1000
 _LONGEST_NAME = 100  # letters, in the table
@@ -50,7 +50,7 @@ COLUMNS = (
 
 @dataclass(frozen=True, eq=False)
 class ClassExercise:
-    """clip: the BVH file's name, beside the exercise; listed: what is to be judged."""
+    """clip: name of the BVH file in the same folder; listed: the intervals to judge."""
 
     clip: str
     sha256: str
@@ -60,7 +60,7 @@ class ClassExercise:
 
 @dataclass(frozen=True, eq=False)
 class HandedIn:
-    """What one student made of it: every interval with its verdict, and how long it took."""
+    """One student's answer: every interval with its verdict, and the time it took."""
 
     name: str
     seconds: float
@@ -70,14 +70,14 @@ class HandedIn:
 
 
 def write_exercise(path: Path, exercise: ClassExercise) -> None:
-    """Write an exercise, atomically; angles in degrees."""
+    """Write an exercise atomically; angles in degrees."""
     own = {"clip": exercise.clip, "sha256": exercise.sha256, "kind": exercise.kind}
     listed = [_interval_to_json(i) for i in exercise.listed]
     write_atomically(path, json_bytes({"schema": EXERCISE, **own, "intervals": listed}))
 
 
 def read_exercise(path: Path) -> ClassExercise:
-    """Read an exercise; raises TwistError in one sentence."""
+    """Return the exercise in a file; raise TwistError if it is damaged."""
     with saying(path):
         document = has(_document(path, EXERCISE), "kind", "clip", "sha256", "intervals")
         name = path_text(document["clip"], "clip")
@@ -92,7 +92,7 @@ def read_exercise(path: Path) -> ClassExercise:
 
 
 def write_handed_in(path: Path, handed: HandedIn) -> None:
-    """Write what a student hands in, atomically."""
+    """Write a student's answer atomically."""
     verdicts = [
         {**_interval_to_json(j.interval), "decision": j.decision.value} for j in handed.verdicts
     ]
@@ -107,7 +107,7 @@ def write_handed_in(path: Path, handed: HandedIn) -> None:
 
 
 def read_handed_in(path: Path) -> HandedIn:
-    """Read what a student handed in; raises TwistError in one sentence."""
+    """Return the student's answer in a file; raise TwistError if it is damaged."""
     with saying(path):
         document = has(_document(path, SCORE), "verdicts", "exercise", "name", "seconds")
         verdicts = _few(read_each(document["verdicts"], "verdicts", _verdict))
@@ -122,7 +122,7 @@ def read_handed_in(path: Path) -> HandedIn:
 
 
 def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> str:
-    """CSV with a row a student, by name: what the verdicts come to against the truth."""
+    """Return a CSV with one row per student, by name: the verdicts compared with the truth."""
     rows = []
     for student in sorted(handed, key=lambda h: h.name):
         result = score_exercise(errors, student.verdicts)
@@ -136,12 +136,12 @@ def class_table(errors: Sequence[InjectedError], handed: Iterable[HandedIn]) -> 
 
 
 def _in_cell(name: str) -> str:
-    """On one line."""
+    """Return a name on one line, short enough for a table cell."""
     return " ".join(name.split())[:_LONGEST_NAME]
 
 
 def schema_of(path: Path) -> str:
-    """What kind of document a file is; raises TwistError where it is no JSON of ours."""
+    """Return the schema of a JSON file; raise TwistError if the file is not one of this program."""
     with saying(path):
         return str(_document(path)["schema"])
 
@@ -161,7 +161,7 @@ def _interval_to_json(interval: Interval) -> dict[str, Any]:
 
 
 def _few(things: tuple[_Thing, ...]) -> tuple[_Thing, ...]:
-    """Each is compared with each of the key's, so that many would take long."""
+    """Return the intervals; raise FormatError if there are too many to compare with the truth."""
     if len(things) > _MOST_INTERVALS:
         raise FormatError(f"expected at most {_MOST_INTERVALS} intervals, found {len(things)}")
     return things
@@ -174,7 +174,7 @@ def _verdict(entry: Any) -> Judged:
 
 
 def _interval(entry: Any) -> Interval:
-    """Its offset takes the memory of one number, however many frames there are said to be."""
+    """Return an interval whose constant offset takes the memory of one number."""
     has(entry, "chain", "start", "stop", "delta_deg", what="an interval")
     start, stop = frames(entry, _MOST_FRAMES)
     delta = np.radians([number(entry["delta_deg"], "delta_deg", -DEGREES, DEGREES)])

@@ -1,4 +1,4 @@
-"""How well injected errors were taken out, and what else was changed [Choi26 §4.2]."""
+"""Measure how well injected errors were corrected and what else changed [Choi26 §4.2]."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from twistcore.skeleton.rotation import Array, geodesic_angle
 from twistcore.synthesis import SUCCESS, Truth, inject
 
 DAMAGE = float(np.radians(1.0))
-# A smaller offset, where a filtered or drifting error sets in or crosses 0, is neither an error
-# frame nor a clean one. No protocol of levels has any.
+# Frames with a smaller offset, where a filtered or drifting error begins or crosses 0, count
+# neither as error frames nor as clean ones. Protocols with level shifts have no such frames.
 COUNTED = float(np.radians(0.5))
 _ORDER = (*SEGMENTS, "whole arm", "whole leg")
 
 
 @dataclass(frozen=True, eq=False)
 class ErrorFrames:
-    """Error of P in the frames where one was injected, radians in [0, π], one entry a frame."""
+    """Error of P in the frames with an injected error, radians in [0, π], one entry per frame."""
 
     side: str
     segment: str
@@ -36,7 +36,7 @@ class ErrorFrames:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """One clip's result: its error frames by chain, and the change of all pairs without error."""
+    """One clip's result: its error frames by chain, and the change of all clean pairs."""
 
     errors: tuple[ErrorFrames, ...]
     clean_change: Array
@@ -44,7 +44,7 @@ class Sample:
 
 @dataclass(frozen=True)
 class EvaluationRow:
-    """A line of the table, named as in JSON; rer: the share of the error left [Choi26 §4.2.2]."""
+    """One row of the table, fields as in JSON; rer: the share of the error left [Choi26 §4.2.2]."""
 
     side: str
     segment: str
@@ -70,9 +70,9 @@ class Evaluation:
 def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[Chain]) -> Sample:
     """Compare one refined clip with its clean source.
 
-    The input is made again from the clean clip and the truth, so damage is what the refinement
-    changed, not what was injected. Limbs are found from the chains. Raises ClipMismatchError where
-    the three do not fit.
+    The erroneous input is made again from the clean clip and the truth, so damage is what the
+    refinement changed, not what was injected. Limbs are derived from the chains. Raises
+    ClipMismatchError if the three do not belong together.
     """
     if clean.frames != refined.frames or clean.frames != truth.frames:
         raise ClipMismatchError(
@@ -86,7 +86,7 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
     unknown = sorted({e.chain for e in truth.errors} - by_name.keys())
     if unknown:
         raise ClipMismatchError(
-            f"the clip has no chain {shown_value(unknown[0])} that the truth names"
+            f"the truth names the chain {shown_value(unknown[0])}, which the clip does not have"
         )
     dirty = inject(clean, every, truth.errors)
     wrong = np.zeros((clean.frames, len(clean.skeleton)), dtype=bool)
@@ -113,7 +113,7 @@ def measure_clip(truth: Truth, clean: Motion, refined: Motion, chains: Sequence[
 
 
 def error_angle(clean: Array, other: Array, chain: Chain) -> Array:
-    """Angle between two rotations of P; of a limb, of P or E, whichever is larger.
+    """Return the angle between two rotations of P; for a limb, the larger angle of P and E.
 
     clean, other: (frames, joints, 4); radians, (frames,).
     """
@@ -122,7 +122,7 @@ def error_angle(clean: Array, other: Array, chain: Chain) -> Array:
 
 
 def summarise(samples: Iterable[Sample]) -> Evaluation:
-    """The table over any number of clips, every error frame counting once."""
+    """Return the table over any number of clips; every error frame counts once."""
     samples = tuple(samples)
     every = [e for sample in samples for e in sample.errors]
     places = sorted({(e.side, e.segment) for e in every}, key=lambda p: (p[0], segment_order(p[1])))
@@ -139,20 +139,20 @@ def summarise(samples: Iterable[Sample]) -> Evaluation:
 
 
 def chain_joints(chains: Sequence[Chain]) -> NDArray[np.int64]:
-    """Parents and children of chains, first joints and ends of limbs, ascending, each once."""
+    """Return parents and children of chains, first joints and ends of limbs, sorted and unique."""
     ends = {(c.parent, c.end if isinstance(c, Limb) else c.child) for c in chains}
     return np.array(sorted({joint for pair in ends for joint in pair}), dtype=np.int64)
 
 
 def segment_of(chain: Chain) -> str:
-    """What a table calls the segment: 'Leg' of a chain, 'whole leg' of a limb, or its name."""
+    """Return a segment's table label: 'Leg' for a chain, 'whole leg' for a limb, or its name."""
     if isinstance(chain, Limb) and chain.segment:
         return f"whole {chain.part.removeprefix(chain.side).strip()}"
     return chain.segment or chain.name
 
 
 def segment_order(segment: str) -> tuple[int, str]:
-    """To sort by: segments in the order of SEGMENTS, whole limbs, then others by name."""
+    """Return a sort key: segments in the order of SEGMENTS, whole limbs, then others by name."""
     return _ORDER.index(segment) if segment in _ORDER else len(_ORDER), segment
 
 
@@ -176,7 +176,7 @@ def _row(side: str, segment: str, errors: Sequence[ErrorFrames]) -> EvaluationRo
 
 
 def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
-    """The table as a JSON document; degrees and per cent."""
+    """Return the table as a JSON document; degrees and per cent."""
     return {
         "schema": "twistcore.evaluation/1",
         "rows": [vars(row) for row in evaluation.rows],
@@ -187,7 +187,7 @@ def evaluation_to_json(evaluation: Evaluation) -> dict[str, Any]:
 
 
 def evaluation_to_text(evaluation: Evaluation) -> str:
-    """The table in columns, laid out like the paper's Table 2 with the overall line below."""
+    """Return the table in columns like the paper's Table 2, with the overall row below."""
     head = f"{'Side':<6} {'Segment':<12} {'Frames':>7} {'MAE before':>11} {'MAE after':>10} "
     head += f"{'RMSE after':>11} {'RER %':>7} {'FSR %':>7}"
     lines = [head, "-" * len(head)]
@@ -207,9 +207,9 @@ def evaluation_to_text(evaluation: Evaluation) -> str:
 def match_intervals(
     found: Sequence[tuple[int, int]], true: Sequence[tuple[int, int]]
 ) -> dict[int, int]:
-    """Index in `found` → index in `true`, one to one, the best overlap first.
+    """Match intervals one to one, best overlap first: index in `found` → index in `true`.
 
-    Intervals are [start, stop); two match where intersection over union is at least a half.
+    Intervals are [start, stop); two match if their intersection over union is at least 0.5.
     """
     if not found or not true:
         return {}

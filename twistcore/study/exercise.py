@@ -1,4 +1,4 @@
-"""An exercise: errors hidden by a seed, and the score of a review that looked for them."""
+"""An exercise: errors hidden in a clip by a seed, and the score of a review of it."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from twistcore.skeleton.signals import twist_signals
 from twistcore.study.evaluation import match_intervals
 from twistcore.synthesis import PROTOCOLS, InjectedError, draw_errors, generator, inject
 
-_LONGEST = 20  # frames of a decoy, as of an error of P0
-_APART = 4  # frames between two of a chain
-_CHOICE = 10  # one of so many liveliest moments, not always the very liveliest
+_LONGEST = 20  # frames of a decoy, the same as for an error of P0
+_APART = 4  # frames between two decoys of a chain
+_CHOICE = 10  # choose among this many of the liveliest moments
 
 
 @dataclass(frozen=True)
 class ExerciseScore:
-    """What a review came to against the hidden errors.
+    """The result of a review compared with the hidden errors.
 
     hits: errors accepted; misses: errors that no accepted interval covers; false_accepted:
-    accepted where nothing was hidden; false_rejected: errors that were listed and rejected (these
-    are misses as well); left: intervals without a verdict.
+    accepted intervals without a hidden error; false_rejected: errors that were listed and rejected
+    (also counted as misses); left: intervals without a verdict.
     """
 
     hits: tuple[InjectedError, ...]
@@ -37,17 +37,17 @@ class ExerciseScore:
 
     @property
     def false_verdicts(self) -> int:
-        """Verdicts that the truth contradicts."""
+        """Number of verdicts that the truth contradicts."""
         return len(self.false_accepted) + len(self.false_rejected)
 
 
 def hide_errors(
     motion: Motion, chains: Sequence[Chain], seed: int
 ) -> tuple[Motion, tuple[InjectedError, ...]]:
-    """The motion with errors of the paper's kind in two chains that share no joint.
+    """Return the motion with errors of the paper's kind in two chains that share no joint.
 
-    The same seed hides the same errors in the same clip. Chains that could not be corrected are
-    left out; a motion without any comes back as it is.
+    The same seed hides the same errors in the same clip. Chains that cannot be corrected
+    are left out; a motion without correctable chains is returned unchanged.
     """
     rng = generator(seed, "exercise")
     free = [c for c in chains if not uncorrectable_joints(motion, c)]
@@ -63,12 +63,12 @@ def hide_errors(
 def decoys(
     motion: Motion, chains: Sequence[Chain], errors: Sequence[InjectedError], seed: int
 ) -> tuple[Interval, ...]:
-    """Intervals where nothing is wrong, to be told apart from the errors: 2-5 a chain, as of those.
+    """Return 2-5 intervals without an error per chain, as many as there can be errors.
 
-    motion: the clean one. They lie in the chains of the errors, so that no chain and no count of
-    intervals tells which is which, and clear of the errors. Each begins where the chain's parent
-    truly twists fast, so that a glance at θp alone is not enough; its length and its offset are
-    drawn as those of an error. A clip too short for them gets fewer.
+    motion: the clean motion. Decoys lie in the same chains as the errors but do not overlap them,
+    so neither the chain nor the number of intervals reveals which is which. Each begins where the
+    chain's parent really twists fast, so a glance at θp alone is not enough; length and offset are
+    drawn like an error's. A clip too short for them gets fewer.
     """
     rng = generator(seed, "decoys")
     out: list[Interval] = []
@@ -87,7 +87,7 @@ def decoys(
 def _lively(
     motion: Motion, chain: Chain, taken: Sequence[tuple[int, int]], rng: np.random.Generator
 ) -> int | None:
-    """A frame where the parent twists fast and the longest decoy is clear of what is taken."""
+    """Return a frame where the parent twists fast and the longest decoy overlaps nothing taken."""
     speed = np.abs(twist_signals(motion, chain).dtheta_p)
     speed[:2] = speed[max(len(speed) - _LONGEST, 0) :] = -1.0
     for start, stop in taken:
@@ -98,7 +98,7 @@ def _lively(
 
 
 def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) -> ExerciseScore:
-    """Compare verdicts with the truth: one interval answers for one error of its chain."""
+    """Return the score of a review; one interval counts for one error of its chain."""
     judged = tuple(review)
     accepted = [j.interval for j in judged if j.decision == Decision.ACCEPTED]
     rejected = [j.interval for j in judged if j.decision == Decision.REJECTED]
@@ -114,7 +114,7 @@ def score_exercise(errors: Sequence[InjectedError], review: Iterable[Judged]) ->
 
 
 def _matched(errors: Sequence[InjectedError], intervals: Sequence[Interval]) -> dict[int, int]:
-    """Index of an error → index of the interval that is the same, chain by chain."""
+    """Match errors with intervals, chain by chain: index of an error → index of its interval."""
     out: dict[int, int] = {}
     for chain in {e.chain for e in errors}:
         mine = [k for k, e in enumerate(errors) if e.chain == chain]

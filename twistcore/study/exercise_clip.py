@@ -1,4 +1,4 @@
-"""The clip of an exercise: written so that its numbers do not tell which of them were changed."""
+"""Write the clip of an exercise so that its numbers do not reveal which of them changed."""
 
 from __future__ import annotations
 
@@ -14,15 +14,16 @@ from twistcore.skeleton.motion import Motion, check_motion
 from twistcore.skeleton.rotation import Array
 
 _MOST = 3  # decimals of a degree: finer than any capture, coarser than most files
-_ENDS_IN_0 = 0.2  # by chance a tenth of all numbers needs a decimal less
+_ENDS_IN_0 = 0.2  # by chance, a tenth of all numbers needs one decimal less
 _POSITIONS = 6  # decimals; no error moves these
 
 
 def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
-    """Write `clip` with the rotations of `dirty`, every one of them anew, with as many decimals.
+    """Write `clip` with all rotations of `dirty`, each with the same number of decimals.
 
-    No more than the clip's own have: else unchanged numbers would be told by their zeros.
-    Atomically; what is there is replaced. Raises TwistError for a clip that is no BVH, OSError.
+    At most as many decimals as the clip's own numbers have: trailing zeros would reveal the
+    unchanged ones. An existing file is replaced atomically. Raises TwistError if the clip is not a
+    BVH, and OSError.
     """
     check_motion(dirty)
     if not isinstance(clip, BvhClip):
@@ -39,9 +40,10 @@ def write_exercise_clip(clip: Clip, dirty: Motion, path: Path) -> None:
 
 
 def decimals_of(degrees: Array) -> int:
-    """So many decimals that hardly one of these numbers needs fewer."""
-    told = np.unique(degrees[degrees != 0.0])
+    """Return how many decimals these numbers were written with, from how few end in 0."""
+    written = np.unique(degrees[degrees != 0.0])
     for decimals in range(_MOST, 0, -1):
-        if not len(told) or np.mean(np.round(told, decimals - 1) == told) < _ENDS_IN_0:
+        shorter = np.round(written, decimals - 1) == written
+        if not len(written) or np.mean(shorter) < _ENDS_IN_0:
             return decimals
     return 0

@@ -10,15 +10,15 @@ _SOFT = 1e-3  # radians: below it the loss is quadratic, so that its gradient is
 
 
 def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
-    """How much a parent and its child turn against each other about the bone, a mean over frames.
+    """Return how much a parent and its child turn against each other, as a mean over frames.
 
     q_p, q_c: local unit quaternions (w, x, y, z) of parent and child, (frames, 4); axis: unit bone
-    axis in the parent's coordinates, (3,). With x and y the twist increments of the two about the
-    axis, each frame costs max(0, −x·y) / √(x² + y² + ε²): 0 where they turn together, |x|/√2 where
-    they cancel. It does not change with the signs of the quaternions.
+    axis in the parent's coordinates, (3,). With x and y the twist increments of parent and
+    child about the axis, each frame costs max(0, −x·y) / √(x² + y² + ε²): 0 if they turn together,
+    |x|/√2 if they cancel. The loss does not depend on the quaternions' signs.
 
-    Differentiable in form: elementary functions of `xp` only, so that torch or jax.numpy in its
-    place differentiate it. Returns a number of that library, radians.
+    Uses elementary functions of `xp` only, so it is differentiable with torch or jax.numpy as
+    `xp`. Returns a number of that library, radians.
     """
     x = _twist_increment(q_p[:-1], q_p[1:], axis, xp, inverse_first=True)
     y = _twist_increment(q_c[:-1], q_c[1:], axis, xp, inverse_first=False)
@@ -28,7 +28,7 @@ def consistency_loss(q_p: Any, q_c: Any, axis: Any, xp: Any = np) -> Any:
 
 
 def _twist_increment(before: Any, after: Any, axis: Any, xp: Any, *, inverse_first: bool) -> Any:
-    """Twist of q(t−1)⁻¹ q(t) (parent) or of q(t) q(t−1)⁻¹ (child) about the axis, (frames − 1,)."""
+    """Return the twist of q(t−1)⁻¹ q(t) (parent) or q(t) q(t−1)⁻¹ (child), (frames − 1,)."""
     (bw, bx, by, bz), (aw, ax, ay, az) = ([q[:, k] for k in range(4)] for q in (before, after))
     w = bw * aw + bx * ax + by * ay + bz * az
     sign = 1.0 if inverse_first else -1.0
@@ -36,5 +36,5 @@ def _twist_increment(before: Any, after: Any, axis: Any, xp: Any, *, inverse_fir
     vy = bw * ay - by * aw - sign * (bz * ax - bx * az)
     vz = bw * az - bz * aw - sign * (bx * ay - by * ax)
     along = vx * axis[0] + vy * axis[1] + vz * axis[2]
-    # The short way round, whatever the signs: atan(v·a / w) instead of atan2.
+    # The short way round for any sign of the quaternions: atan(v·a / w) instead of atan2.
     return 2.0 * xp.arctan2(along * xp.sign(w), xp.abs(w))

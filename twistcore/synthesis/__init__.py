@@ -1,4 +1,4 @@
-"""Twist errors put into a clip on purpose, seeded, with their truth [Choi26 §4.1]."""
+"""Inject seeded twist errors into a clip and keep their ground truth [Choi26 §4.1]."""
 
 from twistcore.synthesis.injection import (
     InjectedError,

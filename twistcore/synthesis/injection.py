@@ -1,4 +1,4 @@
-"""Drawing errors and putting them into a motion."""
+"""Draw errors and inject them into a motion."""
 
 from __future__ import annotations
 
@@ -68,23 +68,23 @@ class InjectedError:
     carried: bool = False
 
     def changed_joints(self, chain: Chain, skeleton: Skeleton) -> tuple[int, ...]:
-        """Joints of its chain or limb with another rotation of their own: not an end carried."""
+        """Return the joints whose own rotation the error changes; a carried end is not one."""
         joints = chain.changed_joints(skeleton)
         end_stays = self.kind == Kind.LIMB_FLIP and self.carried and self.leak is None
         return joints[:1] if end_stays else joints
 
 
 def generator(seed: int, clip: str, *more: int) -> np.random.Generator:
-    """Random numbers that depend on the seed, the clip's name and `more`, on nothing else."""
+    """Return a generator that depends only on the seed, the clip's name and `more`."""
     return np.random.default_rng([seed, zlib.crc32(encoded(Path(clip).stem)), *more])
 
 
 def draw_targets(
     chains: Sequence[Chain], rng: np.random.Generator, protocol: Protocol = PROTOCOLS["P0"]
 ) -> tuple[Chain, ...]:
-    """Two chains that share no joint [Choi26 §4.1.1]; with `both`, a chain and the one below it.
+    """Draw two chains that share no joint [Choi26 §4.1.1]; with `both`, neighbouring chains.
 
-    With `together`, so many chains from a random one on.
+    With `together`, that many chains from a random one on.
     """
     if protocol.clean or not chains:
         return ()
@@ -102,7 +102,7 @@ def draw_targets(
 
 
 def independent_chains(chains: Sequence[Chain], first: int, most: int) -> tuple[Chain, ...]:
-    """Up to `most` chains from that at `first` on, around, that turn no joint of each other."""
+    """Return up to `most` chains from `first` on, cyclically, that share no changed joint."""
     chosen: list[Chain] = []
     for k in range(len(chains)):
         chain = chains[(first + k) % len(chains)]
@@ -124,10 +124,10 @@ def draw_errors(
     *,
     first: int = 1,
 ) -> tuple[InjectedError, ...]:
-    """2-5 intervals in each chain as the protocol has them, at least 2 frames apart.
+    """Draw 2-5 errors per chain according to the protocol, at least 2 frames apart.
 
-    motion: the clean one; chains: limbs, and only those, where the protocol is one of limb flips.
-    first: the first frame of the capture; 1 leaves a T-pose in frame 0 alone. But for the border
+    motion: the clean motion; chains: limbs, and only limbs, for a protocol of limb flips. first:
+    the first frame of the capture; 1 leaves a T-pose in frame 0 unchanged. Except in the border
     protocols every edge lies inside the capture. A clip too short for 2 intervals gets fewer.
     """
     errors: list[InjectedError] = []
@@ -151,7 +151,7 @@ def draw_errors(
 def _places(
     motion: Motion, chain: Chain, first: int, rng: np.random.Generator, protocol: Protocol
 ) -> Iterator[Place]:
-    """Frames of the intervals of a chain, or of the level that is then low-passed."""
+    """Yield the frames of a chain's intervals, or of the level that is then low-passed."""
     margin = filter_reach(protocol, motion.fps)
     taken = np.zeros(motion.frames, dtype=bool)
     if protocol.carried:  # a straight limb rolls as a whole, and nothing shows it
@@ -196,7 +196,7 @@ def _drawn(
     rng: np.random.Generator,
     protocol: Protocol,
 ) -> InjectedError | None:
-    """One error; None where it would be none, as a gap's over which nothing turned."""
+    """Draw one error; None if it is empty, such as for a gap in which nothing turns."""
     start, stop = place
     onset, end = start > first, stop < motion.frames
     if protocol.fill:
@@ -265,7 +265,7 @@ def inject(
     TypeError
         If `clip` is neither a clip nor a motion.
     TwistError
-        If an error ends behind the last frame or, where no chains are given, names none.
+        If an error ends behind the last frame or names an unknown chain.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""The course of an injected error over its frames, and the frames of those that a pose decides."""
+"""The shape of an injected error over its frames, and frames chosen by the pose."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from twistcore.synthesis.protocol import Protocol, chain_increments
 
 Place: TypeAlias = tuple[int, int]
 
-STRAIGHT = float(np.radians(18.0))  # of bend: below, a limb's split of a twist is not seen
-SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1  # the shortest spell, and what parts two of them
+STRAIGHT = float(
+    np.radians(18.0)
+)  # of bend: in a straighter limb the split of a twist is invisible
+SPELL_SECONDS, BETWEEN_SECONDS = 0.067, 0.1  # the shortest spell, and the shortest time between two
 _REACH = 2.5  # periods of the cut-off frequency after which a filtered step has settled
 
 
@@ -29,9 +31,9 @@ def shaped(
     protocol: Protocol,
     fps: float,
 ) -> Array:
-    """Offset a frame, radians, (length,); a low-passed one has as many frames more on either side.
+    """Return the offset of each frame, radians, (length,), longer on both sides if low-passed.
 
-    onset, end: whether it sets in and ends inside of the clip.
+    onset, end: True if the error begins and ends inside the clip.
     """
     offset = np.full(length, delta)
     if protocol.drift:
@@ -53,7 +55,7 @@ def shaped(
     if protocol.jitter:
         offset = offset + np.radians(protocol.jitter) * rng.standard_normal(length)
     if protocol.low_pass:
-        # Here, since scipy.signal takes longer to load than all of this package's other needs.
+        # Imported here: scipy.signal loads more slowly than all other imports of this package.
         from scipy.signal import butter, sosfiltfilt
 
         reach = filter_reach(protocol, fps)
@@ -72,12 +74,12 @@ def _drift(length: int, protocol: Protocol) -> Array:
 
 
 def filter_reach(protocol: Protocol, fps: float) -> int:
-    """Frames that a low-passed offset reaches beyond its level; 0 where it is not."""
+    """Return the frames by which a low-passed offset exceeds its level; 0 without a low-pass."""
     return math.ceil(_REACH / protocol.low_pass * fps) if protocol.low_pass else 0
 
 
 def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
-    """What P's twist lacks over a gap, radians, where it is 'held' or 'interpolated'."""
+    """Return the twist that P loses in a gap, radians, if it is 'held' or 'interpolated'."""
     start, stop = place
     twist = np.cumsum(chain_increments(motion, chain)[0])[start - 1 : stop + 1]
     given = np.full(len(twist), twist[0])
@@ -87,7 +89,7 @@ def filled(motion: Motion, chain: Chain, place: Place, how: str) -> Array:
 
 
 def aligned_spells(motion: Motion, chain: Chain, first: int = 0) -> Iterator[Place]:
-    """Frames [start, stop) of the spells in which C's bone keeps to P's; none of a whole clip."""
+    """Yield spells [start, stop) with C's bone in line with P's; none if this is the whole clip."""
     if chain.grandchild < 0:
         return
     v = rotate(motion.rotations[:, chain.child], chain.arm)

@@ -1,4 +1,4 @@
-"""Protocols: what a seeded error looks like, each one knob away from the paper's."""
+"""Protocols for seeded errors, each one parameter away from the paper's."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-_RICH_DELAY = 37  # frames: long enough that the two sides of a gait do not fall together
+_RICH_DELAY = 37  # frames: long enough to keep the two sides of a gait from coinciding
 _RICH_SHARE = 0.5
-_RICH_LIMIT = 0.2  # radians a frame
+_RICH_LIMIT = 0.2  # radians per frame
 
 
 @dataclass(frozen=True)
 class Protocol:
-    """Knobs of the injection; the defaults are P0 [Choi26 §4.1].
+    """Parameters of the injection; the defaults are P0 [Choi26 §4.1].
 
-    text: in a few words; step: keep every step-th frame before injecting; rich: give the silent
-    joint of each chain motion of its own first; length: frames; delta: degrees; ramp: frames of a
-    soft onset, inside; low_pass: Hz of a zero-phase second-order Butterworth that the offset goes
+    text: a short description; step: keep every step-th frame before injecting; rich: first give the
+    quiet joint of each chain its own motion; length: frames; delta: degrees; ramp: frames of a soft
+    onset, inside; low_pass: Hz of a zero-phase second-order Butterworth that the offset goes
     through; jitter, leak: degrees of white noise on the offset and on the compensation; stairs:
     equal levels up to δ; flicker: every other frame only; compensated: share of δ by which the
     child turns back.
 
-    drift: seconds over which the offset comes and goes, or, with jump_out, comes alone; eased: as
+    drift: seconds over which the offset grows and decays, or, with jump_out, only grows; eased: as
     half a cosine instead of a ramp; both: errors in two chains that share a joint; together: errors
     in so many chains in the same frames; border: the first two intervals touch the clip's ends;
     persists: those are the only ones; clean: nothing is injected; limb: P turns about its limb's
@@ -90,7 +90,7 @@ PROTOCOLS = {
         Protocol("H9", "intervals touching the clip's ends", border=True),
         Protocol("H10", "nothing injected", clean=True),
         Protocol("H11", "slow drift over 0.5-3 s", drift=(0.5, 3.0)),
-        Protocol("H12", "rich: the silent joint moves as well", rich=True),
+        Protocol("H12", "rich: the quiet joint moves as well", rich=True),
         *(
             Protocol(
                 f"R{ramp}",
@@ -147,14 +147,16 @@ PROTOCOLS = {
 
 
 def parse_protocol(name: str) -> Protocol:
-    """A protocol by name, or several joined by '+', such as 'H12+H3-4'; TwistError otherwise."""
+    """Return a protocol by name, or several joined by '+', such as 'H12+H3-4'."""
     knobs: dict[str, Any] = {}
     texts = []
     for part in name.split("+"):
         part = "H12" if part == "rich" else part
         if part not in PROTOCOLS:
             known = ", ".join(PROTOCOLS)
-            raise TwistError(f"no protocol {part!r}; expected {known}, or several joined by '+'")
+            raise TwistError(
+                f"unknown protocol {part!r}: choose from {known}, or join several with '+'"
+            )
         of_p0 = vars(PROTOCOLS["P0"])
         knobs |= {k: v for k, v in vars(PROTOCOLS[part]).items() if v != of_p0[k]}
         texts.append(PROTOCOLS[part].text)
@@ -163,12 +165,14 @@ def parse_protocol(name: str) -> Protocol:
     if knobs.get("carried") and (knobs.keys() & {"limb", "fill", "straight", "leak"}):
         raise TwistError(f"protocol {name!r}: CR goes with protocols of a chain's level alone")
     if knobs.get("limb") and knobs.get("both"):
-        raise TwistError(f"protocol {name!r}: expected no H8, for no two limbs share a joint")
+        raise TwistError(
+            f"protocol {name!r}: H8 cannot be joined with limb flips, as no two limbs share a joint"
+        )
     return Protocol(**{**knobs, "name": name, "text": " + ".join(texts)})
 
 
 def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Motion:
-    """The clean motion of a protocol: enriched, then thinned out; itself for P0."""
+    """Return the clean motion of a protocol: enriched, then thinned out; unchanged for P0."""
     if protocol.rich:
         motion = enrich(motion, chains)
     if protocol.step > 1:
@@ -184,8 +188,9 @@ def prepare(motion: Motion, chains: Sequence[Chain], protocol: Protocol) -> Moti
 def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
     """Give the quieter joint of every chain a twist of its own: the control row 'rich'.
 
-    It gets half of the other side's livelier increments of the same segment, delayed by 37 frames,
-    clipped to ±0.2 rad a frame, accumulated. Chains without another side stay as they are.
+    The joint gets half of the livelier increments of the same segment on the other side, delayed by
+    37 frames, clipped to ±0.2 rad per frame, accumulated. Chains without another side are
+    unchanged.
     """
     rotations = motion.rotations.copy()
     increments = {c.name: chain_increments(motion, c) for c in chains}
@@ -208,9 +213,10 @@ def enrich(motion: Motion, chains: Sequence[Chain]) -> Motion:
 
 
 def chain_increments(motion: Motion, chain: Chain) -> tuple[Array, Array]:
-    """Twist increments of a chain's parent and child about the bone, radians, (frames,) each.
+    """Return twist increments of a chain's parent and child, radians, (frames,) each.
 
-    Of relative rotations: the parent's in its own frame, the child's in its parent's; 0 in frame 0.
+    Increments about the bone of relative rotations: the parent's in its own frame, the child's in
+    its parent's; 0 in frame 0.
     """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     axis = chain.axis if chain.axis.ndim == 1 else chain.axis[1:]

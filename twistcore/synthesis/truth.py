@@ -1,4 +1,4 @@
-"""The truth file: which errors were put into which clip."""
+"""The truth file: the errors injected into a clip."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ SUCCESS = 0.2  # a frame is repaired if at most this share of its error is left 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What was injected into which clip; sha256: of the clip's file, where one is to be sure."""
+    """The errors injected into a clip; sha256: of the clip's file, to identify it, if given."""
 
     clip: str
     protocol: str
@@ -73,14 +73,14 @@ def _error_to_json(error: InjectedError) -> dict[str, Any]:
 
 
 def write_truth(path: Path, truth: Truth) -> None:
-    """Write a truth file, atomically; angles in degrees."""
+    """Write a truth file atomically; angles in degrees."""
     errors = [_error_to_json(e) for e in truth.errors]
     own = {key: value for key, value in vars(truth).items() if key != "sha256" or value}
     write_atomically(path, json_bytes({"schema": SCHEMA, **own, "errors": errors}))
 
 
 def read_truth(path: Path) -> Truth:
-    """Read a truth file; FormatError or TwistError in one sentence."""
+    """Return the truth in a file; raise FormatError or TwistError if it is damaged."""
     data = bytes_of(path)
     with saying(path):
         document = parsed_json(data)
@@ -133,7 +133,7 @@ def _error(entry: Any, frames: int) -> InjectedError:
 
 
 def _angles(entry: Any, what: str, frames: int) -> Array:
-    """One for every frame, as radians."""
+    """Return one angle per frame in radians; raise FormatError for a wrong number of them."""
     if len(items(entry, what)) != frames:
         raise FormatError(f"expected {frames} numbers for {what}, found {len(entry)}")
     return np.radians([number(one, what, -DEGREES, DEGREES) for one in entry])

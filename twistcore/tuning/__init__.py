@@ -1,8 +1,8 @@
-"""τ per joint: from the clips' own noise and from errors injected into these very clips.
+"""Choose τ per joint, from the clips' own noise and from errors injected into these clips.
 
-[Choi26] has a threshold τ and names no value. Ours is chosen by what it costs: at every τ of a grid
-the share of injected error frames that is repaired (FSR), and the false alarms in the clips once
-their own errors are taken out. `twistcore tune` and the window's tuning tab both read this.
+[Choi26] uses a threshold τ but gives no value. This package chooses τ by its cost: at every τ of a
+grid, the share of injected error frames that is repaired (FSR), and the false alarms in the clips
+after their own errors are removed. `twistcore tune` and the window's tuning tab both use it.
 """
 
 from twistcore.tuning.cleaning import Verdicts, cleaned

@@ -1,6 +1,6 @@
-"""The clip without its own errors: what a τ is tuned on.
+"""Remove a clip's own errors before tuning τ on it.
 
-Errors that a clip came with would count as false alarms, and hide those put in to measure with.
+A clip's own errors would count as false alarms and hide the errors injected for measuring.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from twistcore.detection import DEFAULT_METHOD, Interval, Kind
 from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
-SURE = 0.9  # confidence from which an interval counts as an error without a person's word
-AUDITOR = DEFAULT_METHOD  # whichever detector is tuned: the paper's has no confidence
+SURE = 0.9  # confidence from which an interval counts as an error without a person's verdict
+AUDITOR = DEFAULT_METHOD  # for any tuned detector: the paper's has no confidence
 
 
 @dataclass(frozen=True, eq=False)
 class Verdicts:
-    """What a person has said of a clip.
+    """A person's verdicts on a clip.
 
     errors: intervals that are wrong; natural: half-open spans (chain, start, stop) that are not,
     so that a detector that finds them raises a false alarm.
@@ -30,9 +30,9 @@ class Verdicts:
 
 
 def cleaned(given: ClipAnalysis, verdicts: Verdicts | None = None) -> Motion:
-    """The motion without its errors: those a person named, and those our detector is sure of.
+    """Return the motion without the errors named by a person or sure to our detector.
 
-    Where a person has judged, the detector is not asked.
+    Finds of the detector that overlap a person's verdict are ignored.
     """
     verdicts = verdicts or Verdicts()
     judged = [(i.chain, i.start, i.stop) for i in verdicts.errors] + list(verdicts.natural)

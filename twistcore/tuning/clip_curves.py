@@ -1,4 +1,4 @@
-"""All curves of a clip."""
+"""Compute all τ curves of a clip."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 from twistcore.tuning.cleaning import AUDITOR, Verdicts, cleaned
 from twistcore.tuning.injected_curve import Span, tau_curve
 from twistcore.tuning.tau_curve import TauCurve
-from twistcore.tuning.verdicts_of import of_this_version, of_what_is_there, said_in
+from twistcore.tuning.verdicts_of import check_method_and_chains, check_version, verdicts_in
 from twistcore.work.frozen import dataclass
 
 SEEDS = 3
@@ -28,11 +28,11 @@ SEEDS = 3
 
 @dataclass(frozen=True, eq=False)
 class ClipTuning:
-    """A clip without its own errors, analysed: ready for the curve of any of its chains.
+    """A clip without its own errors, analysed and ready for the curve of any of its chains.
 
-    name: the clip's, it seeds the errors with `seeds`; first: the frame of the clip as given that
-    `clean` begins with; left_out: half-open spans of the clip as given in which nothing counts,
-    blends at its ends among them.
+    name: the clip's name, which seeds the errors together with `seeds`; first: frame of the given
+    clip with which `clean` begins; left_out: half-open spans of the given clip that do not count,
+    including blends at its ends.
     """
 
     name: str
@@ -44,12 +44,12 @@ class ClipTuning:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Chains that have a curve: those that can be corrected."""
+        """Return the names of chains with a curve, which are the correctable ones."""
         clean = self.clean
         return tuple(c.name for c in clean.chains if not uncorrectable_joints(clean.motion, c))
 
     def curve(self, chain: str) -> TauCurve:
-        """What every τ costs one of `names`."""
+        """Return the cost of every τ for one of `names`."""
         here = [(start - self.first, stop - self.first) for start, stop in self.left_out]
         frames = self.clean.motion.frames
         return tau_curve(
@@ -72,9 +72,9 @@ def clip_tuning(
     rig: Rig = AS_FOUND,
     left_out: Sequence[Span] = (),
 ) -> ClipTuning:
-    """Take a clip's own errors out and analyse the rest, without blends at its ends.
+    """Remove a clip's own errors and the blends at its ends, and analyse the rest.
 
-    left_out: half-open spans in which no false alarm counts and no error is put in, besides.
+    left_out: further half-open spans in which no alarm counts and no error is injected.
     """
     given = analyse(motion, analyse(motion, rig=rig).chains)
     without = cleaned(given, verdicts)
@@ -84,16 +84,16 @@ def clip_tuning(
         without = without.sliced(first, stop)
         chains = tuple(c.sliced(first, stop) for c in chains)
     clean = ClipAnalysis(without, chains, name)
-    for detector in (method, AUDITOR):  # before a clip is split into chains
+    for detector in (method, AUDITOR):  # check before a clip is split into chains
         clean.by(detector)
     ends = [span for span in ((0, first), (stop, motion.frames)) if span[0] < span[1]]
     return ClipTuning(name, clean, method, seeds, first, joined_spans([*ends, *left_out]))
 
 
 def capture(motion: Motion) -> Span:
-    """First frame and stop without blends at the ends.
+    """Return first frame and stop without blends at the ends.
 
-    A lone T-pose in frame 0 holds no step and may stay.
+    A single T-pose in frame 0 contains no step and may stay.
     """
     first, stop = leading_frames(motion), motion.frames - trailing_frames(motion)
     return first if first > 1 else 0, stop
@@ -107,21 +107,21 @@ def clip_curves(
     session: Path | None = None,
     words: Mapping[str, Any] | None = None,
 ) -> dict[str, TauCurve]:
-    """The curves of all correctable chains of a clip, by name; raises TwistError.
+    """Return the curves of all correctable chains of a clip, by name.
 
-    None where nothing was looked at: where all frames are left out every τ would cost the same.
-    session: of this clip, whose chains, verdicts and frames left out are taken, as the window does;
-    words: a person's, for joints, as :func:`twistcore.skeleton.joint_names.read_words` has them.
+    Empty if all frames are left out, since every τ would then cost the same. session: a session of
+    this clip that gives chains, verdicts and left-out frames, as in the window; words: a person's
+    words for joints, from :func:`twistcore.skeleton.joint_names.read_words`. Raises TwistError.
     """
     clip = read_clip(path)
     rig = with_own_words(rig, clip.motion, words)
     verdicts, left_out = Verdicts(), tuple[Span, ...]()
     if session is not None:
         kept = read_session(session)
-        of_this_version(clip, kept)
-        of_what_is_there(clip, kept)
+        check_version(clip, kept)
+        check_method_and_chains(clip, kept)
         rig, left_out = kept.state.rig, kept.state.left_out
-        verdicts = said_in(kept.state)
+        verdicts = verdicts_in(kept.state)
     tuning = clip_tuning(
         clip.motion,
         path.name,

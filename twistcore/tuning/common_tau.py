@@ -1,4 +1,4 @@
-"""May all joints share one τ? Asked of verdicts that did not choose it, and answered in words."""
+"""Decide whether all chains can share one τ, tested on verdicts that did not choose it."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from twistcore.tuning.verdict_curve import Suggestion, VerdictCurve, verdict_cur
 from twistcore.tuning.verdicts_of import JudgedClip
 
 _DRAWS = 1000
-_DOUBT = 0.05  # that any chain is given a τ of its own by chance
+_DOUBT = 0.05  # probability that any chain gets its own τ by chance
 
 
 @dataclass(frozen=True, eq=False)
 class ChainTau:
     """A chain and the common τ.
 
-    own: its own suggestion, None where its verdicts are too few; apart: that would cost less also
-    on verdicts that did not choose it, by `gain`, a share of its errors.
+    own: the chain's own suggestion, None if it has too few verdicts; apart: True if its own τ also
+    costs less on verdicts that did not choose it, by `gain`, a share of its errors.
     """
 
     chain: str
@@ -33,22 +33,22 @@ class ChainTau:
 
 @dataclass(frozen=True, eq=False)
 class CommonTau:
-    """What all chains together suggest, and each chain beside it."""
+    """The τ suggested by all chains together, and each chain compared with it."""
 
     common: Suggestion | None
     chains: tuple[ChainTau, ...]
 
     def tau(self, chain: str) -> float | None:
-        """τ of a chain, radians: its own where it needs one, else the common one."""
+        """Return the τ of a chain, radians: its own if it needs one, else the common τ."""
         for c in self.chains:
             if c.chain == chain and c.apart and c.own is not None:
                 return c.own.tau
         return self.common.tau if self.common else None
 
     def words(self, label: Callable[[str], str] = str) -> Iterator[str]:
-        """Sentences: whether one τ will do, and of each chain that needs its own, why.
+        """Yield sentences: whether one τ is enough, and why a chain needs its own.
 
-        label: what a chain is called.
+        label: returns the shown name of a chain.
         """
         if self.common is None:
             return
@@ -103,7 +103,7 @@ class CommonTau:
 
 
 def _differences(curve: VerdictCurve, own: Suggestion, common: Suggestion) -> tuple[int, int]:
-    """Errors found more, rejected ones listed fewer, by its own τ instead of the common one."""
+    """Return additional errors found, and fewer rejected listed, by own instead of common τ."""
     here, there = curve.at(own.tau), curve.at(common.tau)
     found, alarms = curve.found.sum(axis=0), curve.alarms.sum(axis=0)
     return int(found[here] - found[there]), int(alarms[there] - alarms[here])
@@ -116,7 +116,7 @@ def common_tau(
     *,
     seed: int = 0,
 ) -> CommonTau:
-    """The common τ, and which chains need their own: these have no say in the common one."""
+    """Return the common τ and the chains that need their own; these do not affect it."""
     names = sorted({v.chain for clip in clips for v in clip.verdicts})
     curves = {name: verdict_curve(clips, name) for name in names}
     own = {name: c.suggested(price, smallest, seed=seed) for name, c in curves.items()}
@@ -135,13 +135,15 @@ def common_tau(
         new = {k: g for k, (g, sure) in gains.items() if g > 0 and sure >= 1 - _DOUBT / tested}
         if not new:
             break
-        most = max(new, key=lambda name: new[name])  # one at a time: the common τ then moves
+        most = max(
+            new, key=lambda name: new[name]
+        )  # one at a time, since the common τ then changes
         apart[most] = new[most]
     common = common or verdict_curve(clips).suggested(price, smallest)
     chains = []
     for name in names:
         mine, gain = own[name], apart.get(name, 0.0)
-        # As others go the common τ moves: one that is now as good needs no other.
+        # The common τ changes as chains leave: a chain that it now suits needs no own τ.
         better = mine and common and max(_differences(curves[name], mine, common)) > 0
         needs = name in apart and bool(better)
         chains.append(ChainTau(name, curves[name], mine, needs, gain if needs else 0.0))
@@ -151,11 +153,11 @@ def common_tau(
 def _gain(
     curve: VerdictCurve, common: float, price: float, smallest: float, seed: int
 ) -> tuple[float, float]:
-    """By how much a chain's own τ is cheaper than the common one, and in which share of draws.
+    """Return how much cheaper a chain's own τ is than the common one, and in what share of draws.
 
-    Every draw chooses a τ; what it saves is counted on the rows that were not drawn, for on its own
-    rows the cheapest is never dearer. Errors of other chains help to choose; they are no saving of
-    this one, whose own rows alone are counted.
+    Every draw chooses a τ; the saving is counted on rows that were not drawn, since on its own rows
+    the cheapest τ always wins. Errors of other chains help to choose τ, but only this chain's own
+    rows count as savings.
     """
     drawn = curve.draw(_DRAWS, seed)
     left = (drawn == 0).astype(float)
@@ -166,6 +168,6 @@ def _gain(
     own = curve.best(curve.cost(price, drawn), smallest)
     cost = replace(curve, others=(np.zeros(0), 0)).cost(price, left)
     saved = cost[:, curve.at(common)] - cost[np.arange(len(own)), own]
-    # A tie, where the rows left have nothing between both τ, speaks for neither.
+    # A tie, if no remaining row lies between the two τ, speaks for neither.
     sure = (saved > 0).mean() + 0.5 * (saved == 0).mean()
     return float(saved.mean()), float(sure)

@@ -1,4 +1,4 @@
-"""What a τ costs in words, with how well that is known."""
+"""Describe the cost of a τ and its uncertainty in words."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from twistcore.tuning.tau_curve import Cost
 
 
 def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
-    """'93.1 % (86–97)'; '–' where nothing was drawn."""
+    """Return the FSR as '93.1 % (86–97)', or '–' if no error was drawn."""
     if math.isnan(cost.fsr):
         return "–"
     said = f"{100.0 * cost.fsr:.{digits}f}{unit}"
@@ -18,12 +18,12 @@ def fsr_words(cost: Cost, digits: int = 1, unit: str = " %") -> str:
 
 
 def count_words(cost: Cost) -> str:
-    """How many false alarms; '–' where nothing was looked at."""
+    """Return the number of false alarms, or '–' if no frame was examined."""
     return f"{cost.alarms:.3g}" if cost.minutes else "–"
 
 
 def band_words(cost: Cost) -> str:
-    """What the band means."""
+    """Return a sentence that explains the confidence band."""
     if math.isnan(cost.low):
         return "No error could be injected."
     low, high = 100.0 * cost.low, 100.0 * cost.high
@@ -34,7 +34,7 @@ def band_words(cost: Cost) -> str:
 
 
 def alarm_words(cost: Cost) -> str:
-    """What a count in one clip says of others."""
+    """Return a sentence on what a count in one clip implies for others."""
     if not cost.minutes:
         return "No frame was examined."
     low, high = cost.rate_band

@@ -1,4 +1,4 @@
-"""The errors that were drawn, one by one, and how far they tell what other draws would bring."""
+"""The drawn errors, one by one, and the uncertainty of the FSR estimated from them."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from numpy.typing import NDArray
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-_Z = 1.96  # of a band that holds in 95 of 100 draws
+_Z = 1.96  # for a band that holds in 95 of 100 draws
 _TAIL = 0.025
 _SAME_SIZE = 1e-9  # radians
 
 
 @dataclass(frozen=True, eq=False)
 class DrawnErrors:
-    """Errors put into clips.
+    """Errors injected into clips.
 
-    size: the largest |δ| of each, radians, (errors,); frames: how many it has, (errors,); kind:
-    equal for those of one protocol, (errors,); draw: equal for those that were in a clip together,
-    (errors,); repaired: of its frames those that are repaired at every τ, (errors, n).
+    size: the largest |δ| of each error, radians, (errors,); frames: its number of frames,
+    (errors,); kind: number of its protocol, (errors,); draw: number of its draw, the errors
+    injected together, (errors,); repaired: its number of repaired frames at every τ, (errors, n).
     """
 
     size: Array
@@ -36,31 +36,31 @@ class DrawnErrors:
         return DrawnErrors(*(np.concatenate(pair) for pair in pairs))
 
     def of(self, chosen: NDArray[np.bool_]) -> DrawnErrors:
-        """Some of them."""
+        """Return the chosen errors."""
         return DrawnErrors(*(values[chosen] for values in vars(self).values()))
 
     def from_size(self, smallest: float) -> DrawnErrors:
-        """Those of at least that size, radians."""
+        """Return the errors of at least a size, radians."""
         return self.of(self.size >= smallest - _SAME_SIZE)
 
     def between(self, below: int, share: float) -> DrawnErrors:
-        """The same at one τ: a share of the way from a place of the grid to the next."""
+        """Return the errors at one τ, interpolated between a grid point and the next."""
         pair = self.repaired[:, below : below + 2]
         mixed = pair @ [1.0 - share, share] if pair.shape[1] > 1 else pair[:, 0]
         return replace(self, repaired=mixed[:, np.newaxis])
 
     @property
     def fsr(self) -> Array:
-        """Share of the error frames that were repaired, 0…1, (n,); NaN where nothing was drawn."""
+        """Return the share of repaired error frames, 0…1, (n,); NaN without errors."""
         frames = float(self.frames.sum())
         return self.repaired.sum(axis=0) / frames if frames else self._nothing
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Where the FSR of all such errors lies, by these: 95 % confidence, (n,) each.
+        """Return the 95 % confidence band of the FSR of all such errors, (n,) each.
 
-        Of each protocol by itself `_wilson`, then together as [Zou & Donner 2008] add bounds:
-        how many frames each protocol has is no chance.
+        `_wilson` for each protocol separately, then combined as in [Zou & Donner 2008], since the
+        number of frames of each protocol is not random.
         """
         if not self.frames.sum():
             return self._nothing, self._nothing
@@ -74,10 +74,10 @@ class DrawnErrors:
         return np.maximum(self.fsr - np.sqrt(down), 0.0), np.minimum(self.fsr + np.sqrt(up), 1.0)
 
     def _wilson(self) -> tuple[Array, Array]:
-        """Wilson's bounds, which are right for few errors, too, and where all were repaired.
+        """Return Wilson's bounds, which also hold for few errors and if all were repaired.
 
-        Errors count by their frames. Where those of a draw fare alike, as one that is missed takes
-        the next along, they are worth so many fewer.
+        Errors count by their frames. If errors of a draw tend to succeed or fail together, they
+        count as correspondingly fewer errors.
         """
         p = self.fsr
         n = np.full(len(p), self.frames.sum() ** 2 / np.square(self.frames).sum())
@@ -89,7 +89,7 @@ class DrawnErrors:
         return np.clip(middle - half, 0.0, p), np.clip(middle + half, p, 1.0)
 
     def _spread(self, p: Array) -> Array:
-        """Variance of the FSR as the draws differ, (n,); 0 where there are not two."""
+        """Return the variance of the FSR between draws, (n,); 0 for fewer than two draws."""
         _, which = np.unique(self.draw, return_inverse=True)
         draws = int(which.max()) + 1
         if draws < 2:
@@ -105,8 +105,8 @@ class DrawnErrors:
 
 
 def rate_band(count: float) -> tuple[float, float]:
-    """What a count of rare events may be a draw of: the mean's 95 % confidence (Poisson)."""
-    from scipy.special import gammaincinv  # slow to load; only a curve needs it
+    """Return the 95 % confidence interval of the mean of a Poisson count."""
+    from scipy.special import gammaincinv  # slow to load; only needed for a curve
 
     low = float(gammaincinv(count, _TAIL)) if count > 0.0 else 0.0
     return low, float(gammaincinv(count + 1.0, 1.0 - _TAIL))

@@ -1,4 +1,4 @@
-"""The sessions that lie beside a folder's clips."""
+"""Find the sessions in a folder of clips."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from twistcore.formats.reading import own_name
 from twistcore.review import Session, read_session
 from twistcore.work.frozen import dataclass
 
-_SESSION = ".twist.json"  # as the program names them; a person may choose another name
-_REPLAY = ".replay.json"  # what an export did: its review is in the clip's own session
+_SESSION = ".twist.json"  # the program's default; a person may choose another name
+_REPLAY = ".replay.json"  # the record of an export: its review is in the clip's own session
 
 
 @dataclass(frozen=True)
 class Damaged:
     """A session that cannot be read, and why.
 
-    clip: beside it, that it is of, as far as it or its name tells, else the folder.
+    clip: the clip of the session in the same folder, if it or its name shows it, else the folder.
     """
 
     path: Path
@@ -33,21 +33,22 @@ class Damaged:
 
 @dataclass(frozen=True)
 class FolderSessions:
-    """What was found: the session of every clip that has one, and those that cannot be read."""
+    """The session of every clip that has one, and the unreadable sessions."""
 
     of: Mapping[Path, Path]
     damaged: tuple[Damaged, ...]
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """All of them."""
+        """Return the files of all sessions."""
         return (*self.of.values(), *(one.path for one in self.damaged))
 
 
 def sessions_in(folder: Path) -> FolderSessions:
-    """Clips of a folder and the session beside each.
+    """Return the clips of a folder with their sessions.
 
-    Of several of a clip the latest that is of the clip as it is, else the latest.
+    If a clip has several sessions, the latest one for the clip's present content is chosen, else
+    the latest.
     """
     found: dict[Path, list[tuple[Path, str]]] = {}
     damaged: list[Damaged] = []
@@ -56,7 +57,7 @@ def sessions_in(folder: Path) -> FolderSessions:
             damaged.append(Damaged(path, _meant_for(path) or folder, str(session)))
             continue
         clip = folder / PurePath(session.clip).name
-        if is_file(clip):  # not the folder, by '' or '/'
+        if is_file(clip):  # not the folder, which '' or '/' would give
             found.setdefault(clip, []).append((path, session.sha256))
     of = {clip: _best(clip, found[clip]) for clip in sorted(found)}
     return FolderSessions(of, tuple(damaged))
@@ -65,10 +66,10 @@ def sessions_in(folder: Path) -> FolderSessions:
 def read_sessions(
     folder: Path, *, below: bool = False
 ) -> Iterator[tuple[Path, Session | TwistError]]:
-    """Every session of a folder in order of names, or why it cannot be read.
+    """Yield every session of a folder in order of names, or the error from reading it.
 
-    below: those of the folders below it, too. Other documents are left out, and so is what an
-    export did, whose review is in the clip's own session.
+    below: include subfolders. Other documents are left out, and also records of exports, whose
+    review is in the clip's own session.
     """
     for path in sorted((folder.rglob if below else folder.glob)("*.json")):
         if path.name.endswith(_REPLAY):
@@ -81,9 +82,9 @@ def read_sessions(
 
 
 def _meant_for(path: Path) -> Path | None:
-    """The clip that a damaged session is of, its folder where nothing tells; None: no session.
+    """Return the clip of a damaged session, or its folder if unknown; None if it is no session.
 
-    Beside clips there are other documents, which have nothing to do with this.
+    Folders of clips may also contain unrelated documents.
     """
     document = None
     with suppress(TwistError):
@@ -100,10 +101,10 @@ def _meant_for(path: Path) -> Path | None:
 
 
 def _best(clip: Path, sessions: Sequence[tuple[Path, str]]) -> Path:
-    """Of sessions, each with the SHA-256 of the clip that it was saved for."""
+    """Return the best of a clip's sessions, each given with the SHA-256 of its clip."""
     if len(sessions) == 1:
         return sessions[0][0]
     now = ""
-    with suppress(OSError):  # whoever reads the clip says so
+    with suppress(OSError):  # reading the clip reports the error
         now = file_mark(clip)
     return max((sha == now, path.stat().st_mtime_ns, path) for path, sha in sessions)[-1]

@@ -1,4 +1,4 @@
-"""Measuring what every τ costs a chain: errors are put into a clip, and looked for at every τ."""
+"""Measure the cost of every τ for a chain: inject errors into a clip and detect at every τ."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ from twistcore.tuning.tau_curve import TauCurve
 
 Span = tuple[int, int]  # frames, half-open
 
-# Fine where a τ is looked for; below and beyond, so that who has a τ there sees what it costs.
+# Fine where a τ is usually found; wider, so that the cost of an unusual τ is shown as well.
 _BELOW, _ABOVE = (0.1, 0.2, 0.35), (37.0, 45.0, 56.0, 69.0, 85.0, 104.0, 127.0, 152.0, 180.0)
 GRID = np.radians([*_BELOW, *np.geomspace(0.5, 30.0, 42), *_ABOVE])
-PROTOCOLS = ("P0", "H6")  # the paper's sizes and small ones: the large alone say nothing about τ
+PROTOCOLS = ("P0", "H6")  # the paper's sizes and small ones: large errors alone do not constrain τ
 
 
 def tau_curve(
@@ -46,11 +46,12 @@ def tau_curve(
     protocols: Sequence[str] = PROTOCOLS,
     left_out: Sequence[Span] = (),
 ) -> TauCurve:
-    """The curve of one chain in one clip without errors of its own.
+    """Return the curve of one chain in one clip without errors of its own.
 
-    name: the clip's; with the chain's name it seeds the errors. Of what is found, what would be
-    applied unasked counts. left_out: frames in which nothing does, half-open. The clip's noise is
-    our detector's to tell, whichever is tuned: the paper's automatic τ is the same in every clip.
+    name: the clip's name; with the chain's name it seeds the errors. Only automatic corrections
+    count. left_out: half-open spans of frames that do not count. The clip's noise comes from the
+    default detector, also if another is tuned, since the paper's automatic τ is the same in every
+    clip.
     """
     motion, chains, clean = clip.motion, clip.chains, clip.by(method)
 
@@ -92,7 +93,7 @@ def _drawn(
     found: Sequence[Sequence[Interval]],
     frames: int,
 ) -> DrawnErrors:
-    """One draw of a kind, by what was found at every τ of the grid."""
+    """Return one draw of a kind, from the intervals found at every τ of the grid."""
     truth, which = np.zeros(frames), np.full(frames, -1)
     for k, error in enumerate(errors):
         truth[error.start : error.stop] = error.offset
@@ -101,7 +102,7 @@ def _drawn(
     repaired = np.zeros((len(errors), len(found)))
     before: Sequence[Interval] | None = None
     for n, intervals in enumerate(found):
-        if before is not None and _same(intervals, before):  # from most τ to the next
+        if before is not None and _same(intervals, before):  # often equal from one τ to the next
             repaired[:, n] = repaired[:, n - 1]
             continue
         before = intervals
@@ -121,7 +122,7 @@ def _same(some: Sequence[Interval], others: Sequence[Interval]) -> bool:
 
 
 def _repaired(found: Sequence[Interval], truth: Array) -> NDArray[np.bool_]:
-    """Frames in which at most a fifth of the error is left."""
+    """True in frames in which at most a fifth of the error is left."""
     offset = np.zeros(len(truth))
     for interval in found:
         offset[interval.start : interval.stop] += interval.offset

@@ -1,14 +1,14 @@
-"""Confidence learned from verdicts: the detector's own, bent towards what this person accepts.
+"""Learn a confidence from verdicts: adjust the detector's to what this person accepts.
 
-The detector's confidence tells whether an injected error was found and put right. What a person
-calls an error may be less, or more: on this rig, of this performer, by this eye. The map
+The detector's confidence estimates whether an injected error was found and corrected. A person may
+call fewer or more intervals errors, depending on rig, performer and taste. The map
 
     learned = 1 / (1 + exp(−(shift + scale · log(c / (1 − c)))))
 
-of the detector's confidence c has two numbers, and keeps the order of intervals as it is (scale is
-above 0). They are the likeliest by the verdicts and a prior at the built-in map (shift 0, scale 1):
-few verdicts move it little. Its form and the prior were chosen on the first four passes of
-`benchmarks/learned_confidence.py`, which reports how it does on others.
+of the detector's confidence c has two parameters and keeps the order of intervals (scale is above
+0). The parameters are the likeliest given the verdicts and a prior at the built-in map (shift 0,
+scale 1): few verdicts change the map little. Its form and the prior were chosen on the first four
+passes of `benchmarks/learned_confidence.py`, which reports how it does on others.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from twistcore.tuning.verdict_curve import wilson
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
-LEAST = 0.01  # and 1 − LEAST: nearer to 0 or 1 the detector's confidence says no more
+LEAST = 0.01  # and 1 − LEAST: closer to 0 or 1 the detector's confidence carries no information
 SHIFT_SPREAD, LOG_SCALE_SPREAD = 2.0, 0.5  # of the prior
 FOLDS = 5
 BINS = 10
-ENOUGH = 20  # verdicts below which nothing is learned
+ENOUGH = 20  # fewest verdicts to learn from
 
 
 @dataclass(frozen=True)
@@ -41,11 +41,11 @@ class LearnedConfidence:
     rejected: int = 0
 
     def of(self, confidence: Array) -> Array:
-        """Learned confidences, 0…1, of the detector's."""
+        """Return learned confidences, 0…1, from the detector's."""
         return _logistic(self.shift + self.scale * _logit(confidence))
 
     def __call__(self, confidence: float | None) -> float | None:
-        """That of one interval; None where the detector has none."""
+        """Return the learned confidence of one interval; None if the detector gives none."""
         return None if confidence is None else float(self.of(np.array([confidence]))[0])
 
 
@@ -61,15 +61,15 @@ class Seen:
         return len(self.confidence)
 
     def __getitem__(self, at: Mask) -> Seen:
-        """Some of them."""
+        """Return the chosen intervals."""
         return Seen(self.confidence[at], self.accepted[at], self.clip[at])
 
 
 @dataclass(frozen=True)
 class Bin:
-    """Intervals of like confidence: how many, the mean confidence, and the share accepted.
+    """Intervals of similar confidence: number, mean confidence and share accepted.
 
-    low, high: where that share lies with a certainty of 90 %.
+    low, high: 90 % confidence interval of that share.
     """
 
     count: int
@@ -81,14 +81,14 @@ class Bin:
 
 @dataclass(frozen=True)
 class Reliability:
-    """Bins by confidence, those with anything in them, and the expected calibration error."""
+    """Nonempty bins by confidence, and the expected calibration error."""
 
     bins: tuple[Bin, ...]
     error: float
 
 
 def seen(clips: Iterable[JudgedClip]) -> Seen:
-    """Of all verdicts those on intervals with a confidence."""
+    """Return the verdicts on intervals with a confidence."""
     rows = [
         (v.confidence, v.error, k)
         for k, clip in enumerate(clips)
@@ -100,7 +100,7 @@ def seen(clips: Iterable[JudgedClip]) -> Seen:
 
 
 def learned(given: Seen) -> LearnedConfidence:
-    """The likeliest map; of nothing, the built-in one."""
+    """Return the likeliest map; without verdicts, the built-in one."""
     if not len(given):
         return LearnedConfidence()
     logit, sign = _logit(given.confidence), 2.0 * given.accepted - 1.0
@@ -110,7 +110,7 @@ def learned(given: Seen) -> LearnedConfidence:
         prior = (at[0] / SHIFT_SPREAD) ** 2 + (at[1] / LOG_SCALE_SPREAD) ** 2
         return float(np.logaddexp(0.0, -score).sum() + 0.5 * prior)
 
-    from scipy.optimize import minimize  # slow to load; only a fit needs it
+    from scipy.optimize import minimize  # slow to load; only needed for a fit
 
     shift, log_scale = minimize(loss, np.zeros(2)).x
     accepted = int(given.accepted.sum())
@@ -118,10 +118,10 @@ def learned(given: Seen) -> LearnedConfidence:
 
 
 def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
-    """Learned confidences, each by a map that saw nothing of its clip, (n,).
+    """Return learned confidences, each by a map fitted without its clip, (n,).
 
-    Where there are fewer clips than folds, of each clip by the others; of a single one, by parts of
-    its verdicts.
+    With fewer clips than folds, each clip is held out in turn; with a single clip, parts of its
+    verdicts are held out.
     """
     rng = np.random.default_rng(seed)
     group = given.clip
@@ -136,7 +136,7 @@ def held_out(given: Seen, folds: int = FOLDS, seed: int = 0) -> Array:
 
 
 def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliability:
-    """How often intervals of like confidence were accepted."""
+    """Return how often intervals of similar confidence were accepted."""
     of = np.minimum((confidence * bins).astype(int), bins - 1)
     rows: list[Bin] = []
     for b in np.unique(of):
@@ -148,7 +148,7 @@ def reliability(confidence: Array, accepted: Mask, bins: int = BINS) -> Reliabil
 
 
 def expected_error(bins: Sequence[Bin]) -> float:
-    """Expected calibration error: the mean distance of said and was, by counts."""
+    """Return the expected calibration error: the mean distance of confidence and share accepted."""
     total = sum(b.count for b in bins)
     return sum(b.count * abs(b.said - b.was) for b in bins) / max(total, 1)
 

@@ -1,4 +1,4 @@
-"""A profile made of what people have decided: τ, its reasons, and the learned confidence."""
+"""Make a profile from people's verdicts: τ, its reasons, and the learned confidence."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from twistcore.tuning.verdicts_of import JudgedClip
 
 @dataclass(frozen=True, eq=False)
 class LearnedProfile:
-    """A profile and what it is from.
+    """A profile and its sources.
 
-    reasons: by chain; apart: chains with a τ of their own; before, after: how reliable confidences
-    are, the detector's own and learned ones of what was held out; None where too little is decided;
-    held_out: what that was.
+    reasons: by chain; apart: chains with a τ of their own; before, after: reliability of the
+    detector's confidences, and of learned ones on held-out verdicts, None with too few verdicts;
+    held_out: a word for the held-out part.
     """
 
     profile: Profile
@@ -44,12 +44,12 @@ class LearnedProfile:
         """Write the profile with its reasons; raises OSError."""
         nan = math.nan
         tau = {n: Tuned(math.degrees(t), nan, nan, nan) for n, t in self.profile.tau.items()}
-        told = f"{source}'s sessions"
+        sessions = f"{source}'s sessions"
         own, reasons = self.profile, self.reasons
-        write_profile(path, tau, told, own.method, whose=own, verdicts=reasons)
+        write_profile(path, tau, sessions, own.method, whose=own, verdicts=reasons)
 
-    def told_of_confidence(self) -> str:
-        """A sentence on the learned confidence."""
+    def confidence_sentence(self) -> str:
+        """Return a sentence on the learned confidence."""
         if self.before is None or self.after is None:
             return (
                 f"The confidence is the detector's own, because at least {ENOUGH} verdicts "
@@ -63,9 +63,9 @@ class LearnedProfile:
 
 
 def learned_profile(clips: Sequence[JudgedClip], found: CommonTau) -> LearnedProfile:
-    """The profile of every chain that was reviewed; `found` has a common τ.
+    """Return the profile of every reviewed chain; `found` has a common τ.
 
-    It is for the rig, or the performer, where all clips have the same one.
+    The profile names the rig and the performer if they are the same in all clips.
     """
     assert found.common is not None
     names = sorted({name for clip in clips for name in clip.reviewed})
@@ -95,9 +95,10 @@ def _only(values: set[str]) -> str:
 def learned_from(
     clips: Sequence[JudgedClip],
 ) -> tuple[LearnedConfidence | None, Reliability | None, Reliability | None]:
-    """The learned confidence, and reliability before and after; None where too little is decided.
+    """Return the learned confidence and its reliability before and after; None with few verdicts.
 
-    After is told of each clip by a map that saw nothing of it; of a single one, of each part of it.
+    The reliability after learning is measured on held-out clips, or on held-out parts of a single
+    clip.
     """
     given = seen(clips)
     if len(given) < ENOUGH:

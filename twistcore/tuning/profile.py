@@ -1,4 +1,4 @@
-"""Profiles: τ per joint in a TOML file, for other clips, for `--profile` and for a folder."""
+"""Profiles: TOML files with τ per joint for other clips, for `--profile` and for a folder."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from twistcore.tuning.learned_confidence import LearnedConfidence
 from twistcore.tuning.tau_curve import Tuned
 from twistcore.work.frozen import dataclass
 
-# Of a learned confidence: beyond them it is damaged.
+# Limits of a learned confidence: beyond them the file is damaged.
 _MOST_SHIFT, _LEAST_SCALE, _MOST_SCALE = 30.0, 1e-6, 100.0
 _Value = TypeVar("_Value")
 
 
 @dataclass(frozen=True)
 class Profile:
-    """τ for other clips.
+    """A profile: τ for other clips.
 
-    tau: radians by the name of a chain or limb; method: the detector that it was tuned for, '' if
-    not said; rig: mark of the skeleton that it is for, performer: who performs, '' for any;
-    confidence: what was learned from verdicts, to be used where a person says so.
+    tau: radians by the name of a chain or limb; method: the detector it was tuned for, '' if
+    unknown; rig: mark of its skeleton, performer: name of its performer, '' for any; confidence:
+    learned from verdicts, used on a person's request.
     """
 
     tau: Mapping[str, float]
@@ -49,15 +49,15 @@ class Profile:
     confidence: LearnedConfidence | None = None
 
     def of(self, chains: Iterable[Chain]) -> dict[str, float]:
-        """τ of those chains that it names."""
+        """Return τ of the given chains that the profile names."""
         return {c.name: self.tau[c.name] for c in chains if c.name in self.tau}
 
 
 @dataclass(frozen=True)
 class TauReasons:
-    """What verdicts say of a chain's τ: accepted and rejected intervals, and from where to where.
+    """The evidence for a chain's τ: accepted and rejected intervals, and its uncertainty.
 
-    low, high: degrees, where 90 % of the suggestions lie that other verdicts make.
+    low, high: degrees, the range of 90 % of the suggestions from resampled verdicts.
     """
 
     accepted: int
@@ -75,13 +75,13 @@ def write_profile(
     whose: Profile | None = None,
     verdicts: Mapping[str, TauReasons] | None = None,
 ) -> None:
-    """One TOML table a joint, readable by :func:`read_profile`, with its reasons; raises OSError.
+    """Write one TOML table per joint, with reasons, for :func:`read_profile`; raise OSError.
 
-    whose: its rig, performer and confidence are written too, into every table: readers of earlier
-    versions pass over what they do not know inside a table, and over nothing else. verdicts: what
-    they say, by chain. The file is the old one or the new one, never half of either.
+    whose: its rig, performer and confidence are written into every table, since earlier versions
+    ignore unknown keys only inside a table. verdicts: the evidence by chain. The file is written
+    atomically.
     """
-    clip, by = legible(source), legible(method)  # nothing in them ends the line
+    clip, by = legible(source), legible(method)  # without line breaks
     lines = [f"# τ per joint for twistcore --profile, tuned on {clip} with detector {by}."]
     common = [f"detector = {toml_string(method)}", *_whose_lines(whose)]
     for name, t in profile.items():
@@ -117,7 +117,7 @@ def _whose_lines(whose: Profile | None) -> list[str]:
 
 
 def read_profile(path: Path) -> Profile:
-    """A TOML file with a table for every joint, each with its tau_deg; raises TwistError."""
+    """Read a TOML file with a table and its tau_deg for every joint; raise TwistError."""
     data = bytes_of(path)
     with saying(path):
         return _profile(parsed_toml(data))
@@ -148,7 +148,7 @@ def _profile(document: Mapping[str, Any]) -> Profile:
 
 
 def _tau(degrees: Any, name: str) -> float:
-    """Radians."""
+    """Return τ in radians; raise FormatError unless it is above 0."""
     place = f"tau_deg of {shown_value(name)}"
     if not number(degrees, place, 0.0, 180.0):
         raise unexpected("a number above 0", place, degrees)
@@ -156,7 +156,7 @@ def _tau(degrees: Any, name: str) -> float:
 
 
 def _one(tables: Iterable[Mapping[str, Any]], key: str, default: _Value) -> Any:
-    """What every table that has a key has there."""
+    """Return the value of a key, which must be the same in all tables that have it."""
     values = [table[key] for table in tables if key in table]
     if others := sum(value != values[0] for value in values):
         raise FormatError(

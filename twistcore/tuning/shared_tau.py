@@ -1,4 +1,4 @@
-"""Does one τ do for all chains? In words, and of those for which it does not, why."""
+"""Report whether one τ is enough for all chains, and why some need their own."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 from twistcore.tuning.tau_curve import ALARM_PRICE, SMALLEST_ERROR, TauCurve
 from twistcore.work.frozen import dataclass
 
-SLIGHT = 0.01  # a chain that loses less than a point by the τ of the others needs none of its own
+SLIGHT = 0.01  # a chain that loses less than a point with the others' τ does not need its own
 
 
 @dataclass(frozen=True)
 class SharedTau:
-    """The τ, radians, that does for most chains, and how each stands to it.
+    """The τ, radians, that suits most chains, and each chain compared with it.
 
-    best: chains whose own suggestion it is; served: those that lose next to nothing by it; apart:
-    by the name of each other chain its own τ in radians and a few words why.
+    best: chains whose own suggestion it is; served: chains that lose almost nothing with it; apart:
+    for each other chain, by name, its own τ in radians and a short reason.
     """
 
     tau: float
@@ -27,11 +27,11 @@ class SharedTau:
 
     @property
     def chains(self) -> int:
-        """How many there are in all."""
+        """Return the number of chains."""
         return len(self.best) + len(self.served) + len(self.apart)
 
     def words(self, labels: Mapping[str, str]) -> str:
-        """All of it in a sentence or two; labels: what chains are called, by name."""
+        """Return a summary in one or two sentences; labels: the shown names of chains, by name."""
         degrees = np.degrees(self.tau)
         of, few = self.chains, len(self.served)
         said = (
@@ -60,7 +60,7 @@ def shared_tau(
     price: float = ALARM_PRICE,
     smallest: float = SMALLEST_ERROR,
 ) -> SharedTau | None:
-    """What :meth:`TauCurve.suggested` of every chain comes to; None without a curve."""
+    """Return how the chains' :meth:`TauCurve.suggested` agree; None without a curve."""
     if not curves:
         return None
     own = {name: curve.suggested(price, smallest) for name, curve in curves.items()}
@@ -80,7 +80,7 @@ def shared_tau(
 
 
 def _why(curve: TauCurve, tau: float, own: float, price: float, smallest: float) -> str:
-    """Why a chain needs its own τ instead of the others'; '' where it does not."""
+    """Return why a chain needs its own τ instead of the others'; '' if it does not."""
     if tau < curve.floor:
         return f"its noise allows no τ below {np.degrees(curve.floor):.2f}°"
     loss = curve.loss(price, smallest)

@@ -1,4 +1,4 @@
-"""What every τ costs a chain, and the τ that this speaks for."""
+"""The cost of every τ for a chain, and the τ that it suggests."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ from twistcore.skeleton.rotation import Array
 from twistcore.tuning.drawn_errors import DrawnErrors, rate_band
 from twistcore.work.frozen import dataclass
 
-SMALLEST_ERROR = float(np.radians(2.0))  # of H6: a larger τ passes errors over that are looked for
+SMALLEST_ERROR = float(np.radians(2.0))  # of H6: a larger τ would miss errors that should be found
 ALARM_PRICE = 0.05  # share of the error frames that one false alarm a clip or minute may cost
-LOSS_ALLOWED = 0.001  # what a larger τ, safer against noise, may cost besides
+LOSS_ALLOWED = 0.001  # additional cost allowed for a larger τ, which is safer against noise
 
 
 @dataclass(frozen=True, eq=False)
 class TauCurve:
-    """What every τ of a grid costs a chain; counts, so that curves of many clips add.
+    """The cost of every τ of a grid for a chain, in counts, so that curves of clips add.
 
-    tau: radians, (n,); repaired: error frames repaired by 80 % or more, (n,); errors: error frames
-    in all; alarms: intervals applied in the cleaned clips, (n,); minutes: their length; noise: that
-    of the clips, radians, one for every clip; drawn: the errors one by one, where known; where
-    there are none nothing is unknown; own: the detector's automatic τ, radians, one for every clip,
-    where that is another than the noise.
+    tau: radians, (n,); repaired: error frames repaired by 80 % or more, (n,); errors: number of
+    error frames; alarms: intervals applied in the cleaned clips, (n,); minutes: the clips' length;
+    noise: radians, one for every clip; drawn: the errors one by one, None if unknown (the FSR then
+    has no band) or if there are none; own: the detector's automatic τ, radians, one for every clip,
+    if it differs from the noise.
     """
 
     tau: Array
@@ -41,7 +41,7 @@ class TauCurve:
 
     @property
     def fsr(self) -> Array:
-        """Share of the error frames that were repaired, 0…1, (n,); NaN where nothing was drawn."""
+        """Return the share of repaired error frames, 0…1, (n,); NaN without errors."""
         share: Array = (
             self.repaired / self.errors if self.errors else np.full(len(self.tau), np.nan)
         )
@@ -49,23 +49,23 @@ class TauCurve:
 
     @property
     def band(self) -> tuple[Array, Array]:
-        """Where the FSR lies by what was drawn, 0…1, (n,) each; NaN where nothing tells."""
+        """Return the confidence band of the FSR, 0…1, (n,) each; NaN if unknown."""
         return self._drawn.band
 
     @property
     def alarms_per_minute(self) -> Array:
-        """False alarms per minute of clip, (n,); NaN in no minute."""
+        """Return false alarms per minute of clip, (n,); NaN without clips."""
         rate: Array = self.alarms / (self.minutes or nan)
         return rate
 
     @property
     def floor(self) -> float:
-        """The clips' own noise, radians: the median."""
+        """Return the median of the clips' own noise, radians."""
         return float(np.median(self.noise)) if self.noise else 0.0
 
     @property
     def automatic(self) -> float:
-        """The detector's automatic τ, radians: the median."""
+        """Return the median of the detector's automatic τ, radians."""
         return float(np.median(self.own)) if self.own else self.floor
 
     def __add__(self, other: TauCurve) -> TauCurve:
@@ -83,10 +83,10 @@ class TauCurve:
         )
 
     def loss(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> Array:
-        """What every τ loses, (n,): the share of error frames missed, and its alarms at `price`.
+        """Return the loss of every τ, (n,): the share of missed error frames plus priced alarms.
 
         price: the share of the error frames that one false alarm a clip, or a minute of a longer
-        one, may cost; smallest: radians, errors below are not looked for.
+        one, may cost; smallest: radians, smaller errors need not be found.
         """
         fsr = self.fsr
         if self.drawn is not None and (wanted := self.drawn.from_size(smallest)).frames.sum():
@@ -96,12 +96,12 @@ class TauCurve:
         return lost
 
     def suggested(self, price: float = ALARM_PRICE, smallest: float = SMALLEST_ERROR) -> float:
-        """τ in radians whose :meth:`loss` is least.
+        """Return the τ in radians with the least :meth:`loss`.
 
-        An alarm costs a person a key, a missed error is never seen: so an alarm is worth 5 points
-        of FSR unless somebody has another price, and no τ passes half of the errors over for the
-        sake of one alarm. Among equals the largest up to the size of the smallest errors looked
-        for: what was drawn here says little about those between. Never below the clips' own noise.
+        An alarm costs a person one key, but nobody sees a missed error: so an alarm costs 5 points
+        of FSR by default, and no τ misses half of the errors to avoid one alarm. Among equals, the
+        largest up to the size of the smallest errors to find is chosen, since the drawn errors say
+        little about sizes in between. Never below the clips' own noise.
         """
         usable = np.flatnonzero(self.tau >= self.floor)
         if not len(usable):
@@ -112,12 +112,12 @@ class TauCurve:
         return float(self.tau[modest[-1] if len(modest) else good[0]])
 
     def at(self, tau: float) -> tuple[float, float]:
-        """FSR, 0…1, and false alarms at τ radians, from the neighbours on the grid."""
+        """Return FSR, 0…1, and false alarms at τ radians, interpolated on the grid."""
         cost = self.cost(tau)
         return cost.fsr, cost.alarms
 
     def cost(self, tau: float) -> Cost:
-        """The same with the band, and how long was looked for alarms."""
+        """Return the cost at τ radians, with the confidence band and the examined minutes."""
         return cost_of_all([(self, tau)])
 
     @property
@@ -127,7 +127,7 @@ class TauCurve:
         return self.drawn or nothing
 
     def _place(self, tau: float) -> tuple[int, float]:
-        """The place on the grid below τ, and the share of the way to the next, in log τ."""
+        """Return the grid index below τ, and the share of the way to the next, in log τ."""
         at = float(np.interp(math.log(max(tau, 1e-9)), np.log(self.tau), range(len(self.tau))))
         below = min(int(at), max(len(self.tau) - 2, 0))
         return below, at - below
@@ -135,10 +135,9 @@ class TauCurve:
 
 @dataclass(frozen=True)
 class Cost:
-    """What a τ costs; NaN where it was not measured.
+    """The cost of a τ; NaN if not measured.
 
-    fsr: 0…1; low, high: where it lies by what was drawn, at 95 % confidence; alarms: counted in
-    `minutes` of clip.
+    fsr: 0…1; low, high: its 95 % confidence interval; alarms: counted in `minutes` of clip.
     """
 
     fsr: float
@@ -149,21 +148,21 @@ class Cost:
 
     @property
     def rate(self) -> float:
-        """Alarms a minute; NaN in no minute."""
+        """Return alarms per minute; NaN for 0 minutes."""
         return self.alarms / (self.minutes or nan)
 
     @property
     def rate_band(self) -> tuple[float, float]:
-        """Alarms a minute that clips like these may have, by those counted, at 95 % confidence."""
+        """Return the 95 % confidence interval of alarms per minute in clips like these."""
         low, high = rate_band(self.alarms)
         return (low / self.minutes, high / self.minutes) if self.minutes else (0.0, math.inf)
 
 
 def cost_of_all(chosen: Sequence[tuple[TauCurve, float]], minutes: float | None = None) -> Cost:
-    """What several chains, each at its own τ in radians, cost together.
+    """Return the joint cost of several chains, each at its own τ in radians.
 
-    All their frames and all their alarms, in `minutes` of clip: more chains make it no longer.
-    Where it is not given they are all of the same clips.
+    All their error frames and alarms are added, in `minutes` of clip, which more chains do not make
+    longer. If `minutes` is not given, all chains are taken from the same clips.
     """
     alarms = errors = repaired = 0.0
     drawn: list[DrawnErrors] = []
@@ -194,7 +193,7 @@ class Tuned:
 
 
 def tuned(curve: TauCurve, tau: float | None = None) -> Tuned:
-    """The suggestion of a curve, or a τ in radians, with what it costs."""
+    """Return the suggestion of a curve, or a given τ in radians, with its cost."""
     tau = curve.suggested() if tau is None else tau
     cost = curve.cost(tau)
     return Tuned(

@@ -1,4 +1,4 @@
-"""Precision and recall of every τ over what people have decided, and the τ that this speaks for."""
+"""Precision and recall of every τ over people's verdicts, and the τ that they suggest."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from twistcore.tuning.tau_curve import ALARM_PRICE, LOSS_ALLOWED, SMALLEST_ERROR
 from twistcore.tuning.verdicts_of import JudgedClip
 from twistcore.work.frozen import dataclass
 
-LEVEL = 0.9  # of intervals of uncertainty
+LEVEL = 0.9  # of confidence intervals
 _Z = 1.6449  # of the normal distribution for LEVEL
-ENOUGH_ERRORS = 10  # accepted intervals below which no τ is suggested: recall in steps of 10 %
-ENOUGH_OWN = 5  # verdicts of a chain, which borrows the errors of the others, likewise
-BORROWED = 10.0  # errors of its own that those of all other chains are worth to a chain
-FEW_CLIPS = 5  # below, verdicts are drawn anew, not clips: of so few there are too few draws
+ENOUGH_ERRORS = 10  # fewest accepted intervals for a suggestion: recall in steps of 10 %
+ENOUGH_OWN = 5  # fewest verdicts of a chain, which borrows the errors of the others
+BORROWED = 10.0  # number of own errors that the errors of all other chains are worth to a chain
+FEW_CLIPS = 5  # with fewer, verdicts are resampled instead of clips: few clips have too few samples
 DRAWS = 400
 
 
 def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
-    """Lower and upper end of a share's interval of uncertainty; of nothing at all, 0 to 1."""
+    """Return lower and upper end of a share's confidence interval; 0 and 1 for an empty whole."""
     part, n = np.asarray(part, float), np.asarray(whole, float)
     with np.errstate(divide="ignore", invalid="ignore"):
         share = part / n
@@ -36,7 +36,7 @@ def wilson(part: Array, whole: Array, z: float = _Z) -> tuple[Array, Array]:
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """A τ in radians; low, high: where 90 % of the suggestions lie that other verdicts make."""
+    """A suggested τ in radians; low, high: range of 90 % of the resampled suggestions."""
 
     tau: float
     low: float
@@ -45,13 +45,13 @@ class Suggestion:
 
 @dataclass(frozen=True, eq=False)
 class VerdictCurve:
-    """Counts over τ of a grid, one row for every clip (or verdict, where clips are few): they add.
+    """Counts over a grid of τ, one row per clip (or verdict, if clips are few); curves add.
 
-    tau: radians, (n,); errors, natural: intervals decided, (rows,); found, alarms: how many of them
-    are found at each τ, (rows, n); clips: number of clips, or minutes where these are longer, times
-    the chains looked at; reviewed: radians from which on intervals were listed, the median of
-    chains and clips; others: recall of the errors of other chains, (n,), and how many these are, 0
-    where all chains are meant.
+    tau: radians, (n,); errors, natural: decided intervals, (rows,); found, alarms: how many of them
+    are found at each τ, (rows, n); clips: number of clips, or of minutes if larger, times the
+    reviewed chains; reviewed: τ in radians from which intervals were listed, the median of chains
+    and clips; others: recall of the errors of other chains, (n,), and their number, 0 for a curve
+    of all chains.
     """
 
     tau: Array
@@ -65,51 +65,51 @@ class VerdictCurve:
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Errors and natural intervals that were decided."""
+        """Return the numbers of decided errors and natural intervals."""
         return int(self.errors.sum()), int(self.natural.sum())
 
     @property
     def enough(self) -> bool:
-        """Whether there are verdicts enough to suggest a τ."""
+        """True if there are enough verdicts to suggest a τ."""
         return self.needed == (0, 0)
 
     @property
     def needed(self) -> tuple[int, int]:
-        """How many accepted intervals, of any chain, and how many verdicts of its own it lacks."""
+        """Return the missing numbers of accepted intervals (of any chain) and of own verdicts."""
         own = self.counts
         errors = max(ENOUGH_ERRORS - own[0] - self.others[1], 0)
         return errors, 0 if own[0] >= ENOUGH_ERRORS else max(ENOUGH_OWN - sum(own), 0)
 
     @property
     def recall(self) -> Array:
-        """Share of the errors that are found, (n,); NaN without any."""
+        """Return the share of errors that are found, (n,); NaN without errors."""
         return _share(self.found.sum(axis=0), self.errors.sum())
 
     @property
     def precision(self) -> Array:
-        """Share of what is found that is an error, (n,); NaN where nothing is found."""
+        """Return the share of finds that are errors, (n,); NaN without finds."""
         found = self.found.sum(axis=0)
         return _share(found, found + self.alarms.sum(axis=0))
 
     def recall_between(self) -> tuple[Array, Array]:
-        """Where the recall lies with a certainty of 90 %, (n,) each."""
+        """Return the 90 % confidence interval of the recall, (n,) each."""
         found = self.found.sum(axis=0)
         return wilson(found, np.broadcast_to(self.errors.sum(), found.shape))
 
     def precision_between(self) -> tuple[Array, Array]:
-        """Where the precision lies with a certainty of 90 %, (n,) each."""
+        """Return the 90 % confidence interval of the precision, (n,) each."""
         found = self.found.sum(axis=0)
         return wilson(found, found + self.alarms.sum(axis=0))
 
     def at(self, tau: float) -> int:
-        """The place on the grid that is nearest to τ."""
+        """Return the index on the grid nearest to τ."""
         return int(np.abs(np.log(self.tau / max(tau, 1e-9))).argmin())
 
     def cost(self, price: float = ALARM_PRICE, weight: Array | None = None) -> Array:
-        """What every τ costs: the share of errors missed, and its alarms a clip at their price.
+        """Return the cost of every τ: the share of missed errors plus priced alarms per clip.
 
-        Of a chain that has few errors, those of the others tell how large errors are here.
-        weight: how often each row counts, (draws, rows); the result is then (draws, n).
+        If a chain has few errors, the errors of the others show how large errors are in these
+        clips. weight: how often each row counts, (draws, rows); the result is then (draws, n).
         """
         weight = np.ones((1, len(self.errors))) if weight is None else weight
         errors, rows = weight @ self.errors, max(len(self.errors), 1)
@@ -122,10 +122,10 @@ class VerdictCurve:
         return np.asarray(cost)
 
     def best(self, cost: Array, smallest: float = SMALLEST_ERROR) -> Index:
-        """Places on the grid where costs (draws, n) are least, by the rule of :class:`TauCurve`.
+        """Return grid indices of the least costs (draws, n), by the rule of :class:`TauCurve`.
 
-        Among equals the largest up to the size of the smallest errors looked for. Never below the
-        middle τ that was reviewed at: of how many alarms there would be little was seen.
+        Among equals, the largest up to the size of the smallest errors to find. Never below the
+        median τ of the review, since the number of alarms below it is hardly known.
         """
         usable = self.tau >= self.reviewed * (1 - 1e-9)
         if not usable.any():
@@ -144,7 +144,7 @@ class VerdictCurve:
         draws: int = DRAWS,
         seed: int = 0,
     ) -> Suggestion | None:
-        """The τ that verdicts speak for, with its uncertainty; None where they are too few."""
+        """Return the τ suggested by the verdicts and its uncertainty; None if they are too few."""
         if not self.enough:
             return None
         place = self.best(self.cost(price), smallest)[0]
@@ -154,12 +154,14 @@ class VerdictCurve:
         return Suggestion(tau, min(float(low), tau), max(float(high), tau))
 
     def draw(self, draws: int, seed: int) -> Array:
-        """How often each row is drawn when all are drawn anew with replacement, (draws, rows)."""
+        """Return how often each row occurs in samples with replacement, (draws, rows)."""
         rows = len(self.errors)
         rng = np.random.default_rng(seed)
         drawn = rng.multinomial(rows, np.full(rows, 1.0 / rows), size=draws).astype(float)
         if not self.others[1]:
-            drawn[drawn @ self.errors == 0] = 1.0  # no draw without any error says what τ costs
+            drawn[drawn @ self.errors == 0] = (
+                1.0  # a sample without errors cannot show the cost of τ
+            )
         return np.asarray(drawn)
 
 
@@ -169,9 +171,9 @@ def _share(part: Array, whole: Array) -> Array:
 
 
 def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> VerdictCurve:
-    """The curve over clips in which anything was decided, of all their chains or of one.
+    """Return the curve over clips with verdicts, of all their chains or of one.
 
-    A clip that was decided and in which nothing of the chain was listed counts: it had no alarm.
+    A reviewed clip in which no interval of the chain was listed counts as a clip without alarm.
     """
     clips = [clip for clip in clips if clip.verdicts]
     others = _errors_found(clips, chain) if chain is not None else (np.zeros(0), 0)
@@ -187,23 +189,23 @@ def verdict_curve(clips: Sequence[JudgedClip], chain: str | None = None) -> Verd
             total, by_tau = (errors, found) if v.error else (natural, alarms)
             total[row] += 1
             by_tau[row] += v.found
-    # The middle one, as of the noise in TauCurve: the highest would be a single odd clip's.
+    # The median, as for the noise in TauCurve: the maximum could come from one odd clip.
     seen = [t for clip in clips for t in clip.reviewed.values()]
     reviewed = float(np.median(seen)) if seen else math.inf
-    looked_at = sum(clip.looked_at for clip in clips)
-    length = max(sum(clip.minutes * clip.looked_at for clip in clips), looked_at)
+    reviewed_chains = sum(clip.reviewed_chains for clip in clips)
+    length = max(sum(clip.minutes * clip.reviewed_chains for clip in clips), reviewed_chains)
     return VerdictCurve(GRID, errors, natural, found, alarms, length, reviewed, others)
 
 
 def _errors_found(clips: Sequence[JudgedClip], chain: str) -> tuple[Array, int]:
-    """Of the errors of other chains than this, the share found by τ, and how many these are."""
+    """Return the share of other chains' errors found at each τ, and their number."""
     found = [v.found for clip in clips for v in clip.verdicts if v.error and v.chain != chain]
     return (np.mean(found, axis=0) if found else np.zeros(0)), len(found)
 
 
 @dataclass(frozen=True)
 class VerdictScore:
-    """Of decided intervals: errors, how many are found; natural ones, how many raise an alarm."""
+    """Counts of decided intervals: errors and finds among them, natural ones and alarms."""
 
     errors: int
     found: int
@@ -212,19 +214,19 @@ class VerdictScore:
 
     @property
     def precision(self) -> tuple[float, float, float]:
-        """Share of what is found that is an error, and where it lies; NaN, 0, 1 of nothing."""
+        """Return the share of finds that are errors, and its bounds; NaN, 0, 1 without finds."""
         return _between(self.found, self.found + self.alarms)
 
     @property
     def recall(self) -> tuple[float, float, float]:
-        """Share of the errors that is found, likewise."""
+        """Return the share of errors that are found, and its bounds; NaN, 0, 1 without errors."""
         return _between(self.found, self.errors)
 
 
 def verdict_score(
     clips: Sequence[JudgedClip], tau: Mapping[str, float], chain: str | None = None
 ) -> VerdictScore:
-    """What is found at these τ, radians by chain; of one chain or of all that have one."""
+    """Return the score at these τ, radians by chain, for one chain or all chains in `tau`."""
     place = {name: int(np.abs(np.log(GRID / t)).argmin()) for name, t in tau.items()}
     told = [
         (v.error, bool(v.found[place[v.chain]]))

@@ -1,9 +1,9 @@
-"""What people have decided of clips, as evidence for a τ: one verdict an interval.
+"""People's verdicts on clips as evidence for a τ: one verdict per interval.
 
-An accepted interval is an error, a rejected one is natural motion, an undecided one says nothing,
-nor does one that was applied automatically or accepted with all the sure ones: nobody looked at it.
-At which τ a detector finds what a verdict is about is asked of the detector itself, at every τ of
-the grid.
+An accepted interval is an error and a rejected one is natural motion. An undecided interval gives
+no evidence, nor does one that was applied automatically or accepted together with all sure ones:
+nobody examined it. The detector itself, run at every τ of the grid, shows at which τ it finds the
+interval of a verdict.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from twistcore.tuning.cleaning import Verdicts
 from twistcore.tuning.injected_curve import GRID
 from twistcore.work.frozen import dataclass
 
-SAME = 0.5  # of the frames of both: what is found there is the error that was accepted
+SAME = 0.5  # share of the frames of both from which a find is the accepted error
 _PERFORMER = re.compile(
     r"(?P<number>\d{1,3})_\d+|.*?(?P<word>(?:subject|performer|actor)[-_ ]?\d+)", re.IGNORECASE
 )
@@ -39,11 +39,11 @@ _PERFORMER = re.compile(
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """One interval that a person has decided.
+    """A person's verdict on one interval.
 
-    error: accepted; found: whether the detector finds it, by τ of the grid, (n,); confidence: the
-    detector's own, None for one made by hand or where the detector has none; size: the largest
-    offset, radians; by_hand: the detector had not listed it.
+    error: True if accepted; found: True where the detector finds it, by τ of the grid, (n,);
+    confidence: the detector's own, None for an interval made by hand or if the detector gives none;
+    size: the largest offset, radians; by_hand: True if the detector had not listed it.
     """
 
     chain: str
@@ -58,12 +58,12 @@ class Verdict:
 
 @dataclass(frozen=True, eq=False)
 class JudgedClip:
-    """The verdicts of a clip, and whose it is.
+    """The verdicts on a clip, with its rig and performer.
 
-    method: the detector whose intervals were listed; rig: mark of the skeleton; performer: '' where
-    nobody knows; minutes: its length, without frames left out of tuning; reviewed: τ, radians, from
-    which on intervals were listed, by chain, of those that a person has looked at; shares: of what
-    was listed from there on in a chain, how much was decided, 1 where it is not said.
+    method: the detector whose intervals were listed; rig: mark of the skeleton; performer: '' if
+    unknown; minutes: the clip's length, without frames left out of tuning; reviewed: τ in radians
+    from which intervals were listed, for each reviewed chain; shares: the decided share of the
+    intervals listed from there on, by chain, 1 if not given.
     """
 
     name: str
@@ -76,23 +76,23 @@ class JudgedClip:
     shares: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
 
     @property
-    def looked_at(self) -> float:
-        """How many chains, those that were decided in part by their share."""
+    def reviewed_chains(self) -> float:
+        """Return the number of reviewed chains, partly decided ones counted by their share."""
         return sum(self.shares.get(chain, 1.0) for chain in self.reviewed)
 
     def of_chain(self, chain: str) -> JudgedClip:
-        """What was decided of one chain."""
+        """Return the verdicts on one chain."""
         return self.without(self.reviewed.keys() - {chain})
 
     def without(self, chains: Collection[str]) -> JudgedClip:
-        """What was decided of the others: of these nobody has looked at anything."""
+        """Return the verdicts without those on `chains`, as if nobody had reviewed them."""
         verdicts = tuple(v for v in self.verdicts if v.chain not in chains)
         reviewed = {k: t for k, t in self.reviewed.items() if k not in chains}
         return replace(self, reviewed=reviewed, verdicts=verdicts)
 
 
 def performer_of(name: str) -> str:
-    """Who performs a clip, by its file's name: '05' of 05_03.bvh; '' where it does not say."""
+    """Return the performer from a clip's file name: '05' for 05_03.bvh; '' if unknown."""
     said = _PERFORMER.match(PurePath(name).stem)
     return (said["number"] or said["word"]) if said else ""
 
@@ -100,16 +100,16 @@ def performer_of(name: str) -> str:
 def judged_clip(
     analysis: ClipAnalysis, state: ReviewState, performer: str | None = None
 ) -> JudgedClip:
-    """What a review says of its clip's chains, as evidence for the τ of its detector.
+    """Return the verdicts of a review as evidence for the τ of its detector.
 
-    performer: as the file's name says where none is given. Frames that were left out of tuning say
-    nothing here either.
+    performer: taken from the file's name if not given. Frames left out of tuning do not count here
+    either.
     """
     decided = _decided(state)
     detector = analysis.by(state.method)
     names = [c.name for c in analysis.chains if not uncorrectable_joints(analysis.motion, c)]
-    verdicts = [v for n in names if n in decided for v in _told(detector, n, decided[n])]
-    reviewed, shares = _looked_at(detector, state, [n for n in names if n in state.tau], verdicts)
+    verdicts = [v for n in names if n in decided for v in _verdicts(detector, n, decided[n])]
+    reviewed, shares = _reviewed(detector, state, [n for n in names if n in state.tau], verdicts)
     motion = analysis.motion
     spans = joined_spans(state.left_out)
     left_out = sum(max(min(stop, motion.frames) - start, 0) for start, stop in spans)
@@ -126,7 +126,7 @@ def judged_clip(
 
 
 def is_verdict(judged: Judged) -> bool:
-    """Whether a person looked at a counter-twist and said what it is."""
+    """True if a person examined a counter-twist and decided on it."""
     return (
         judged.decision != Decision.UNDECIDED
         and judged.verdict != APPLIED
@@ -135,12 +135,12 @@ def is_verdict(judged: Judged) -> bool:
     )
 
 
-def said_in(state: ReviewState) -> Verdicts:
-    """What a review calls right and wrong in its clip, for a τ to be tuned on the rest."""
+def verdicts_in(state: ReviewState) -> Verdicts:
+    """Return the errors and natural spans of a review, for tuning τ on the rest of the clip."""
     said = [j for j in state.intervals if is_verdict(j)]
     return Verdicts(
         errors=tuple(
-            replace(j.interval, explain=None)  # its evidence would be asked for, to be sent
+            replace(j.interval, explain=None)  # or its evidence would be computed to be sent
             for j in said
             if j.decision == Decision.ACCEPTED
         ),
@@ -153,7 +153,7 @@ def said_in(state: ReviewState) -> Verdicts:
 
 
 def _counts(state: ReviewState, interval: Interval) -> bool:
-    """Whether it is a counter-twist of a chain there is, and not left out of tuning."""
+    """True for a counter-twist of an existing chain that is not left out of tuning."""
     left_out = any(
         interval.start < stop and start < interval.stop for start, stop in state.left_out
     )
@@ -168,13 +168,13 @@ def _decided(state: ReviewState) -> dict[str, list[Judged]]:
     return out
 
 
-def _looked_at(
+def _reviewed(
     detector: Analysis, state: ReviewState, names: Iterable[str], verdicts: Sequence[Verdict]
 ) -> tuple[dict[str, float], dict[str, float]]:
-    """From which τ on each chain was looked at, and how much of what is listed there was decided.
+    """Return the τ from which each chain was reviewed, and the decided share of its intervals.
 
-    A chain in which something still waits was looked at down to the weakest that was decided: a
-    lower τ alone is no look. One with nothing to decide was looked at once all others are done.
+    A chain with undecided intervals was reviewed down to the weakest decided one: lowering τ alone
+    is no review. A chain without intervals counts as reviewed when all others are finished.
     """
     asked = [j for j in state.intervals if _counts(state, j.interval) and not is_verdict(j)]
     reviewed: dict[str, float] = {}
@@ -182,7 +182,7 @@ def _looked_at(
     for name in names:
         own = [v for v in verdicts if v.chain == name]
         waiting = [j.interval for j in asked if j.interval.chain == name]
-        # Listed, so that τ was no higher than this once.
+        # The interval was listed, so τ was once no higher than this.
         weakest = [
             float(GRID[np.flatnonzero(v.found)[-1]]) for v in own if not v.by_hand and v.found.any()
         ]
@@ -202,7 +202,7 @@ def _meet(one: Interval, other: Interval) -> bool:
     return one.start < other.stop and other.start < one.stop
 
 
-def _told(detector: Analysis, chain: str, decided: Sequence[Judged]) -> Iterator[Verdict]:
+def _verdicts(detector: Analysis, chain: str, decided: Sequence[Judged]) -> Iterator[Verdict]:
     found = found_by_tau([j.interval for j in decided], _accepted(decided), detector, chain)
     for judged, by_tau in zip(decided, found, strict=True):
         interval = judged.interval
@@ -225,10 +225,10 @@ def _accepted(decided: Sequence[Judged]) -> list[bool]:
 def found_by_tau(
     judged: Sequence[Interval], errors: Sequence[bool], detector: Analysis, chain: str
 ) -> Mask:
-    """Which judged intervals of a chain a detector finds, by τ of the grid, (judged, n).
+    """Return which judged intervals of a chain the detector finds at each τ, (judged, n).
 
-    What it finds belongs to the one that it shares most with. An error is found where these share
-    half of their frames; natural motion raises an alarm wherever any of it is listed.
+    A find belongs to the interval with which it shares most frames. An error is found if the two
+    share half of their frames; natural motion raises an alarm if any part of it is listed.
     """
     out = np.zeros((len(judged), len(GRID)), dtype=bool)
     start = np.array([i.start for i in judged])
@@ -250,24 +250,24 @@ def found_by_tau(
 def judged_in(
     clip: Path | Clip, session: Path | Session, performer: str | None = None
 ) -> JudgedClip:
-    """The verdicts that a session holds of a clip; raises TwistError.
+    """Return the verdicts on a clip in a session; raise TwistError.
 
-    A session of another version of the clip says nothing of this one: its frames may be others.
+    A session of another version of the clip is refused, since its frames may differ.
     """
     read = read_clip(clip) if isinstance(clip, Path) else clip
     kept = read_session(session) if isinstance(session, Path) else session
-    of_this_version(read, kept)
+    check_version(read, kept)
     return judged_clip(analyse(read, rig=kept.state.rig), kept.state, performer)
 
 
-def of_this_version(clip: Clip, session: Session) -> None:
-    """Raise TwistError unless a session is of the clip as it is."""
+def check_version(clip: Clip, session: Session) -> None:
+    """Raise TwistError unless a session belongs to the clip's present content."""
     if session.sha256 != clip.sha256:
         raise TwistError(f"{clip.name}: its session belongs to another version of the clip")
 
 
-def of_what_is_there(clip: Clip, session: Session) -> None:
-    """Raise TwistError unless a session's detector is known and its intervals' chains are there."""
+def check_method_and_chains(clip: Clip, session: Session) -> None:
+    """Raise TwistError unless a session's detector is known and its intervals' chains exist."""
     state = session.state
     if state.method not in DETECTORS:
         known = " or ".join(sorted(DETECTORS))
@@ -275,10 +275,12 @@ def of_what_is_there(clip: Clip, session: Session) -> None:
     there = {chain.name for chain in state.rig.chains(clip.motion)}
     for name in (judged.interval.chain for judged in state.intervals):
         if name not in there:
-            raise TwistError(f"{clip.name}: its session names a chain {name!r}, which is not there")
+            raise TwistError(
+                f"{clip.name}: its session names a chain {name!r}, which the clip does not have"
+            )
 
 
 def count_verdicts(clips: Iterable[JudgedClip]) -> tuple[int, int]:
-    """Errors and natural intervals that were decided."""
+    """Return the numbers of decided errors and natural intervals."""
     said = [v.error for clip in clips for v in clip.verdicts]
     return sum(said), len(said) - sum(said)

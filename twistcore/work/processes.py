@@ -173,7 +173,7 @@ def reason(name: object, error: Exception) -> str:
     if isinstance(error, OSError):
         return f"{name}: cannot be read ({error.strerror})"
     if isinstance(error, MemoryError):
-        return f"{name}: there is not enough memory to process it"
+        return f"{name}: there is not enough memory to open it"
     if isinstance(error, ProcessTimeError):
         seconds, *waited = error.args
         limit = f"{seconds:.0f}" if seconds >= 10.0 else f"{seconds:.2g}"

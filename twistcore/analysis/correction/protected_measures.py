@@ -64,7 +64,7 @@ class ProtectedMeasure:
     def doubt(self) -> str:
         """What would get worse by it, as people read it."""
         if self.name == HINGE:
-            return f"the {self.word} would leave its hinge by {self.growth:.0f}°"
+            return f"the {self.word} would bend {self.growth:.0f}° away from its hinge plane"
         if self.name == TURNS:
             if self.growth <= 1.0:
                 return f"{self.joint} would turn faster than any body does in one more frame"

@@ -143,7 +143,7 @@ def _below(
             f"{signed_degrees(rx)} and {signed_degrees(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
-    return place.reason(Why.BELOW, f"{beyond} beyond their motion", **numbers)
+    return place.reason(Why.BELOW, f"{beyond} more than their motion explains", **numbers)
 
 
 def _error_beside(
@@ -248,8 +248,9 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
     taken = "it is treated as motion"
     taken = f"{taken} over {span}" if span else taken
     because = (
-        f"{taken} ({turns}): {abs(edge.jump) / edge.sigma:.1f} σ of {size(edge.sigma, 2)}, "
-        f"evidence {edge.gain:.1f} of the {_EACH:.0f} that an edge needs"
+        f"{taken} ({turns}): its size is {abs(edge.jump) / edge.sigma:.1f} times σ = "
+        f"{size(edge.sigma, 2)}, and its evidence is {edge.gain:.1f}, but an edge needs "
+        f"{_EACH:.0f}"
     )
     return place.reason(Why.MOTION, because, **numbers)
 

@@ -44,7 +44,8 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
     for interval in clip.detector(found.method, REPAIRED).intervals(name, tau):
         if _covers(interval, frame):
             text = (
-                f"{place.named(interval)} was found here, but the review has it left out or moved"
+                f"{place.named(interval)} was found here, but it was left out or moved in "
+                "the review"
             )
             return place.reason(Why.MOVED, text)
     near = partial(_edges_near, found, chain, strength)
@@ -75,7 +76,7 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
         )
     if p * c < 0.0:
         return place.reason(Why.BELOW, turns, **numbers)
-    alike = "not against each other"
+    alike = "but not against each other"
     return place.reason(Why.BELOW, f"{turns}, {alike}", **numbers)
 
 

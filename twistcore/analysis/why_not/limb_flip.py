@@ -86,12 +86,12 @@ def _left(
     if left.price < left.spared:
         because = f"it could be an edge of a flip in {span}, but another flip explains more"
         return place.reason(Why.OTHER, because, **numbers)
-    moves = f"the limb departs by {size(jump.scale)} nearby"
+    moves = f"the limb deviates by about {size(jump.scale)} in nearby frames"
     if jump.step > 0.03:
         moves = f"{moves} and its end moves {100.0 * jump.step:.0f} % of its length"
     because = (
-        f"it is treated as motion: {moves}, and the flip in {span} of which it could be an "
-        f"edge costs {left.price:.1f}, but no flip costs {left.spared:.1f}"
+        f"it is treated as motion: {moves}, and a flip in {span} with this edge explains the "
+        f"frames less well (cost {left.price:.1f}) than no flip (cost {left.spared:.1f})"
     )
     return place.reason(Why.MOTION, because, **numbers)
 

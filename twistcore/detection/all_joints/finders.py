@@ -177,7 +177,7 @@ class _Others:
             for joint in chain.changed_joints(motion.skeleton, carried=error.carried):
                 errors.setdefault(joint, []).append(error)
         spans = [(b.joint, b.start, b.stop) for b in noise_bursts(motion)]
-        for own in lone_jumps.find(search).values():
+        for own in lone_jumps.find_lone_jumps(search).values():
             spans += [(index[jump.joint], jump.start, jump.stop + 1) for jump in own]
         of_joints: dict[int, Mask] = {}
         for joint, start, stop in spans:

@@ -154,7 +154,7 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
     if term == "noise":
         return f"there is a burst of noise of {t.noise:.0f}°"
     if term == "off_its_hinge":
-        return f"the {joint} would leave its hinge by {t.off_after - t.off_before:.0f}°"
+        return f"the {joint} would bend {t.off_after - t.off_before:.0f}° away from its hinge plane"
     if term == "off_its_side":
         return (
             f"the {joint} would bend {t.off_after:.0f}° away from where it bends in the rest "

@@ -11,6 +11,6 @@ KIND = KindInfo(
     automatic=True,
     here="carried roll {frames} ({size})",
     named="the carried roll in {span} ({size})",
-    tip="The bone and the next one roll together; the limb's shape stays",
+    tip="The bone and the next one roll together; the limb's shape does not change",
 )
 """The offset is P's, as in a counter-twist; `Interval.carried` is True: C turned along."""

@@ -12,6 +12,6 @@ KIND = KindInfo(
     named="the lone jump of {joint} in {span} ({size})",
     legend="jumps by {angle}",
     tip="{joint} jumps about its own axis; this is not corrected",
-    find="twistcore.detection.lone_jumps:find",
+    find="twistcore.detection.lone_jumps:find_lone_jumps",
     corrected=True,
 )

@@ -198,7 +198,7 @@ def _read_root(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> None
         elif key == "orientation":
             bone.axis = read.numbers(line, 3)
     if not bone.dofs:
-        raise read.fail("expected 'order' of the root's numbers below :root", head[0])
+        raise read.fail("expected 'order' below :root, with the order of its numbers", head[0])
     for what, value in (("position", read.start), ("orientation", bone.axis)):
         if any(value):
             how = "added to its translation" if what == "position" else "used as its axes"
@@ -240,7 +240,7 @@ def _read_bones(read: _Read, head: list[_Word], lines: list[list[_Word]]) -> Non
             wanted = "'begin' of a bone" if part is None else "'end' of this bone"
             raise read.fail(f"expected {wanted}, found {quoted(line[0].text)}", line[0])
     if part is not None:
-        raise read.fail("expected 'end' of the last bone of :bonedata", lines[-1][0])
+        raise read.fail("expected 'end' after the last bone of :bonedata", lines[-1][0])
     if len(read.bones) == 1:
         raise read.fail("expected at least one bone in :bonedata", head[0])
 
@@ -249,11 +249,11 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
     by_key = {line[0].text.lower(): line for line in lines}
     for line in lines:
         key = line[0].text.lower()
-        if key not in _OF_BONE and key[:1] not in "(-+.0123456789":  # limits may span lines
-            text = f"{quoted(line[0].text)} is not a known keyword of a bone and is ignored."
+        if key not in _OF_BONE and key[:1] not in "(-+.0123456789":  # the limits go on below
+            text = f"{quoted(line[0].text)} of a bone is unknown and ignored."
             read.warnings.append(ClipWarning(text, line[0].line))
     if len(named := by_key.get("name", [])) != 2:
-        raise read.fail("expected 'name' with one word in this bone", (named or [end])[0])
+        raise read.fail("expected 'name' and one word in this bone", (named or [end])[0])
     name = named[1]
     if name.text in read.bones:
         raise read.fail(
@@ -275,7 +275,10 @@ def _read_bone(read: _Read, lines: list[list[_Word]], end: _Word) -> None:
     if (dofs := by_key.get("dof")) is not None:
         bone.dofs = _dofs(read, dofs, _TURNS)
     if bone.order != "XYZ" and any(bone.axis):
-        text = f"The axes of {quoted(name.text)} are applied in the order {bone.order}, as written."
+        text = (
+            f"The axes of {quoted(name.text)} are rotated in the order {bone.order}, as "
+            "written in the file."
+        )
         read.warnings.append(ClipWarning(text, name.line))
 
 

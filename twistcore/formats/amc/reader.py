@@ -232,8 +232,10 @@ class _Rows:
     def _read_keyword(self, own: list[bytes], line: int) -> None:
         """Read a keyword of the header, or raise AmcError for anything else."""
         if not own[0].startswith(b":") or self._number is not None:
-            known = f"a bone of {self._asf.path.name} with degrees of freedom, or a frame's number"
-            wanted = "the number of a first frame" if self._number is None else known
+            known = (
+                f"a bone of {self._asf.path.name} with degrees of freedom, or the number of a frame"
+            )
+            wanted = "the number of the first frame" if self._number is None else known
             found = quoted(own[0].decode("utf-8", "replace"))
             raise self.fail(f"expected {wanted}, found {found}", line)
         words = iter(enumerate(own))
@@ -248,7 +250,7 @@ class _Rows:
                     raise self.fail("expected frames per second, such as 120", line, place + 1)
                 self.fps = fps
             elif key != b":FULLY-SPECIFIED":
-                text = f"{quoted(word.decode('utf-8', 'replace'))} is not known and is ignored."
+                text = f"{quoted(word.decode('utf-8', 'replace'))} is unknown and ignored."
                 self.warnings.append(ClipWarning(text, line))
 
     def _values(self, words: list[bytes], which: NDArray[np.int64]) -> Array:

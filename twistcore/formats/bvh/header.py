@@ -138,7 +138,7 @@ def parse_header(
             else:
                 joint = joints[stack[-1]]
                 if joint.placed:
-                    text = f"{quoted(joint.name)} has a second OFFSET; the last one counts."
+                    text = f"{quoted(joint.name)} has a second OFFSET; the last one is used."
                     warnings.append(ClipWarning(text, words.line()))
                 joint.offset, joint.placed = offset, True
         elif key == "CHANNELS":
@@ -179,7 +179,7 @@ def _read_channels(
     words: _Words, joints: list[_Joint], stack: list[int | None], warnings: list[ClipWarning]
 ) -> None:
     if not stack or stack[-1] is None:
-        raise words.fail("expected CHANNELS inside a joint only")
+        raise words.fail("expected CHANNELS only inside a joint")
     joint = joints[stack[-1]]
     if joint.channels:
         text = f"{quoted(joint.name)} has CHANNELS twice; both are read, one after the other."

@@ -235,8 +235,8 @@ def _too_much(path: Path, found: int, size: int) -> NpzError:
 
 
 def too_large(path: Path) -> NpzError:
-    """Return the error for a file, or an array in it, that is too large."""
-    return NpzError(f"{path}: expected at most {LARGEST >> 30} GiB")
+    """For a file or an array in it."""
+    return NpzError(f"{path}: expected a file and arrays of at most {LARGEST >> 30} GiB")
 
 
 def _directory(data: bytes) -> list[tuple[int, int]]:

@@ -217,7 +217,7 @@ class _Reader(pickle._Unpickler):  # the Python version: joblib puts bytes betwe
         state = self.stack.pop()
         made = self.stack[-1]
         if not isinstance(made, Unreadable):
-            raise pickle.UnpicklingError("state for an object without state")
+            raise pickle.UnpicklingError("a state for an object that cannot have one")
         made.set_state(state)
         if isinstance(made, _Inline):
             self.stack[-1] = made.read(self.source)

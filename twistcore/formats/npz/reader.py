@@ -141,8 +141,8 @@ def _no_poses(arrays: Arrays) -> NpzError:
     also = any(name in arrays for name in _ELSEWHERE)
     other = " (`twistcore quamo refine` reads other layouts)" if also else ""
     return NpzError(
-        f"{arrays.path}: expected the arrays {POSES!r} and {TRANS!r} of AMASS, or another layout "
-        f"of docs/amass.md, found {arrays.described()}{other}"
+        f"{arrays.path}: expected the arrays {POSES!r} and {TRANS!r} of AMASS, or another "
+        f"layout listed in docs/amass.md, found {arrays.described()}{other}"
     )
 
 
@@ -156,7 +156,7 @@ def _poses(arrays: Arrays, names: PoseNames) -> NDArray[Any]:
             raise NpzError(f"{path}: expected {part.name} with a shape other than {values.shape}")
         flat = values.reshape(len(values), part.stop - part.start)
         if not 1 <= len(flat) <= _FRAMES:
-            raise NpzError(f"{path}: expected from 1 to {_FRAMES} frames, found {len(flat)}")
+            raise NpzError(f"{path}: expected 1 to {_FRAMES} frames, found {len(flat)}")
         if found and len(flat) != len(found[0]):
             first = names.parts[0].name
             raise NpzError(
@@ -213,7 +213,7 @@ def _frame_time(archive: Arrays, names: PoseNames, warnings: list[str]) -> float
                 return 1.0 / fps
         warnings.append(f"{name} is not usable; {assumed}.")
         return 1.0 / rate
-    warnings.append(f"No frame rate; {assumed}.")
+    warnings.append(f"The file has no frame rate; {assumed}.")
     return 1.0 / rate
 
 

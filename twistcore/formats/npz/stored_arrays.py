@@ -69,7 +69,9 @@ class PickledDict:
         )
         values = np.asarray(found) if numbers else found
         if not isinstance(values, np.ndarray):
-            raise NpzError(f"{self.path}: expected numbers in {quoted(name)}, found something else")
+            raise NpzError(
+                f"{self.path}: expected only numbers in {quoted(name)}, found other values"
+            )
         return values
 
     def with_arrays(self, arrays: Mapping[str, NDArray[Any]]) -> bytes:

@@ -1,12 +1,12 @@
-"""The limbs of a body: which joints are its arms and legs, by their names or by their shape.
+"""Find the arms and legs of a body, by the names of joints or by the skeleton's shape.
 
 Names find the hands and feet, and the hierarchy gives the joints above them, so that 'Shoulder' may
 mean the collar in one rig and the upper arm in another. A limb whose hand or foot has an unknown
-name is found by the joints of it that are known, and a limb without any known name by its shape,
-each limb for itself.
+name is found by its known joints, and a limb without any known name by its shape, each limb
+separately.
 
-A bone may be in *pieces*: twist bones in the chain (`upperarm01 → upperarm02`), which share out the
-roll of the bone and never bend against each other. A joint bends.
+A bone may be in *pieces*: twist bones in the chain (`upperarm01 → upperarm02`), which distribute
+the roll of the bone and never bend against each other, unlike a joint.
 """
 
 from twistcore.skeleton.body.bones import lower_pair

@@ -11,11 +11,13 @@ import numpy as np
 from twistcore.skeleton.body.parts import Bone
 from twistcore.skeleton.body.shape import Shape
 
-_NUMBERED = np.radians(5.0)  # a joint told from a piece by its number alone bends by more than this
-_UNKNOWN = np.radians(1.0)  # and one whose name says nothing
-_BENT = np.radians(10.0)  # a limb in which nothing bends by so much tells no piece from a joint
-_FOOT = 0.35  # of a limb's longest bone: below the shin or forearm what is shorter ends it
-_NEARLY = 0.8  # of the longest two bones together: then the two farther from the trunk count
+_NUMBERED = np.radians(5.0)  # least bend of a joint that only its number distinguishes from a piece
+_UNKNOWN = np.radians(1.0)  # least bend of a joint whose name is unknown
+_BENT = np.radians(10.0)  # with a smaller largest bend, pieces and joints of a limb look the same
+_FOOT = 0.35  # of a limb's longest bone: a shorter bone below the shin or forearm ends the limb
+_NEARLY = (
+    0.8  # of the longest pair of bones: a pair of this length farther from the trunk is preferred
+)
 _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
     ("shoulder",): "Shoulder",
     ("arm",): "Arm",
@@ -26,14 +28,14 @@ _SEGMENT_OF: Mapping[tuple[str, ...], str] = {
 
 
 def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> list[Bone]:
-    """Bones of a limb from its end upward, the first one first; path: joints, the end first."""
+    """Return the bones of a limb, the first one first; path: its joints, the end first."""
     pieces = _pieces(shape, path)
     left = list(segments)
     bones: list[list[Bone]] = [[]]
     for child, parent in pairwise(path):
         if not left:
             break
-        if not shape.solid[child]:  # in the place of its parent: no bone
+        if not shape.solid[child]:  # at its parent's place: no bone
             continue
         segment = _SEGMENT_OF.get(shape.names[parent].roles) if parent in shape.said else None
         if segment in segments:
@@ -48,7 +50,7 @@ def named_bones(shape: Shape, path: Sequence[int], segments: Sequence[str]) -> l
 
 
 def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
-    """Joints that continue the bone above them; path: the end first."""
+    """Return joints that continue the bone above them; path: the end first."""
     out: set[int] = set()
     triples = list(zip(path, path[1:], path[2:], strict=False))
     named = [shape.first_role(j, shape.names[j].side) for j in path]
@@ -57,7 +59,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
     evident = any(shape.bend(here, below) > _BENT for below, here, _ in triples[: highest + 1])
 
     def known_below(k: int) -> list[str]:
-        """Roles of the joints under the one at k that are no pieces, without the end's."""
+        """Return roles of the joints below k that are not pieces, without the end's."""
         return [r for j, r in zip(path[1:k], named[1:k], strict=True) if r and j not in out]
 
     for k, (below, here, above) in enumerate(triples, 1):
@@ -69,7 +71,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
             if bend < _NUMBERED if evident else not _ambiguous(shape, path[:k], here):
                 out.add(here)
         elif evident and bend < _UNKNOWN:
-            # Clavicle → shoulder01 → upper arm → forearm: of two collars one is a piece.
+            # Clavicle → shoulder01 → upper arm → forearm: one of two collars is a piece.
             collars = {shape.first_role(j, name.side) for j in (here, above)} == {"shoulder"}
             if (collars and len(known_below(k)) > 1) or (not name.roles and k < highest):
                 out.add(here)
@@ -77,7 +79,7 @@ def _pieces(shape: Shape, path: Sequence[int]) -> set[int]:
 
 
 def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
-    """True if a joint's word may mean two bones and nothing below is the lower one.
+    """True if a joint's word may mean two bones and no joint below is the lower one.
 
     below: the joints of the limb under it, the end first.
     """
@@ -87,9 +89,9 @@ def _ambiguous(shape: Shape, below: Sequence[int], joint: int) -> bool:
 
 
 def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] = ()) -> list[Bone]:
-    """Bones down to the end of a limb: below its two longest ones only what is long, too.
+    """Return bones down to the end of a limb: after its two longest, only long ones.
 
-    segments: of an arm or leg, which ends with its two longest bones; then only these bones.
+    segments: of an arm or leg, which ends with its two longest bones; then only bones up to there.
     """
     pairs = [(p, c) for p, c in pairwise(joints) if shape.solid[c]]
     if len(pairs) < 2:
@@ -121,9 +123,10 @@ def unnamed_bones(shape: Shape, joints: Sequence[int], segments: Sequence[str] =
 
 
 def lower_pair(sums: Sequence[float]) -> int:
-    """Index of the thigh and shin, or arm and forearm, among pairs of bones of a limb.
+    """Return the index of thigh and shin, or arm and forearm, among pairs of a limb's bones.
 
-    sums: the length of both bones of each pair, the pair at the trunk first. The longest; of pairs
-    of nearly that length the farthest from the trunk: a collar may be as long as a forearm.
+    sums: the total length of each pair, the pair at the trunk first. The longest pair is chosen;
+    of pairs of nearly that length, the one farthest from the trunk, since a collar may be as long
+    as a forearm.
     """
     return max(k for k, both in enumerate(sums) if both >= _NEARLY * max(sums))

@@ -1,4 +1,4 @@
-"""Limbs whose joints have known names."""
+"""Find limbs whose joints have known names."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.joint_names import FEET, HANDS, TOES
 
 ROLES = {"arm": ("shoulder", "arm", "forearm", "hand"), "leg": ("upleg", "leg", "foot")}
-_STUB = 0.4  # of the next bone: a hip joint or a collar bone, no thigh and no upper arm
+_STUB = 0.4  # of the next bone: shorter is a hip joint or collar bone, not a thigh or upper arm
 _WORDS = {"hand": HANDS, "foot": FEET}  # the first word first
 
 # Joints of a limb from its end up to the root, and the index of the bone that the first one ends.
@@ -19,7 +19,7 @@ Path = tuple[list[int], int]
 
 
 def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
-    """The limbs whose end, or a joint above it, has a name that is known."""
+    """Return the limbs whose end, or a joint above it, has a known name."""
     paths = {limb: path for limb in LIMBS if (path := _path_to_tip(shape, *limb))}
     taken = {j for path, _ in paths.values() for j in path}
     for limb in LIMBS:
@@ -31,8 +31,8 @@ def named_lines(shape: Shape) -> dict[tuple[str, str], LimbLine]:
 def _lines_of(
     shape: Shape, paths: Mapping[tuple[str, str], Path]
 ) -> dict[tuple[str, str], LimbLine]:
-    """The limbs along paths."""
-    trunk: set[int] = set()  # above both hands or both feet: no shoulder and no thigh
+    """Return the limbs along paths."""
+    trunk: set[int] = set()  # joints above both hands or both feet, so neither shoulder nor thigh
     for kind in BONES:
         both = [set(paths[side, kind][0][1:]) for side in SIDES if (side, kind) in paths]
         if len(both) == len(SIDES):
@@ -49,7 +49,7 @@ def _lines_of(
 
 
 def _bare_root(shape: Shape, joint: int) -> bool:
-    """True for a root from which several lines go out and that is not called a limb's joint."""
+    """True for a root with several lines below it and no limb joint's name."""
     return (
         shape.parents[joint] not in shape.joints
         and not shape.names[joint].roles
@@ -58,10 +58,10 @@ def _bare_root(shape: Shape, joint: int) -> bool:
 
 
 def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
-    """Joints from a hand or foot with a known name up to the root, and its bone's index.
+    """Return joints from a named hand or foot up to the root, and its bone's index.
 
-    Of several the one under the most joints with known names, so that a hand in a second
-    hierarchy does not take the arm away.
+    If there are several, the one below the most named joints is chosen, so that a hand in a second
+    hierarchy does not replace the arm.
     """
     roles = ROLES[kind]
     tips = [j for j in _called(shape, side, roles[-1]) if not shape.names[j].helper]
@@ -74,7 +74,7 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
         known = {r for j in above for r in shape.roles(j, side) if r in roles[:-1]}
         stem = shape.names[joint].stem
         word = words.index(stem) if stem in words else -1
-        # A wrist above the hand; of a wrist next to it, a helper, the one with the fingers.
+        # Prefer a wrist above the hand; if a wrist is next to it, a helper, the one with fingers.
         below = any(j in tips for j in above)
         return (-len(known), below, -shape.reach[joint], -word, joint)
 
@@ -83,7 +83,7 @@ def _path_to_tip(shape: Shape, side: str, kind: str) -> Path | None:
 
 
 def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> Path | None:
-    """The path to the end of a limb of which only joints above the end have known names.
+    """Return the path to the end of a limb if only joints above the end have known names.
 
     taken: joints of other limbs.
     """
@@ -112,7 +112,7 @@ def _path_below(shape: Shape, side: str, kind: str, taken: Collection[int]) -> P
         line.insert(0, below)
         here = below
         at += not helper and shape.solid[below] and not (at == 0 and _is_stub(shape, below))
-    # From here up the hierarchy decides, as it does above a hand.
+    # From here up the hierarchy decides, as above a hand.
     return (line, at - 1) if at > 0 else None
 
 
@@ -127,17 +127,17 @@ def _called(shape: Shape, side: str, role: str) -> list[int]:
 
 
 def _main_child(shape: Shape, joint: int) -> int | None:
-    """The child of the same side along which the longest line goes on; None for an end."""
+    """Return the child of the same side with the longest line; None for an end."""
     sides = ("", shape.names[joint].side)
     own = [c for c in shape.children[joint] if shape.names[c].side in sides]
     below = [c for c in own if not shape.names[c].other]
-    if not below:  # LeftHeel, on which the toes hang
+    if not below:  # LeftHeel, above the toes
         below = [c for c in own if any(shape.names[j].roles for j in shape.children[c])]
     return max(below, key=lambda c: (shape.reach[c], shape.lengths[c], -c), default=None)
 
 
 def toe_of(shape: Shape, side: str, foot: int) -> int:
-    """The nearest joint below a foot that is called a toe of its side; −1 for none."""
+    """Return the nearest joint below a foot named as a toe of its side; −1 for none."""
     below = list(shape.children[foot])
     for j in below:
         below.extend(shape.children[j])

@@ -1,4 +1,4 @@
-"""Limbs whose joints have no known names, by the shape of the skeleton."""
+"""Find limbs without known joint names by the shape of the skeleton."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from twistcore.skeleton.body.shape import Shape
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_SMALL_LIMB = 0.35  # of the longest bone: a line of shorter ones is a neck, an ear
+_SMALL_LIMB = 0.35  # of the longest bone: a line of shorter bones is a neck or an ear
 
 
 def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLine, ...]:
-    """The limbs along lines of joints whose names say nothing; next to legs a neck is none."""
+    """Return limbs along lines of unnamed joints; next to legs, a neck is not a limb."""
     found = [limb for line in lines if (limb := unnamed_line(shape, line))]
     sizes = [max(shape.lengths[b.child] for b in line.bones) for line in found]
     least = _SMALL_LIMB * max(sizes, default=0.0)
@@ -25,7 +25,7 @@ def unnamed_lines(shape: Shape, lines: Sequence[Sequence[int]]) -> tuple[LimbLin
 
 
 def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
-    """The limb along a line of joints whose names say nothing; None without two bones."""
+    """Return the limb along a line of unnamed joints; None without two bones."""
     bones = unnamed_bones(shape, joints)
     if not bones:
         return None
@@ -35,7 +35,7 @@ def unnamed_line(shape: Shape, joints: Sequence[int]) -> LimbLine | None:
 
 
 def _pointed_at(shape: Shape, end: int, below: int) -> int:
-    """The joint below a limb's end if the end is bent as a foot is; a hand is straight."""
+    """Return the joint below a limb's end if the end is bent like a foot; a hand is straight."""
     if below < 0 or not (shape.solid[below] and shape.solid[end]):
         return -1
     along = rotate(shape.motion.rotations[:, end], normalise(shape.offsets[below]))
@@ -47,7 +47,7 @@ def _pointed_at(shape: Shape, end: int, below: int) -> int:
 def lines_by_shape(
     shape: Shape, lines: Sequence[Sequence[int]], known: Mapping[tuple[str, str], LimbLine]
 ) -> dict[tuple[str, str], LimbLine]:
-    """Limbs without a known name that stand opposite to a known one, or on the bare trunk."""
+    """Return unnamed limbs opposite to a known limb, or on a trunk without limbs."""
     found: dict[tuple[str, str], LimbLine] = {}
     left = [list(line) for line in lines if unnamed_bones(shape, line)]
     across = _across(shape, known)
@@ -65,7 +65,7 @@ def lines_by_shape(
 
 
 def _toe(shape: Shape, side: str, foot: int) -> int:
-    """The joint that a foot points to: one called so, or the next one of its line; −1 for none."""
+    """Return the joint that a foot points to: a named toe, or the next in line; −1 for none."""
     named = toe_of(shape, side, foot)
     return named if named >= 0 else _pointed_at(shape, foot, shape.below[2].get(foot, -1))
 
@@ -76,9 +76,9 @@ def _candidates(
     kind: str,
     known: Mapping[tuple[str, str], LimbLine],
 ) -> list[list[int]]:
-    """Lines that may be arms or legs: those on the joint that the limb of the other side has.
+    """Return lines that may be arms or legs: on the joint that carries the opposite limb.
 
-    Without one: those on the trunk above the legs for arms, on the root's side for legs.
+    Without an opposite limb: on the trunk above the legs for arms, near the root for legs.
     """
     anchors = {k: _anchors(shape, known, k) for k in BONES}
     if anchors[kind]:
@@ -88,12 +88,12 @@ def _candidates(
 
 
 def _anchors(shape: Shape, known: Mapping[tuple[str, str], LimbLine], kind: str) -> set[int]:
-    """Joints that the limbs of a kind hang on."""
+    """Return the joints that carry the limbs of a kind."""
     return {shape.parents[line.bones[0].parent] for (_, k), line in known.items() if k == kind}
 
 
 def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | None:
-    """The direction from right to left at rest, (3,), by a pair of known limbs."""
+    """Return the direction from right to left at rest, (3,), from a pair of known limbs."""
     for kind in BONES:
         pair = [known.get((side, kind)) for side in SIDES]
         if all(pair):
@@ -103,7 +103,7 @@ def _across(shape: Shape, known: Mapping[tuple[str, str], LimbLine]) -> Array | 
 
 
 def _side(shape: Shape, line: Sequence[int], across: Array | None) -> str:
-    """The side that the names of a line say, or its place at rest; '' where neither does."""
+    """Return the side of a line from its names or its place at rest; '' if unknown."""
     named = {shape.names[j].side for j in line} - {""}
     if len(named) == 1:
         return named.pop()

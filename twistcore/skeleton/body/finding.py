@@ -1,4 +1,4 @@
-"""The search of a body's limbs, and the limbs that it does not find."""
+"""Search a body's limbs, and report limbs that are not found."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from twistcore.skeleton.people import find_people, joint_names
 
 
 def find_body(motion: Motion, *, said: Mapping[str, str] = MappingProxyType({})) -> Body:
-    """Return the limbs of a motion's skeleton, of all people in it.
+    """Return the limbs of all people in a motion's skeleton.
 
-    said: what a person takes single joints for, by name: 'left hand', 'helper', as
-    :func:`joint_as_said` has it.
+    said: a person's meanings of single joints, by name: 'left hand' or 'helper', see
+    :func:`joint_as_said`.
     """
     return _found(motion, said) if said else _as_found(motion)
 
@@ -46,7 +46,7 @@ def _found(motion: Motion, said: Mapping[str, str]) -> Body:
 
 
 def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined]]:
-    """The limbs of one person, and those that were not found."""
+    """Return the limbs of one person, and the limbs that were not found."""
     lines = named_lines(shape)
     shapes = shape.lines({j for line in lines.values() for j in line.joints})
     if not lines:
@@ -57,7 +57,7 @@ def _limbs_of_one(shape: Shape) -> tuple[Sequence[LimbLine], Sequence[Unexamined
 
 
 def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterable[Unexamined]:
-    """Limbs of the four that were not found, and bones of those found that make no chain."""
+    """Yield the missing ones of four limbs, and bones of found limbs without a chain."""
     inside = {j for line in lines.values() for j in line.joints}
     known = inside.union(*(ancestors(shape.skeleton, j) for j in inside))
     for side, kind in LIMBS:
@@ -67,15 +67,15 @@ def _missing(shape: Shape, lines: Mapping[tuple[str, str], LimbLine]) -> Iterabl
             continue
         have = {bone.segment for bone in lines[side, kind].bones}
         if kind == "arm" and "ForeArm" not in have:
-            why = "no hand joint hangs on it"
+            why = "it has no hand joint"
             yield Unexamined(f"{side.lower()} forearm", why, side, kind)
         if kind == "leg" and "Leg" not in have:
-            why = "no foot joint hangs on it"
+            why = "it has no foot joint"
             yield Unexamined(f"{side.lower()} shin", why, side, kind)
 
 
 def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
-    """Return a clause with the joints of that side that nothing was made of; known: all others."""
+    """Return a clause that lists unused joints of that side; known: the used joints."""
     end = ROLES[kind][-1]
     unknown = [
         shape.skeleton.names[j]
@@ -84,13 +84,13 @@ def _why_missing(shape: Shape, side: str, kind: str, known: set[int]) -> str:
         and not (shape.names[j].roles or shape.names[j].helper or shape.names[j].other)
     ]
     if not unknown:
-        return f"no joint is known as its {end}"
+        return f"no joint has a known name for its {end}"
     some = ", ".join(repr(name) for name in unknown[:3]) + (" …" if len(unknown) > 3 else "")
-    return f"no joint is known as its {end}; unknown: {some}"
+    return f"no joint has a known name for its {end}; unknown: {some}"
 
 
 def _few_limbs(found: int) -> tuple[Unexamined, ...]:
-    """The note of a skeleton whose names say nothing, with fewer than four limbs by shape."""
+    """Return the note for a skeleton without known names and fewer than four limbs by shape."""
     if found >= len(LIMBS):
         return ()
     why = f"no joint has a known name, and only {found} of four limbs were found by shape"

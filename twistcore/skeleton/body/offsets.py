@@ -1,4 +1,4 @@
-"""Where the joints of a skeleton are from each other, and which offsets have a direction."""
+"""Offsets between joints, and whether they have a direction."""
 
 from __future__ import annotations
 
@@ -8,33 +8,33 @@ from twistcore.skeleton.motion import Motion, Skeleton
 from twistcore.skeleton.rotation import Array
 
 _ZERO = 1e-6  # of the skeleton's height: shorter offsets have no direction
-_SHIFT = 1e-2  # of OFFSET's length: positions so short are shifts from it or rounding, no bone
+_SHIFT = 1e-2  # of OFFSET's length: shorter positions are shifts from it or rounding, not a bone
 
 
 def has_length(skeleton: Skeleton, offset: Array) -> bool:
-    """True if a vector, or one of some, is long enough for a direction; (3,) or (frames, 3)."""
+    """True if any vector, (3,) or (frames, 3), is long enough to have a direction."""
     return bool(np.linalg.norm(offset, axis=-1).max() > shortest(skeleton))
 
 
 def bone_offset(motion: Motion, joint: int) -> Array:
-    """Where a joint is from its parent: (3,) from OFFSET, (frames, 3) from position channels.
+    """Return a joint's offset from its parent: (3,) from OFFSET, (frames, 3) from channels.
 
-    Position channels next to zero are shifts from OFFSET, or rounding: then OFFSET counts.
+    Position channels near zero are shifts from OFFSET or rounding; OFFSET is then used.
     """
     rest, offset = motion.skeleton.offsets[joint], motion.translation(joint)
     length, longest = np.linalg.norm(rest), np.linalg.norm(offset, axis=-1).max()
     smallest = shortest(motion.skeleton)
-    shifts = length > smallest and longest <= max(smallest, _SHIFT * length)  # never of OFFSET
+    shifts = length > smallest and longest <= max(smallest, _SHIFT * length)  # never from OFFSET
     return np.asarray(rest) if shifts else offset
 
 
 def shortest(skeleton: Skeleton) -> float:
-    """The length, in the file's unit, up to which an offset has no direction."""
+    """Return the length, in the file's unit, up to which an offset has no direction."""
     return _ZERO * skeleton.height
 
 
 def ancestors(skeleton: Skeleton, joint: int) -> list[int]:
-    """Joints above one, the nearest first."""
+    """Return the joints above a joint, the nearest first."""
     out = []
     while (joint := int(skeleton.parents[joint])) >= 0:
         out.append(joint)

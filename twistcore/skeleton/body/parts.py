@@ -1,4 +1,4 @@
-"""What a body is made of: bones, limbs, and the limbs that were not found."""
+"""The parts of a body: bones, limbs, and limbs that were not found."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.people import Person
 from twistcore.work.frozen import dataclass
 
-# The bones of a limb from its first joint to its end, each called as the joint that it begins at.
+# The bones of a limb from its first joint to its end, each named after its first joint.
 BONES = {"arm": ("Shoulder", "Arm", "ForeArm"), "leg": ("UpLeg", "Leg")}
 SIDES = ("Left", "Right")
 LIMBS = tuple((side, kind) for side in SIDES for kind in BONES)
@@ -17,10 +17,10 @@ LIMBS = tuple((side, kind) for side in SIDES for kind in BONES)
 
 @dataclass(frozen=True)
 class Bone:
-    """A bone of a limb: the joint P that it begins at, and C, the joint that hangs on P.
+    """A bone of a limb, from the joint P to its child C.
 
-    segment: 'Arm', 'Leg' … or '' where nothing says which it is; ends: whether C begins another
-    bone, not another piece of this one; pieces: how many the whole bone has.
+    segment: 'Arm', 'Leg' … or '' if unknown; ends: True if C begins another bone, not another piece
+    of this one; pieces: number of pieces of the whole bone.
     """
 
     parent: int
@@ -32,11 +32,11 @@ class Bone:
 
 @dataclass(frozen=True)
 class LimbLine:
-    """A limb: its bones, the first one first, and what hangs on its end.
+    """A limb: its bones, the first one first, and the joint below its end.
 
     side: 'Left', 'Right' or ''; kind: 'arm', 'leg' or ''; below: the joint that the last joint
     points to (a toe), or −1; by_shape: its end was found by the shape of the skeleton; person: its
-    owner, '' where there is one person.
+    owner, '' if there is only one person.
     """
 
     side: str
@@ -48,16 +48,16 @@ class LimbLine:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """All joints of the limb, the first one first."""
+        """Return all joints of the limb, the first one first."""
         return (*(bone.parent for bone in self.bones), self.bones[-1].child)
 
 
 @dataclass(frozen=True)
 class Unexamined:
-    """A limb, or the end of one, of which no chain could be made.
+    """A limb, or the end of a limb, without a chain.
 
-    limb: 'left arm', 'left forearm'; why: a clause that says why; side, kind, person: of the limb,
-    as :class:`LimbLine` has them.
+    limb: 'left arm', 'left forearm'; why: a clause with the reason; side, kind, person: as in
+    :class:`LimbLine`.
     """
 
     limb: str
@@ -78,21 +78,21 @@ class Unexamined:
 
     @property
     def title(self) -> str:
-        """The limb with its person: 'left arm of B'."""
+        """Return the limb with its person: 'left arm of B'."""
         return " of ".join(word for word in (self.limb, self.person) if word)
 
     def to_json(self) -> dict[str, str]:
-        """The limb, its side ('Left', 'Right' or ''), its person and why, by name."""
+        """Return the limb, its side ('Left', 'Right' or ''), its person and the reason, by name."""
         entry = {"limb": self.limb, "side": self.side, "why": self.why}
         return entry | ({"person": self.person} if self.person else {})
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """The limbs of a skeleton, perhaps of several people, and what its joints were taken for.
+    """The limbs of a skeleton, of one or more people, and the meanings of its joints.
 
-    names: what each joint's name says; lines: its limbs, person by person; missing: arms and legs
-    that were not found; people: who is in the skeleton.
+    names: the meaning of each joint's name; lines: its limbs, person by person; missing: arms and
+    legs that were not found; people: the people in the skeleton.
     """
 
     skeleton: Skeleton
@@ -103,7 +103,7 @@ class Body:
 
     @cached_property
     def taken_for(self) -> tuple[str, ...]:
-        """What each joint was taken for: 'Left Arm', 'Left Hand', 'piece of Left Arm', or ''."""
+        """Return each joint's meaning: 'Left Arm', 'Left Hand', 'piece of Left Arm', or ''."""
         out = [""] * len(self.skeleton)
         for line in self.lines:
             for bone in reversed(line.bones):

@@ -13,17 +13,17 @@ from twistcore.skeleton.medians import quantile
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, normalise, rotate
 
-_SHORT_LINE = 0.15  # of the skeleton's longest line: a finger, a foot, what hangs on the trunk
-_WHOLE_BONE = 0.6  # of the bone above: so long is a forearm, and no finger of a hand
-_FINGERS = 3  # lines of bones from one joint of a limb: there it ends
+_SHORT_LINE = 0.15  # of the skeleton's longest line: a shorter one is no limb, but a finger or foot
+_WHOLE_BONE = 0.6  # of the bone above: a forearm is this long, a finger is not
+_FINGERS = 3  # lines of bones from one joint of a limb that make it the end
 
 
 class Shape:
-    """A motion's skeleton, or one person in it, as the search of limbs looks at it.
+    """The data for the search of limbs in a motion's skeleton, or in one person of it.
 
-    names: what the joints' names say; joints: those of the person; said: those that a person named.
-    children, offsets, lengths: by joint, offsets as :func:`bone_offset` has them; solid: whether
-    the bone to a joint has a length.
+    names: meanings of the joints' names; joints: the person's joints; said: joints named by the
+    user. children, offsets, lengths: by joint, offsets from :func:`bone_offset`; solid: True if the
+    bone to a joint has a length.
     """
 
     def __init__(
@@ -34,7 +34,7 @@ class Shape:
         said: frozenset[int] = frozenset(),
     ) -> None:
         self.motion, self.skeleton, self.names = motion, motion.skeleton, names
-        self.joints, self.said = joints, said  # said: the joints that a person named
+        self.joints, self.said = joints, said  # said: joints named by the user
         self.parents = motion.skeleton.parents.tolist()
         self.children = [[c for c in below if c in joints] for below in self.skeleton.children]
         self.offsets = [bone_offset(motion, j) for j in range(len(names))]
@@ -43,26 +43,26 @@ class Shape:
         self._bends: dict[tuple[int, int], float] = {}
 
     def roles(self, joint: int, side: str) -> tuple[str, ...]:
-        """What a joint of a side may be by its name, the likeliest first."""
+        """Return the possible roles of a joint of a side by its name, the likeliest first."""
         name = self.names[joint]
         return name.roles if name.side == side and not name.other else ()
 
     def first_role(self, joint: int, side: str) -> str:
-        """The likeliest of a joint's roles, or ''."""
+        """Return the likeliest of a joint's roles, or ''."""
         roles = self.roles(joint, side)
         return roles[0] if roles else ""
 
     def is_same_word(self, one: int, other: int) -> bool:
-        """True if two joints are told apart by their numbers alone."""
+        """True if two joints' names differ only in their numbers."""
         a, b = self.names[one], self.names[other]
         return (a.side, a.stem) == (b.side, b.stem) and a.number != b.number
 
     def above(self, joint: int) -> list[int]:
-        """The person's joints above one, the nearest first."""
+        """Return the person's joints above a joint, the nearest first."""
         return [j for j in ancestors(self.skeleton, joint) if j in self.joints]
 
     def bend(self, joint: int, below: int) -> float:
-        """By how much the angle between the bones above and below a joint varies, radians."""
+        """Return how much the angle between the bones above and below a joint varies, radians."""
         if (joint, below) not in self._bends:
             self._bends[joint, below] = self._bend_of(joint, below)
         return self._bends[joint, below]
@@ -78,7 +78,7 @@ class Shape:
 
     @cached_property
     def out_of_it(self) -> list[bool]:
-        """Joints of the head, of fingers and of what is carried, and all below them."""
+        """Return True for joints of head, fingers and carried things, and all joints below them."""
         out = [name.other for name in self.names]
         for joint, parent in enumerate(self.parents):
             out[joint] |= parent >= 0 and out[parent]
@@ -86,12 +86,12 @@ class Shape:
 
     @cached_property
     def reach(self) -> list[int]:
-        """Bones below a joint along the longest line."""
+        """Return the number of bones below each joint along the longest line."""
         return self.below[0]
 
     @cached_property
     def below(self) -> tuple[list[int], list[float], dict[int, int]]:
-        """Bones below each joint, their length together, and the child along that line."""
+        """Return the number of bones below each joint, their total length, and the next child."""
         bones = [0] * len(self.names)
         far = [0.0] * len(self.names)
         main: dict[int, int] = {}
@@ -109,13 +109,13 @@ class Shape:
 
     @cached_property
     def _longest(self) -> float:
-        """Length of the skeleton's longest line."""
+        """Return the length of the skeleton's longest line."""
         return max((self.below[1][j] for j in self.joints), default=0.0)
 
     def lines(self, taken: set[int]) -> list[list[int]]:
-        """Lines of joints that hang from the trunk and have none of the joints taken.
+        """Return lines of joints that start from the trunk and contain no taken joint.
 
-        A joint is of the trunk if two long lines leave it, and so is every joint above it.
+        A joint belongs to the trunk if two long lines start from it or from a joint below it.
         """
         bones, far, main = self.below
         longest = self._longest
@@ -143,9 +143,9 @@ class Shape:
         return lines
 
     def _misnamed_end(self, line: Sequence[int]) -> list[int]:
-        """A joint below a line that is called a finger or prop but ends a whole bone of a limb.
+        """Return a joint below a line that is named as a finger or prop but ends a whole bone.
 
-        Joints hang on it, as on a hand; above it are two whole bones.
+        The joint has children, like a hand, and two whole bones above it.
         """
         below = [c for c in self.children[line[-1]] if self.solid[c]]
         if len(line) < 3 or len(below) != 1 or not self.out_of_it[below[0]]:
@@ -155,13 +155,13 @@ class Shape:
         return below if self.lengths[below[0]] > _WHOLE_BONE * self.lengths[line[-1]] else []
 
     def branches(self, joint: int) -> bool:
-        """True for a joint that ends a limb, as a hand with fingers or a paw does."""
+        """True for a joint that ends a limb, such as a hand with fingers or a paw."""
         lines = (c for c in self.children[joint] if not self.out_of_it[c] and self.reach[c])
         return len(list(lines)) >= _FINGERS
 
     @cached_property
     def rest(self) -> Array:
-        """Places of the joints at rest, (joints, 3)."""
+        """Return the places of the joints at rest, (joints, 3)."""
         out = np.zeros((len(self.names), 3))
         for joint, parent in enumerate(self.parents):
             out[joint] = self.skeleton.offsets[joint] + (out[parent] if parent >= 0 else 0.0)

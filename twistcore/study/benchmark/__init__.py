@@ -1,1 +1,1 @@
-"""Detectors and what one would otherwise try, side by side on clips with known errors."""
+"""Compare detectors with common alternatives on clips with known errors."""

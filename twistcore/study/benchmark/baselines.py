@@ -1,7 +1,7 @@
-"""What a user would otherwise try [Choi26 §2]: filters, projections, interpolation by an oracle.
+"""Common alternatives [Choi26 §2]: filters, projections, interpolation by an oracle.
 
-They act on the sign-continuous quaternion components of the chains' joints, renormalised. None
-knows of parents and children, so none can tell a twist error from a motion.
+They filter the sign-continuous quaternion components of the chains' joints, renormalised. They do
+not know parents and children, so they cannot distinguish a twist error from a motion.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ Correct = Callable[[Array, float, Sequence[Gap]], Array]
 
 @dataclass(frozen=True)
 class Baseline:
-    """One line of the table that is no detector.
+    """A method of the table that is not a detector.
 
-    correct: (rotations (frames, joints, 4) sign-continuous, frames a second, wrong frames) → the
-    same shape; oracle: it is told where the true intervals lie, and acts in the target's joints
-    alone; whole_body: one joint's result depends on the others'.
+    correct: (rotations (frames, joints, 4) sign-continuous, frames per second, wrong frames) → the
+    same shape; oracle: it knows the true intervals and changes the target's joints only;
+    whole_body: one joint's result depends on the others'.
     """
 
     name: str
@@ -69,7 +69,7 @@ def _savgol(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
 
 
 def _kalman(q: Array, fps: float, _gaps: Sequence[Gap]) -> Array:
-    """The constant-velocity filter in its steady state, which is an α-β filter."""
+    """Filter with a steady-state constant-velocity Kalman filter, which is an α-β filter."""
     index = KALMAN_ACCELERATION / (fps * fps * KALMAN_NOISE)
     r = (4.0 + index - np.sqrt(8.0 * index + index * index)) / 4.0
     alpha = 1.0 - r * r
@@ -130,7 +130,7 @@ BASELINES: Mapping[str, Baseline] = {
         Baseline(
             "butterworth-causal",
             "Butterworth, causal",
-            "4th order, 6 Hz, one pass: what a live stream would use; lags",
+            "4th order, 6 Hz, one pass, as for a live stream; lags",
             _butterworth_causal,
         ),
         Baseline(
@@ -148,34 +148,34 @@ BASELINES: Mapping[str, Baseline] = {
         Baseline(
             "kalman",
             "Kalman, causal",
-            "constant velocity, 1° and 2000°/s², steady state: the dynamic model of [Choi26 §2.3]",
+            "constant velocity, 1° and 2000°/s², steady state: the dynamic model in [Choi26 §2.3]",
             _kalman,
         ),
         Baseline(
             "pca",
             "PCA projection",
-            "components with 99 % of the clip's variance: the subspace idea of [Choi26 §2.2]",
+            "components with 99 % of the clip's variance: the subspace idea in [Choi26 §2.2]",
             _pca,
             whole_body=True,
         ),
         Baseline(
             "pchip-oracle",
             "PCHIP (oracle)",
-            "told the true intervals, interpolates joints across them: forgets what moved there",
+            "knows the true intervals and interpolates joints across them: motion there is lost",
             _pchip,
             oracle=True,
         ),
         Baseline(
             "slerp-oracle",
             "Slerp (oracle)",
-            "told the true intervals, turns evenly from the last good pose to the next",
+            "knows the true intervals and turns evenly from the last good pose to the next",
             _slerp,
             oracle=True,
         ),
         Baseline(
             "unroll",
             "Unroll / Euler filter",
-            "writes the same orientation in other angles, so a twist error stays what it is",
+            "writes the same orientation with other angles, so a twist error stays unchanged",
             lambda q, *_: q,
         ),
     )

@@ -1,4 +1,4 @@
-"""One clip, all protocols, methods and seeds: what a worker of the pool does."""
+"""Run one clip with all protocols, methods and seeds: the task of a pool worker."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from twistcore.synthesis import parse_protocol
 
 @dataclass(frozen=True)
 class BenchmarkSettings:
-    """What the numbers depend on, beside the clips."""
+    """The settings of a benchmark."""
 
     protocols: tuple[str, ...] = ("P0",)
     methods: tuple[str, ...] = field(default_factory=all_methods)
@@ -34,22 +34,22 @@ class BenchmarkSettings:
 
     @property
     def auditor(self) -> str:
-        """The detector whose findings in the clean clip are the natural events."""
+        """Return the detector whose findings in the clean clip are the natural events."""
         if AUDITOR in DETECTORS:
             return AUDITOR
         return next((m for m in self.methods if m in DETECTORS), next(iter(DETECTORS)))
 
     def to_json(self) -> dict[str, Any]:
-        """The settings by name."""
+        """Return the settings by name."""
         return {**{k: list(v) for k, v in vars(self).items()}, "auditor": self.auditor}
 
 
 @dataclass(frozen=True, eq=False)
 class ClipResult:
-    """All that is kept of a clip, a few kilobytes whatever its length.
+    """The stored result of a clip, a few kilobytes for any length.
 
-    clip: path below the folder; micros: length of the capture in µs; dropped: leading frames that
-    are none; problems: what could not be done, one sentence each.
+    clip: path below the folder; micros: length of the capture in µs; dropped: leading frames
+    before the capture; problems: one sentence for each failure.
     """
 
     clip: str
@@ -61,7 +61,7 @@ class ClipResult:
     problems: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """The result as one line of the file that --resume reads."""
+        """Return the result as one line of the file that --resume reads."""
         return {
             **vars(self),
             "tallies": [[*vars(k).values(), t.values()] for k, t in self.tallies.items()],
@@ -71,7 +71,7 @@ class ClipResult:
 
 
 def result_from_json(document: Mapping[str, Any]) -> ClipResult:
-    """The inverse of ClipResult.to_json; KeyError, TypeError or ValueError where it is damaged."""
+    """Invert ClipResult.to_json; raise KeyError, TypeError or ValueError if it is damaged."""
     counts = [field.name for field in fields(Tally)]
     tallies = {
         Key(*key): Tally(**dict(zip(counts, values, strict=True)))
@@ -89,13 +89,13 @@ def result_from_json(document: Mapping[str, Any]) -> ClipResult:
 
 
 def run_clip(path: Path, name: str, settings: BenchmarkSettings) -> ClipResult:
-    """All of one clip; name: what results call it, and its stem is what seeds depend on."""
+    """Run the benchmark on one clip; name: its name in the results, whose stem seeds the errors."""
     problems: list[str] = []
     try:
         motion = read_bvh(path).motion
         base = make_scene(name, motion, parse_protocol("P0"), settings.auditor)
     except TwistError as error:
-        # The sentence has the clip's name in place of this machine's path to it.
+        # The message names the clip instead of this machine's path to it.
         return ClipResult(name, problems=(str(error).replace(str(path), name),))
     prepared: dict[tuple[bool, int], CleanScene] = {(False, 1): base}
     scenes: list[CleanScene] = []

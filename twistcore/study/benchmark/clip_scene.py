@@ -1,4 +1,4 @@
-"""A clip as a protocol sees it: T-pose dropped, prepared, with its chains, limbs and events."""
+"""A clip prepared for a protocol: without T-pose, with its chains, limbs and events."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ from twistcore.skeleton.motion import Motion
 from twistcore.study.evaluation import chain_joints
 from twistcore.synthesis import Protocol, independent_chains, prepare
 
-SHORTEST = 16  # frames: room for two intervals and something around them
+SHORTEST = 16  # frames: enough for two intervals and some frames around them
 AUDITOR = DEFAULT_METHOD
 STRAIGHTENS = ("", "Arm", "UpLeg")  # segments whose child is an elbow or a knee, or unknown
 
 
 @dataclass(frozen=True, eq=False)
 class CleanScene:
-    """The clean motion that errors are put into, with its correctable chains and limbs.
+    """The clean motion for injecting errors, with its correctable chains and limbs.
 
-    dropped: leading frames of the file that are no capture; events: the audit's findings.
+    dropped: leading frames of the file before the capture; events: the audit's findings.
     """
 
     clip: str
@@ -47,12 +47,12 @@ class CleanScene:
 
     @cached_property
     def groups(self) -> tuple[tuple[Chain, ...], ...]:
-        """Chains and limbs that share joints: an error in one group changes nothing in another."""
+        """Return groups of chains and limbs that share joints; errors stay within a group."""
         return limbs(self.motion.skeleton, (*self.chains, *self.limbs))
 
     @property
     def targets(self) -> tuple[Chain, ...]:
-        """What the protocol puts errors into: all chains, or all limbs, or what can be straight."""
+        """Return the protocol's targets: all chains, all limbs, or chains that can be straight."""
         if self.protocol.straight:
             return tuple(c for c in self.chains if c.grandchild >= 0 and c.segment in STRAIGHTENS)
         if self.protocol.carried:
@@ -61,16 +61,16 @@ class CleanScene:
 
     @cached_property
     def joints(self) -> NDArray[np.int64]:
-        """Parents and children of all chains, and ends of limbs, ascending."""
+        """Return parents and children of all chains, and ends of limbs, sorted."""
         return chain_joints((*self.chains, *self.limbs))
 
     @cached_property
     def eventful(self) -> frozenset[str]:
-        """Chains and limbs with a natural event: the audited table leaves them out."""
+        """Return chains and limbs with a natural event; the audited table excludes them."""
         return with_events(self.motion.skeleton, self.chains, self.limbs, self.events)
 
     def passes(self) -> tuple[tuple[int, tuple[Chain, ...]], ...]:
-        """Index and targets: each chain or limb in turn, or each chain with the one below it."""
+        """Return index and targets: each chain or limb, or each chain with the one below it."""
         if self.protocol.clean:
             return ()
         if self.protocol.together > 1:
@@ -87,9 +87,9 @@ class CleanScene:
 
 
 def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUDITOR) -> CleanScene:
-    """Drop the leading frames, prepare, find the chains, audit them; TwistError where none is.
+    """Drop the leading frames, prepare the clip, find its chains and audit them.
 
-    Also where fewer than 16 frames are left.
+    Raises TwistError if there is no chain or if fewer than 16 frames remain.
     """
     dropped = leading_frames(motion)
     capture = motion.sliced(dropped, motion.frames)
@@ -99,7 +99,7 @@ def make_scene(name: str, motion: Motion, protocol: Protocol, auditor: str = AUD
     every = find_chains(prepared)
     chains = tuple(c for c in every if not uncorrectable_joints(prepared, c))
     if not chains:
-        raise TwistError(f"{name}: no chain that a twist error could be put into")
+        raise TwistError(f"{name}: the clip has no chain for a twist error")
     whole = tuple(x for x in find_limbs(prepared, every) if not uncorrectable_joints(prepared, x))
     clip, step = ClipAnalysis(prepared, (*chains, *whole)), protocol.step
     found = [

@@ -1,4 +1,4 @@
-"""What a method costs a clean clip: lag, and the loss of peak angular speed [Choi26 §4.2.3]."""
+"""Measure a method's cost on a clean clip: lag and loss of peak speed [Choi26 §4.2.3]."""
 
 from __future__ import annotations
 
@@ -11,16 +11,18 @@ from twistcore.study.benchmark.clip_scene import CleanScene
 from twistcore.study.evaluation import chain_joints
 
 LONGEST_LAG = 0.25  # seconds
-LASTING = 0.05  # seconds: a peak is a mean over them, or noise of one frame would be the fastest
+LASTING = (
+    0.05  # seconds: a peak is a mean over this time, so that noise of one frame is not the fastest
+)
 _MICRO = 1e-6
 
 
 @dataclass(frozen=True)
 class Fidelity:
-    """One clip and one method; integers, so that a stored one equals a fresh one.
+    """The cost for one clip and method, as integers, so that a stored result equals a new one.
 
-    peak: angular speed before, m°/s; kept: share of it after, millionths; lag: µs; lag_frames:
-    millionths of a frame.
+    peak: angular speed before, m°/s; kept: remaining share after, millionths; lag: µs;
+    lag_frames: millionths of a frame.
     """
 
     peak: int
@@ -32,17 +34,17 @@ class Fidelity:
 def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
     """Compare angular speeds of the chains' joints before and after; refined: (frames, joints, 4).
 
-    Joints of chains with a natural event stay out, so that the peak is motion and not an error.
-    None where nothing is left or nothing moves. Peak: the fastest joint's highest mean over 50 ms,
-    and what is left of that joint's own. Lag: of the highest cross-correlation of the speeds less
-    their means, summed over the joints, refined to a fraction of a frame by a parabola.
+    Joints of chains with a natural event are excluded, so that the peak is motion and not an error.
+    None if no joint remains or nothing moves. Peak: the fastest joint's highest mean over 50 ms,
+    compared with the same joint's peak after. Lag: at the highest cross-correlation of the speeds
+    minus their means, summed over joints, refined to a fraction of a frame by a parabola.
     """
     eventful = chain_joints([c for c in scene.chains if c.name in scene.eventful])
     joints = np.setdiff1d(scene.joints, eventful)
     motion = scene.motion
     if not joints.size or motion.frames < 8:
         return None
-    # Radians a frame, (frames − 1, joints).
+    # Radians per frame, (frames − 1, joints).
     before, after = (
         geodesic_angle(q[:-1, joints], q[1:, joints]) for q in (motion.rotations, refined)
     )
@@ -62,13 +64,13 @@ def fidelity(scene: CleanScene, refined: Array) -> Fidelity | None:
 
 
 def _lasting(speed: Array, window: int) -> Array:
-    """Mean over every window of frames, (frames − window + 1, joints)."""
+    """Return the mean over every window of frames, (frames − window + 1, joints)."""
     mean: Array = np.lib.stride_tricks.sliding_window_view(speed, window, axis=0).mean(axis=-1)
     return mean
 
 
 def _lag(before: Array, after: Array, longest: int) -> float:
-    """Frames by which `after` comes late; of the shifts up to `longest` the best."""
+    """Return the lag of `after` in frames: the best of the shifts up to `longest`."""
     a, b = before - before.mean(axis=0), after - after.mean(axis=0)
     longest = min(longest, len(a) // 2)
     shifts = range(-longest, longest + 1)

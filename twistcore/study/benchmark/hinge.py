@@ -1,4 +1,4 @@
-"""The simplest repair that knows the body: every bent limb is turned onto the clip's own hinge."""
+"""The simplest repair that uses anatomy: turn every bent limb onto the clip's own hinge."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from twistcore.skeleton.rotation import Array
 HINGE = "hinge"
 LABEL = "hinge, frame by frame"
 WHY = (
-    "turns P so that C bends to the side where it bends in most of the clip, and C back, wherever "
-    "the limb is bent by 10° or more; it takes pronation and rotation of the joint for errors"
+    "turns P so that C bends to the side to which it bends in most of the clip, and C back, where "
+    "the limb is bent by 10° or more; mistakes pronation and rotation of the joint for errors"
 )
-_CLEAR, _BENT = 30.0, 10.0  # degrees of bend: where the hinge is measured, where it is imposed
+_CLEAR, _BENT = 30.0, 10.0  # least bend in degrees to measure the hinge, and to impose it
 _FEWEST = 0.1  # seconds of clear bend
 
 
 def hinge_offsets(motion: Motion, chains: Sequence[Chain]) -> dict[str, Array]:
-    """Offsets to take out by chain, radians, (frames,); of chains without a hinge none."""
+    """Return the offsets to remove by chain, radians, (frames,); no entry without a hinge."""
     out = {}
     for chain in chains:
         known = Witnesses.of(motion, chain)

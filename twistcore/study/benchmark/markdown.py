@@ -1,4 +1,4 @@
-"""The benchmark for a person: Markdown that reads as text too."""
+"""Write the benchmark as Markdown that is also readable as plain text."""
 
 from __future__ import annotations
 
@@ -48,20 +48,20 @@ _OF_TABLE_2 = (
     ("FSR (%)", "fsr_percent", 2),
 )
 _LEGEND = """\
-FSR: error frames with at least 80 % of the error taken out; worse: those left worse by more than
-0.5° than they were. Frames whose error is below 0.5° are neither error frames nor clean ones.
-Damage: clean (joint, frame) pairs of all chains that a method changed by more than 1° and not so
-in the clean clip, and the mean change by damage over all pairs; 'of target': of the injected
-chain's two joints alone. Natural: pairs that the method changes in the clean clip in the same way
-(within 1°), counted apart. Precision, recall: intervals with an overlap (IoU) of at least 0.5;
-what the clean clip shows as well is left out. Alarms: intervals found in the clean clips, all
-chains together. Oracles know the true frames."""
+FSR: error frames with at least 80 % of the error removed; worse: error frames whose error grew by
+more than 0.5°. Frames with an error below 0.5° count neither as error frames nor as clean ones.
+Damage: clean (joint, frame) pairs of all chains that a method changed by more than 1° but not in
+the clean clip, and the mean change by damage over all pairs; 'of target': only the injected
+chain's two joints. Natural: pairs that the method changes in the clean clip in the same way
+(within 1°), counted separately. Precision, recall: intervals with an overlap (IoU) of at least
+0.5; finds that the clean clip also has are excluded. Alarms: intervals found in the clean clips,
+all chains together. Oracles know the true frames."""
 
 
 def benchmark_to_markdown(
     summary: BenchmarkSummary, settings: BenchmarkSettings, source: str
 ) -> str:
-    """The whole page."""
+    """Return the benchmark as a Markdown page."""
     rows = make_rows(summary, settings)
     minutes = summary.micros / 6e7
     seeds = ", ".join(str(s) for s in settings.seeds)
@@ -95,7 +95,7 @@ def _protocol_parts(
         return parts
     parts.append(
         f"Audited: only passes whose target chains have no natural event "
-        f"(what `{settings.auditor}` finds in the clean clip, and flips of one joint alone)."
+        f"(finds of `{settings.auditor}` in the clean clip, and flips of a single joint)."
     )
     parts.append(_overall(rows, audited=True))
     parts.append("FSR % by segment")
@@ -127,7 +127,7 @@ def _by_segment(rows: Sequence[BenchmarkRow], settings: BenchmarkSettings) -> st
 
 
 def _paper_layout(method: str, rows: Sequence[BenchmarkRow]) -> list[str]:
-    """Tables 1 and 2 and Fig. 6 of [Choi26], from our run."""
+    """Return Tables 1 and 2 and Fig. 6 of [Choi26] with our results."""
     by_place = {(row.side, row.segment): row.to_json() for row in rows}
     if ("", OVERALL) not in by_place:
         return []
@@ -159,7 +159,7 @@ def _change(metric: str, before: float, after: float) -> list[str]:
 
 
 def bar_chart(segments: Mapping[tuple[str, str], Mapping[str, Any]]) -> str:
-    """Two bars a segment, before and after, in a block of fixed width."""
+    """Return two bars per segment, before and after, in a block of fixed width."""
     highest = max(
         (v[k] for v in segments.values() for k in ("mae_before_deg", "mae_after_deg")), default=0.0
     )
@@ -180,8 +180,8 @@ def _fidelity_parts(summary: BenchmarkSummary, settings: BenchmarkSettings) -> l
         return []
     fast = rows[0]["fast_clips"]
     return [
-        "## What a method costs a clean clip",
-        f"Medians over clips. Lag: best cross-correlation of angular speeds. Peak loss: of the "
+        "## Cost of a method on a clean clip",
+        f"Medians over clips. Lag: best cross-correlation of angular speeds. Peak loss: in the "
         f"fastest joint's highest mean speed over 50 ms. Fast: the {fast} fastest of "
         f"{rows[0]['clips']} clips, {rows[0]['fast_peak_deg_per_s']:.0f}°/s.",
         _listed(["method"], (([label_of(r["method"])], r) for r in rows), _COSTS),
@@ -205,7 +205,7 @@ def _event_parts(summary: BenchmarkSummary) -> list[str]:
 
 
 def table(head: Sequence[str], lines: Sequence[Sequence[str]]) -> str:
-    """A Markdown table with columns lined up, numbers to the right."""
+    """Return a Markdown table with aligned columns, numbers to the right."""
     columns = []
     for title, *cells in zip(head, *lines, strict=True):
         width = max(map(len, (title, *cells)))
@@ -221,11 +221,11 @@ def _listed(
     rows: Iterable[tuple[Sequence[str], Mapping[str, Any]]],
     columns: Sequence[tuple[str, str, int]],
 ) -> str:
-    """A table of lines that begin with their names; columns: title, key of the value, decimals."""
+    """Return a table whose rows begin with their names; columns: title, key, decimals."""
     lines = [[*own, *(_number(values[k], n) for _, k, n in columns)] for own, values in rows]
     return table([*names, *(title for title, _, _ in columns)], lines)
 
 
 def _number(value: float | None, digits: int) -> str:
-    # + 0.0: a rounded −0.0 is nothing to a reader
+    # + 0.0: a rounded −0.0 would puzzle readers
     return "–" if value is None else f"{round(value, digits) + 0.0:.{digits}f}"

@@ -1,4 +1,4 @@
-"""One clip × protocol × method × seed: a pure function of its arguments."""
+"""Run one clip × protocol × method × seed as a pure function."""
 
 from __future__ import annotations
 
@@ -38,17 +38,17 @@ from twistcore.study.evaluation import (
 from twistcore.synthesis import InjectedError, draw_errors, generator, inject
 
 Taus: TypeAlias = Mapping[str, float]
-AUTOMATIC: Taus = MappingProxyType({})  # of every chain
+AUTOMATIC: Taus = MappingProxyType({})  # for every chain
 
 
 def all_methods() -> tuple[str, ...]:
-    """All methods that there are, in the table's order."""
+    """Return all methods in the table's order."""
     return (*DETECTORS.ready(), HINGE, *BASELINES)
 
 
 @dataclass(frozen=True, eq=False)
 class MethodResult:
-    """What a method made of a motion: its rotations, and the intervals found, by chain."""
+    """The result of a method: rotations, and the intervals found by chain."""
 
     rotations: Array
     found: dict[str, list[Gap]]
@@ -56,7 +56,7 @@ class MethodResult:
 
 @dataclass(frozen=True, eq=False)
 class CleanRun:
-    """What a method makes of the clean clip: nothing of this is the injection's fault.
+    """The result of a method on the clean clip, without injected errors.
 
     change: radians, (frames, scene.joints).
     """
@@ -72,11 +72,11 @@ def apply_method(
     wrong: Sequence[InjectedError] = (),
     tau: Taus = AUTOMATIC,
 ) -> MethodResult:
-    """The motion as the method leaves it; only joints of `chains` differ.
+    """Apply a method to a motion; only joints of `chains` change.
 
-    chains: limbs too, where their flips are looked for; wrong: the truth, for the oracles; tau:
-    radians by chain, the automatic τ where none is given. What is taken out is all intervals that
-    are applied unasked, or what the detector's analysis says itself, as the paper's running sum.
+    chains: also limbs, if their flips are to be found; wrong: the truth, for the oracles; tau:
+    radians by chain, by default the automatic τ. The automatic corrections are applied, or the
+    offsets that the detector's analysis returns itself, such as the paper's running sum.
     """
     if method in BASELINES:
         return MethodResult(_filtered(BASELINES[method], motion, chains, wrong), {})
@@ -130,15 +130,15 @@ def _replaced(
 
 
 def clean_run(scene: CleanScene, method: str, tau: Taus = AUTOMATIC) -> CleanRun:
-    """The method on the clean motion."""
+    """Return the result of a method on the clean motion."""
     outcome = apply_method(method, scene.motion, (*scene.chains, *scene.limbs), tau=tau)
     return CleanRun(outcome, _change(scene.motion.rotations, outcome.rotations, scene.joints))
 
 
 def clean_tallies(scene: CleanScene, method: str, clean: CleanRun) -> Tallies:
-    """False alarms by chain and limb; where nothing is injected also what is changed all the same.
+    """Return false alarms by chain and limb; without injection also unwanted changes.
 
-    What is no target of the protocol has an entry only where there is something to tell.
+    Chains that are not targets of the protocol have an entry only if something was found.
     """
     total: Tallies = {}
     counted: set[int] = set()
@@ -169,10 +169,10 @@ def run_item(
     clean: CleanRun | None = None,
     tau: Taus = AUTOMATIC,
 ) -> Tallies:
-    """All passes of a clip with one method and one seed: each target in turn.
+    """Run all passes of a clip with one method and one seed: each target in turn.
 
-    Only the group that holds the target is looked at: no detector and no filter of a single joint
-    connects groups, so the others are as in the clean run.
+    Only the target's group is evaluated: no detector and no filter of a single joint connects
+    groups, so the others are the same as in the clean run.
     """
     clean = clean or clean_run(scene, method, tau)
     total: Tallies = {}
@@ -186,7 +186,7 @@ def run_item(
 def draw_pass_errors(
     scene: CleanScene, index: int, targets: Sequence[Chain], seed: int
 ) -> tuple[InjectedError, ...]:
-    """The errors of a pass, from the seed, the clip's name, the chain and the protocol alone."""
+    """Return a pass's errors, which depend only on seed, clip name, chain and protocol."""
     rng = generator(seed, scene.clip, index, zlib.crc32(scene.protocol.name.encode()))
     return draw_errors(scene.motion, targets, rng, scene.protocol, first=0)
 
@@ -230,9 +230,9 @@ def _run_pass(
 
 
 def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
-    """Rotations as they should come out: of limbs, without the flips that the clip itself has.
+    """Return the desired rotations: for limbs, without the clip's own flips.
 
-    Where a limb's flip is taken out of the clean clip, taking it out of the other is no error.
+    If a limb's flip is corrected in the clean clip, correcting it elsewhere is no error.
     """
     truth = scene.motion.rotations
     for limb in scene.limbs:
@@ -245,10 +245,10 @@ def _without_own_flips(scene: CleanScene, clean: CleanRun) -> Array:
 
 
 def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Chain, ...]:
-    """The chains and limbs whose joints may come out otherwise than in the clean run."""
+    """Return the chains and limbs whose joints may differ from the clean run."""
     if method in BASELINES and BASELINES[method].whole_body:
         return (*scene.chains, *scene.limbs)
-    if len(targets) > 2:  # what many chains do at once may look like a cut to all
+    if len(targets) > 2:  # simultaneous errors in many chains may look like a cut
         return (*scene.chains, *scene.limbs)
     return next(group for group in scene.groups if targets[0] in group)
 
@@ -256,7 +256,7 @@ def _reach(scene: CleanScene, method: str, targets: Sequence[Chain]) -> tuple[Ch
 def _interval_tally(
     outcome: MethodResult, clean: CleanRun, chain: Chain, true: Sequence[InjectedError]
 ) -> Tally:
-    """Found intervals against true ones; those of the clean clip count for nothing."""
+    """Compare found and true intervals; intervals also found in the clean clip do not count."""
     if chain.name not in outcome.found:
         return Tally()
     found = outcome.found[chain.name]
@@ -275,7 +275,7 @@ def _damage_tally(
     refined: Array,
     wrong: NDArray[np.bool_],
 ) -> Tally:
-    """Clean pairs changed by more than 1°: like in the clean clip (natural), or not (damage)."""
+    """Count clean pairs changed by over 1°: as in the clean clip (natural) or not (damage)."""
     near = np.isin(scene.joints, chain_joints(reach))
     joints = scene.joints[near]
     change = _change(dirty, refined, joints)
@@ -299,7 +299,7 @@ def _damage_tally(
 
 
 def _change(before: Array, after: Array, joints: NDArray[np.int64]) -> Array:
-    """Angle between two states of some joints, radians, (frames, joints)."""
+    """Return the angle between two states of some joints, radians, (frames, joints)."""
     p, q = before[:, joints], after[:, joints]
     out = np.zeros(p.shape[:-1])
     changed = (p != q).any(axis=-1)

@@ -1,4 +1,4 @@
-"""All clips of a folder over a pool of processes, with progress, partial results and resume."""
+"""Run all clips of a folder in a pool of processes, with progress and resume."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ PART_SCHEMA = "twistcore.benchmark-part/1"
 
 @dataclass
 class BenchmarkSummary:
-    """Everything that the tables need, in memory that grows by a line a clip.
+    """The data for the tables; memory grows by one line per clip.
 
-    Sums are integers, so the order in which clips arrive does not matter; the lists are sorted
-    when they are read.
+    Sums are integers, so the order in which clips arrive does not matter; `sort` sorts the
+    lists.
     """
 
     clips: int = 0
@@ -47,7 +47,7 @@ class BenchmarkSummary:
     missing: int = 0
 
     def add(self, result: ClipResult) -> None:
-        """Take in a clip."""
+        """Add the result of a clip."""
         self.clips += bool(result.tallies)
         self.micros += result.micros
         self.dropped += result.dropped
@@ -58,7 +58,7 @@ class BenchmarkSummary:
         self.problems += [(result.clip, p) for p in result.problems]
 
     def sort(self) -> None:
-        """Lists by clip; within a clip they keep their order."""
+        """Sort the lists by clip; within a clip the order stays."""
         self.events.sort(key=lambda entry: entry[0])
         self.problems.sort(key=lambda entry: entry[0])
         for measured in self.fidelity.values():
@@ -66,7 +66,7 @@ class BenchmarkSummary:
 
 
 def find_clips(folder: Path) -> dict[str, Path]:
-    """BVH files below a folder, by their path in it; a single file by its name."""
+    """Return the BVH files below a folder by relative path; a single file by its name."""
     if folder.is_file():
         return {folder.name: folder}
     return clips_by_name(folder, suffixes=BVH)
@@ -81,12 +81,12 @@ def run_benchmark(
     resume: bool = False,
     counter: Callable[[int, int], AbstractContextManager[TellName]] = clip_counter,
 ) -> BenchmarkSummary:
-    """Run every clip that `partial` does not hold yet; Ctrl+C ends early with what is done.
+    """Run every clip that is not in `partial` yet; Ctrl+C ends early and keeps the results.
 
-    partial: a JSON-lines file, one line a clip, flushed as they come; resume: continue it, else it
-    is started anew; counter: as
-    :func:`~twistcore.work.progress.clip_counter`. Summary.missing says how many clips are not in.
-    FormatError where the file belongs to other settings.
+    partial: a JSON-lines file, one line per clip, flushed at once; resume: continue this file
+    instead of starting it again; counter: as :func:`~twistcore.work.progress.clip_counter`.
+    Summary.missing is the number of missing clips. Raises FormatError if the file belongs to other
+    settings.
     """
     summary = BenchmarkSummary()
     stamps = {name: _stamp(path) for name, path in clips.items()}
@@ -96,7 +96,7 @@ def run_benchmark(
             if result.clip not in known:
                 known.add(result.clip)
                 summary.add(result)
-    # The longest first: a long clip that starts last would keep one core busy and the rest idle.
+    # The longest first: a long clip that starts last would leave all other cores idle.
     todo = sorted((n for n in clips if n not in known), key=lambda n: (-stamps[n][0], n))
     summary.missing = len(todo)
     with (
@@ -122,7 +122,7 @@ def run_benchmark(
 def _results(
     todo: Sequence[str], clips: dict[str, Path], settings: BenchmarkSettings, workers: int
 ) -> Iterator[ClipResult]:
-    """Results as they come; a clip that fails must not end a run of thousands: it is listed."""
+    """Yield results as they arrive; a clip that fails is listed and does not end the run."""
     items = [(clips[name], name) for name in todo]
     for (_, name), result in each(functools.partial(_run_item, settings), items, workers):
         if isinstance(result, Exception):
@@ -136,10 +136,10 @@ def _run_item(settings: BenchmarkSettings, item: tuple[Path, str]) -> ClipResult
 
 
 def _stamp(path: Path) -> tuple[int, int]:
-    """Size and time of change: a clip that was edited since is run again."""
+    """Return size and modification time; a clip edited since then is run again."""
     try:
         status = path.stat()
-    except OSError:  # gone, or a link astray: who reads it says so
+    except OSError:  # missing, or a broken link: reading it raises the error
         return 0, 0
     return status.st_size, status.st_mtime_ns
 
@@ -147,9 +147,9 @@ def _stamp(path: Path) -> tuple[int, int]:
 def read_partial(
     path: Path, settings: BenchmarkSettings, stamps: dict[str, tuple[int, int]]
 ) -> Iterator[ClipResult]:
-    """Results of unchanged clips without problems; a last line cut short is no harm.
+    """Yield results of unchanged clips without problems; ignore an incomplete last line.
 
-    FormatError where the file is another, or belongs to other settings.
+    Raises FormatError if the file is of another kind or belongs to other settings.
     """
     with path.open(encoding="utf-8") as file:
         head = None
@@ -159,7 +159,8 @@ def read_partial(
             raise FormatError(f"{path}: expected a document with schema {PART_SCHEMA!r}")
         if head.get("settings") != settings.to_json():
             raise FormatError(
-                f"{path}: expected the same protocols, methods and seeds as now, or no --resume"
+                f"{path}: the file was written with other protocols, methods or seeds: "
+                "use these, or leave out --resume"
             )
         for line in file:
             try:

@@ -1,4 +1,4 @@
-"""The numbers of a benchmark by protocol, method, side and segment, as rows, CSV and JSON."""
+"""Benchmark results by protocol, method, side and segment, as rows, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FAST_SHARE = 0.1
 
 @dataclass(frozen=True)
 class BenchmarkRow:
-    """One line: a method under a protocol, in a side and segment ('' is both sides)."""
+    """One row: a method under a protocol, for a side and segment ('' is both sides)."""
 
     protocol: str
     method: str
@@ -40,7 +40,7 @@ class BenchmarkRow:
     minutes: float
 
     def to_json(self) -> dict[str, Any]:
-        """Degrees and per cent, rounded to what a seed reproduces; null where nothing counts."""
+        """Return the row in degrees and per cent, rounded reproducibly; null without counts."""
         t = self.tally
         detector = self.method in DETECTORS
         found = detector and t.truths > 0
@@ -78,7 +78,7 @@ class BenchmarkRow:
 
 
 def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[BenchmarkRow]:
-    """All rows: per protocol all clips, then audited; per method sides × segments and totals."""
+    """Return all rows: per protocol all clips, then audited; per method sides × segments."""
     minutes = summary.micros / MICRO / 60.0
     rows = []
     for protocol in settings.protocols:
@@ -103,7 +103,7 @@ def make_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[Be
 
 
 def _places(keys: Iterable[Key]) -> list[tuple[str, str]]:
-    """(side, segment) of every line: each side's segments, sides, segments, everything."""
+    """Return (side, segment) of each row: each side's segments, sides, segments, all."""
     both = {(k.side, k.segment) for k in keys}
     sides = sorted({side for side, _ in both if side})
     segments = sorted({segment for _, segment in both}, key=segment_order)
@@ -126,7 +126,7 @@ def _percent(part: int, whole: int) -> float | None:
 
 
 def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> list[dict[str, Any]]:
-    """Lag and peak speed on the clean clips: medians over all, and over the fastest tenth."""
+    """Return lag and peak speed on clean clips: medians over all and the fastest tenth."""
     out = []
     for method in settings.methods:
         measured = [f for _, f in summary.fidelity.get(method, [])]
@@ -151,19 +151,19 @@ def fidelity_rows(summary: BenchmarkSummary, settings: BenchmarkSettings) -> lis
 
 
 def _loss(measured: Sequence[Fidelity]) -> float:
-    """Median share of the peak that is lost, per cent."""
+    """Return the median share of the peak that is lost, per cent."""
     return round(100.0 - median([f.kept for f in measured]) / 1e4, 4)
 
 
 def label_of(method: str) -> str:
-    """What a table calls a method."""
+    """Return a method's label in tables."""
     if method == HINGE:
         return HINGE_LABEL
     return BASELINES[method].label if method in BASELINES else method
 
 
 def why_of(method: str) -> str:
-    """One line on what a method is and why it is in the table."""
+    """Return one line about a method and why it is in the table."""
     if method in BASELINES:
         return BASELINES[method].why
     if method == HINGE:
@@ -173,19 +173,19 @@ def why_of(method: str) -> str:
 
 
 def protocol_text(name: str) -> str:
-    """One line on a protocol; P0 is P0-all here."""
+    """Return one line about a protocol; P0 is P0-all here."""
     protocol = parse_protocol(name)
     if protocol.clean:
         return protocol.text
     if protocol.both:
         return f"{protocol.text}; a pass is a chain and the one below it"
-    return f"{protocol.text}; each {'limb' if protocol.limb else 'chain'} in turn, one a pass"
+    return f"{protocol.text}; each {'limb' if protocol.limb else 'chain'} in turn, one per pass"
 
 
 def benchmark_to_json(
     summary: BenchmarkSummary, settings: BenchmarkSettings, source: str
 ) -> dict[str, Any]:
-    """The whole benchmark as one document."""
+    """Return the whole benchmark as one document."""
     return {
         "schema": SCHEMA,
         "version": __version__,
@@ -215,6 +215,6 @@ def benchmark_to_json(
 
 
 def rows_to_csv(rows: Iterable[BenchmarkRow]) -> str:
-    """Every row, one line each; empty where nothing counts."""
+    """Return every row as a line of CSV; cells without counts are empty."""
     documents = [row.to_json() for row in rows]
     return csv_text(documents[0], documents) if documents else ""

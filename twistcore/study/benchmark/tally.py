@@ -1,4 +1,4 @@
-"""What is counted, in integers: sums that are the same in every order and on every machine."""
+"""Counts in integers: sums that are equal in any order and on any machine."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ MICRO = 1_000_000  # angles are summed in millionths of a degree
 class Tally:
     """Counts and sums over any number of passes; angles in µ°, their squares in µ°².
 
-    frames: error frames, with their error before and after, how many are repaired and how many come
-    out worse by more than half a degree; pairs: clean
-    (joint, frame) pairs of all chains; damaged: those changed by more than 1° and not so in the
-    clean clip; damage: by how much; natural, natural_change: those that the same method changes in
-    the clean clip in the same way; target_pairs, target_damaged: the injected chain's two joints
-    alone; truths, found, matched: intervals; alarms: intervals in the clean clip.
+    frames: error frames, with their error before and after, how many are repaired and how many
+    become worse by more than half a degree; pairs: clean (joint, frame) pairs of all chains;
+    damaged: pairs changed by more than 1° but not in the clean clip; damage: sum of their changes;
+    natural, natural_change: pairs that the method changes in the clean clip in the same way;
+    target_pairs, target_damaged: only the injected chain's two joints; truths, found, matched:
+    intervals; alarms: intervals in the clean clip.
     """
 
     passes: int = 0
@@ -57,7 +57,7 @@ class Tally:
 
 @dataclass(frozen=True, order=True)
 class Key:
-    """What a tally is about; audited: no natural event in the target chain."""
+    """The key of a tally; audited: no natural event in the target chain."""
 
     protocol: str
     method: str
@@ -70,13 +70,13 @@ Tallies: TypeAlias = dict[Key, Tally]
 
 
 def add_tallies(total: Tallies, more: Mapping[Key, Tally]) -> None:
-    """Add `more` to `total`, in place."""
+    """Add `more` to `total` in place."""
     for key, tally in more.items():
         total[key] = total[key] + tally if key in total else tally
 
 
 def error_tally(before: Array, after: Array) -> Tally:
-    """Error frames of one chain: radians in [0, π] before and after, (error frames,)."""
+    """Count error frames of one chain: radians in [0, π] before and after, (error frames,)."""
     b, a = np.degrees(before), np.degrees(after)
     return Tally(
         frames=len(b),
@@ -90,5 +90,5 @@ def error_tally(before: Array, after: Array) -> Tally:
 
 
 def micro(value: float) -> int:
-    """Millionths, rounded."""
+    """Return a value in millionths, rounded."""
     return round(float(value) * MICRO)

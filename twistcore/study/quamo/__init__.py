@@ -1,1 +1,1 @@
-"""QuaMo measured and trained: noise, errors, tables, networks [Le26 §4]."""
+"""Measure and train QuaMo: noise, errors, tables, networks [Le26 §4]."""

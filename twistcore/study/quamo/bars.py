@@ -1,4 +1,4 @@
-"""What QuaMo must show: ratios with their bars, and what bounds those that are not met."""
+"""The ratios that QuaMo must reach, with their bars and the best ratios seen if one is not met."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ PAPER_STEPS = (
 )
 
 
-# The best seen of what sees the past alone, or is told a little more, by benchmarks/quamo_bounds.py
-# on the 37 clips of docs/quamo-study.md: a ratio and what it takes, by level.
+# The best ratios seen with methods that use only the past, or little more information, and the
+# conditions, by level: from benchmarks/quamo_bounds.py on the 37 clips of docs/quamo-study.md.
 TaskBound = Mapping[str, tuple[float, str]]
-_LATER = "even with 80 ms of waiting"
+_LATER = "even with a delay of 80 ms"
 ACCEL_BOUND: TaskBound = {"A": (0.46, "at MPJPE ≤ 1.02"), "B": (0.53, _LATER)}
 PD_ACCEL_BOUND: TaskBound = {"B": (0.53, _LATER)}
 G_ACCEL_BOUND: TaskBound = {"B": (0.35, _LATER)}
@@ -40,11 +40,11 @@ G_MPJPE_BOUND: TaskBound = {"A": (0.97, _ORACLE), "B": (0.97, _ORACLE)}
 
 
 class Demand(NamedTuple):
-    """A ratio of two methods in a metric, the paper's and the bar (None: it is shown alone).
+    """A ratio of two methods in a metric, the paper's value, and the bar (None: only shown).
 
-    above: it must be at least the bar; systematic: the bar with systematic noise, if another;
-    at_b: the bar at level B, if another; task: what bounds it, where that was measured; plain:
-    demanded without systematic noise only.
+    above: the ratio must be at least the bar; systematic: the bar with systematic noise, if
+    different; at_b: the bar at level B, if different; task: the best ratio seen, if measured;
+    plain: demanded only without systematic noise.
     """
 
     what: str
@@ -60,7 +60,7 @@ class Demand(NamedTuple):
     plain: bool = False
 
     def bar_at(self, condition: NoiseCondition) -> float | None:
-        """The bar under this noise."""
+        """Return the bar under this noise."""
         if condition.systematic and self.systematic is not None:
             return self.systematic
         return self.at_b if condition.level == "B" and self.at_b is not None else self.bound
@@ -116,11 +116,11 @@ TURNS = tuple(
 
 @dataclass(frozen=True)
 class BoundCheck:
-    """A line of the table: a ratio with its bound; above: it must be at least the bound.
+    """A row of the table: a ratio with its bound; above: it must be at least the bound.
 
-    bound: None where the ratio is shown and nothing is demanded of it. task_bound: the best that
-    was seen of a causal tracker, task: and with what; None where that keeps the bar, does not beat
-    the value (other clips than it was measured on), or is not known.
+    bound: None if the ratio is only shown. task_bound: the best ratio seen with a causal tracker,
+    task: its conditions; None if it meets the bar, does not beat the value (it was measured on
+    other clips), or is unknown.
     """
 
     check: str
@@ -134,14 +134,14 @@ class BoundCheck:
 
     @property
     def met(self) -> bool:
-        """Whether the mean over seeds keeps the bound."""
+        """True if the mean over seeds is within the bound."""
         if self.bound is None:
             return True
         return self.value >= self.bound if self.above else self.value <= self.bound
 
     @property
     def verdict(self) -> str:
-        """In Markdown: met or not, and then what the best is that was seen."""
+        """Return in Markdown whether the bound is met and, if not, the best ratio seen."""
         if self.bound is None:
             return ""
         if self.met:
@@ -151,7 +151,7 @@ class BoundCheck:
         return "**not met**"
 
     def line(self) -> str:
-        """As a row of Markdown."""
+        """Return the row in Markdown."""
         bound = "–" if self.bound is None else f"{'≥' if self.above else '≤'} {self.bound:.2f}"
         return (
             f"| {self.check} | {self.paper} | {bound} | "
@@ -162,7 +162,7 @@ class BoundCheck:
 def bound_checks(
     scores: Scores, c: NoiseCondition, demands: Sequence[Demand]
 ) -> Iterator[BoundCheck]:
-    """A line for every demand whose two methods were run."""
+    """Yield a row for every demand whose two methods were run."""
     for d in demands:
         if d.plain and c.systematic:
             continue
@@ -178,6 +178,6 @@ def bound_checks(
 
 
 def bar_table(lines: Sequence[BoundCheck]) -> str:
-    """The table in Markdown."""
+    """Return the table in Markdown."""
     head = "| check | in the paper | bar | here | |\n|---|---|---|---|---|\n"
     return head + "\n".join(bar.line() for bar in lines) + "\n"

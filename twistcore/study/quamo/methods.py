@@ -29,12 +29,12 @@ HAND_ROOT_SUBSTEPS = "hand gains, root in six sub-steps"
 FULL = "learned, full"
 BOTH_WAYS, FULL_BOTH_WAYS, SPLINE = "both ways, file", "learned both ways, file", "spline, file"
 HAND_ACCELERATION = 150.0  # chosen on subjects 02, 08, 12: Accel at level A grows by a quarter
-_ROOT_SUBSTEPS = 6  # of NeurPhys, as [Le26 supplement F] tells it
-_TRAIN_SEED = 100  # none that a table is of
+_ROOT_SUBSTEPS = 6  # as in NeurPhys, according to [Le26 supplement F]
+_TRAIN_SEED = 100  # not used by any table
 
 
 def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
-    """Constant offset (fitted on the other subjects) and the tuned rivals, causal ones first."""
+    """Return a constant offset (fitted on other subjects) and the tuned rivals, causal first."""
 
     @cache
     def offset(subject: str) -> Array:
@@ -52,7 +52,7 @@ def baseline_methods(sequences: Sequence[Sequence24]) -> dict[str, Method]:
 
 
 def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
-    """Hand gains at 25 Hz."""
+    """Return tracking with hand-tuned gains at 25 Hz as a method."""
 
     def run(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         found = track(q_hat, r_hat, NETWORK_DT, HandGains(gains), integration=integration)
@@ -62,19 +62,19 @@ def hand_method(gains: Gains | None = None, integration: str = EXACT) -> Method:
 
 
 def hand_both_ways(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Hand gains at 25 Hz in both directions of time."""
+    """Track both ways in time with hand-tuned gains at 25 Hz."""
     found = track_both_ways(q_hat, r_hat, NETWORK_DT, HandGains())
     return found.q, found.r
 
 
 def root_in_substeps(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Hand gains, the root's place by six Euler steps a frame [Le26 supplement F]."""
+    """Track with hand-tuned gains, the root by six Euler steps a frame [Le26 supplement F]."""
     q, _ = hand_method()(clip, q_hat, r_hat)
     return q, track_places(r_hat, NETWORK_DT, Gains(), _ROOT_SUBSTEPS)
 
 
 def hand_methods() -> dict[str, Method]:
-    """Rows that need no training."""
+    """Return the methods that need no training."""
     return {
         HAND: hand_method(),
         HAND_FIRST_ORDER: hand_method(integration=FIRST_ORDER),
@@ -84,7 +84,7 @@ def hand_methods() -> dict[str, Method]:
 
 
 def representation_methods() -> dict[str, Method]:
-    """The same hand gains on other representations; the root's place as with quaternions."""
+    """Return the hand-tuned gains on other representations; the root's place is unchanged."""
 
     def method(rep: Representation) -> Method:
         return lambda _, q_hat, r_hat: (
@@ -96,7 +96,7 @@ def representation_methods() -> dict[str, Method]:
 
 
 def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False) -> Method:
-    """For each clip the network that was trained without its subject."""
+    """Return a method that uses for each clip the network trained without its subject."""
     way = track_both_ways if both_ways else track
 
     def run(sequence: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
@@ -109,16 +109,16 @@ def learned_method(by_subject: Mapping[str, Network], *, both_ways: bool = False
 
 
 def turning_clips(sequences: Sequence[Sequence24]) -> tuple[Sequence24, ...]:
-    """Clips whose root turns through a discontinuity of some representation."""
+    """Return clips whose root turns through a discontinuity of some representation."""
     return tuple(s for s in sequences if full_turns(s.q))
 
 
 def measured_lags(
     sequences: Sequence[Sequence24], methods: Mapping[str, Method]
 ) -> dict[str, Array]:
-    """Milliseconds by which each method lags on the clips as they are: joints, root's place.
+    """Return the lag of each method on noise-free clips in milliseconds: joints, root's place.
 
-    Joints relative to the root, over all clips together.
+    Joints are relative to the root; all clips count together.
     """
     found = {}
     for name, method in methods.items():

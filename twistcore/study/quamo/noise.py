@@ -1,7 +1,7 @@
-"""Synthetic noise, levels A and B: seeded, calibrated to error levels, no estimator's errors.
+"""Seeded synthetic noise, levels A and B, calibrated to error levels; not an estimator's errors.
 
-The levels imitate how large and how fast errors of video pose estimators are said to be
-[Le26 Table 1], nothing else of any estimator.
+The levels imitate only the size and speed that is reported for errors of video pose estimators
+[Le26 Table 1].
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ DEPTH_WEIGHTS = np.array([0.25, 0.15, 1.0])  # x, up, depth: a camera sees depth
 class NoiseLevel:
     """Sizes of the noise: degrees per joint and axis, metres of the root.
 
-    smooth: a bias that wanders over about a second; white: new in every frame, at 25 Hz;
-    root_smooth: range that a clip's size is drawn from; root_white: likewise constant.
+    smooth: a bias that wanders within about a second; white: independent in every frame at 25 Hz;
+    root_smooth: range from which each clip's size is drawn; root_white: constant size.
     """
 
     smooth: float
@@ -41,11 +41,11 @@ LEVELS = {
 
 @dataclass(frozen=True)
 class Noise:
-    """What to add: a level, and whether half of the wandering bias' variance stands still.
+    """The noise to add: a level, and whether half of the bias's variance is constant.
 
-    The systematic part is drawn anew for every clip, so nothing can learn it by heart; the level's
-    size is the same with and without. bursts: occlusions a minute, in each of which a limb loses
-    its input (it freezes, then jumps back).
+    The systematic part is drawn for every clip, so no method can memorise it; the level's size is
+    the same with and without it. bursts: occlusions per minute, in each of which a limb loses its
+    input (it freezes, then jumps back).
     """
 
     level: NoiseLevel
@@ -65,10 +65,10 @@ def noisy(
     unit: float = 1.0,
     dt: float = NETWORK_DT,
 ) -> tuple[Array, Array]:
-    """Poses (frames, 24, 4) and root places (frames, 3) with noise put on, q̂ = Exp(n) ⊗ q.
+    """Return poses (frames, 24, 4) and root places (frames, 3) with noise, q̂ = Exp(n) ⊗ q.
 
-    unit: metres in one unit of r. At another rate the wandering part keeps its time scale and the
-    white part its size, so that every 25th of a second looks as at 25 Hz.
+    unit: metres in one unit of r. At other rates the wandering part keeps its time scale and the
+    white part its size, so samples 1/25 s apart have the same statistics as at 25 Hz.
     """
     frames, joints = q.shape[:2]
     level = noise.level
@@ -88,7 +88,7 @@ def noisy(
 
 
 def wandering(frames: int, shape: tuple[int, ...], rng: np.random.Generator, dt: float) -> Array:
-    """White noise under a Gaussian kernel of 0.75 s, of unit variance, (frames, *shape)."""
+    """Return white noise under a Gaussian kernel of 0.75 s, unit variance, (frames, *shape)."""
     sigma = SMOOTH_SECONDS / dt
     margin = math.ceil(4.0 * sigma)
     raw = rng.standard_normal((frames + 2 * margin, *shape))

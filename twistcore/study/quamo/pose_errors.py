@@ -1,4 +1,4 @@
-"""How far a tracked motion is from the truth.
+"""Measure the errors of a tracked motion against the truth.
 
 Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
 """
@@ -17,7 +17,7 @@ METRICS = ("MPJPE", "P-MPJPE", "Accel", "G-MPJPE", "GRE", "G-Accel", "FS")
 
 @dataclass(frozen=True)
 class Errors:
-    """Metrics against the truth: millimetres, Accel in mm a frame², FS in per cent."""
+    """Metrics against the truth: millimetres, Accel in mm per frame², FS in per cent."""
 
     mpjpe: float
     p_mpjpe: float
@@ -28,12 +28,12 @@ class Errors:
     fs: float
 
     def values(self) -> tuple[float, ...]:
-        """In the order of METRICS."""
+        """Return the metrics in the order of METRICS."""
         return tuple(vars(self).values())
 
 
 def errors(found: Array, truth: Array) -> Errors:
-    """All metrics of positions (frames, 24, 3) in mm; feet are in contact where the truth's are."""
+    """Return all metrics of positions (frames, 24, 3) in mm; foot contacts are the truth's."""
     here, there = root_aligned(found), root_aligned(truth)
     return Errors(
         mpjpe=mean_distance(here[:, 1:], there[:, 1:]),
@@ -47,22 +47,22 @@ def errors(found: Array, truth: Array) -> Errors:
 
 
 def second_difference(places: Array) -> Array:
-    """x(t−1) − 2x(t) + x(t+1), (frames − 2, …)."""
+    """Return x(t−1) − 2x(t) + x(t+1), (frames − 2, …)."""
     return places[:-2] - 2.0 * places[1:-1] + places[2:]
 
 
 def lag_parts(found: Array, truth: Array, dt: float) -> tuple[float, float]:
-    """What the lag of places (frames, …, 3) is the quotient of: −Σ (x − x*)·v* and Σ v*·v*.
+    """Return numerator and denominator of the lag of places: −Σ (x − x*)·v* and Σ v*·v*.
 
-    v* is the truth's velocity; their quotient is the τ for which x*(t − τ) is nearest to x(t), to
-    first order, in seconds. Sums over clips are added before they are divided.
+    found, truth: (frames, …, 3); v* is the truth's velocity. The quotient is the delay in seconds
+    by which x* is nearest to x, to first order. Add the sums over clips before dividing.
     """
     velocity = np.gradient(truth, dt, axis=0)
     return -float(((found - truth) * velocity).sum()), float((velocity**2).sum())
 
 
 def procrustes(found: Array, truth: Array) -> Array:
-    """`found` turned, scaled and moved onto `truth` frame by frame; never reflected."""
+    """Rotate, scale and move `found` onto `truth` frame by frame, without reflection."""
     centre_f, centre_t = found.mean(axis=1, keepdims=True), truth.mean(axis=1, keepdims=True)
     x, y = found - centre_f, truth - centre_t
     u, s, vt = np.linalg.svd(np.einsum("fji,fjk->fik", x, y))

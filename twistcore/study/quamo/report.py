@@ -1,7 +1,7 @@
 """Reports of `quamo evaluate` and `quamo ablation`: the checks and every table; Markdown, JSON.
 
-The paper's column is of other data [Le26 Tables 1, 3]: only ratios to the input can be put side by
-side at all, and none of them reproduces the paper's.
+The paper's column comes from other data [Le26 Tables 1, 3]: only ratios to the input can be
+compared at all, and none of them reproduces the paper's.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ WINDOW = 100  # frames [Le26 §4.2]
 
 @dataclass(frozen=True, eq=False)
 class StudyReport:
-    """The same content twice."""
+    """A report as Markdown and as a JSON document."""
 
     markdown: str
     document: dict[str, Any]
@@ -70,9 +70,9 @@ class StudyReport:
 def evaluation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
 ) -> StudyReport:
-    """Learned and hand gains beside their rivals, every condition, and the bars they must meet.
+    """Compare learned and hand-tuned gains with their rivals and with the bars.
 
-    Of the clips only those whose subject some network of the variant 'full' was trained without.
+    Uses only clips whose subject was held out from some network of the variant 'full'.
     """
     sequences = _known(sequences, networks)
     methods = _evaluated(sequences, networks)
@@ -107,7 +107,7 @@ def evaluation_report(
 
 
 def _evaluated(sequences: Sequence[Sequence24], networks: Networks) -> dict[str, Method]:
-    """Causal methods, then those that need the file."""
+    """Return the causal methods, then the methods that need the whole file."""
     known = baseline_methods(sequences)
     offline = {rival.name for rival in RIVALS if not rival.causal}
     methods = {name: method for name, method in known.items() if name not in offline}
@@ -130,7 +130,7 @@ def _lag_table(late: Mapping[str, Array]) -> str:
 def ablation_report(
     sequences: Sequence[Sequence24], networks: Networks, seeds: Sequence[int], tell: Tell
 ) -> StudyReport:
-    """Steps of [Le26 Table 3], representations on turning clips, integration, acceleration.
+    """Report the steps of [Le26 Table 3], representations, integration and acceleration.
 
     Steps are compared on the clips for which every trained variant has a network.
     """
@@ -168,7 +168,7 @@ def ablation_report(
 
 
 def _known(sequences: Sequence[Sequence24], networks: Networks) -> tuple[Sequence24, ...]:
-    """Clips of subjects that every variant with any network has one for."""
+    """Return clips of subjects for which every variant with networks has one."""
     trained = [set(by_subject) for by_subject in networks.values() if by_subject]
     return tuple(s for s in sequences if all(s.subject in t for t in trained))
 
@@ -179,12 +179,12 @@ def _heading(sequences: Sequence[Sequence24], seeds: Sequence[int]) -> str:
     return (
         f"{len(sequences)} clips of subjects {subjects}, {frames} frames at 25 Hz, noise seeds "
         f"{', '.join(map(str, seeds))}; ratios are output / input, ± over seeds. The paper's "
-        "column is of other data and other inputs.\n"
+        "column comes from other data and other inputs.\n"
     )
 
 
 def _tables(scores: Scores, methods: Mapping[str, Method]) -> list[str]:
-    """In numbers for each level, with its systematic part as ratios alone."""
+    """Return tables: numbers for each level, and only ratios with its systematic part."""
     return [
         ratios_to_markdown(f"noise {c}, ratios", scores, list(methods), c)
         if c.systematic
@@ -199,7 +199,7 @@ def _paper_steps() -> str:
 
 
 def _drift() -> list[tuple[str, float, float, float]]:
-    """Name and speed in rad/s, degrees off the truth: exact, first-order."""
+    """Return name, speed in rad/s, and degrees from the truth: exact, first-order."""
     found = []
     for name, speed in SPEEDS:
         exact, first_order = np.degrees(open_loop_drift(speed, NETWORK_DT)).tolist()

@@ -1,4 +1,4 @@
-"""The same PD controller on other representations of rotation, for the comparison [Le26 §4.5].
+"""The PD controller on other representations of rotation, for comparison [Le26 §4.5].
 
 Three numbers a joint are tracked as if they were a vector: Euler angles or a rotation vector. The
 stiffness is κP/2, so that for small errors all rows obey the same equation as the quaternion's,
@@ -31,7 +31,10 @@ from twistcore.skeleton.rotation import (
 
 @dataclass(frozen=True)
 class Representation:
-    """order: of Euler angles, or '' for the rotation vector; wrapped: error taken into (−π, π]."""
+    """A representation of rotations by three numbers.
+
+    order: of Euler angles, or '' for the rotation vector; wrapped: errors are wrapped to (−π, π].
+    """
 
     name: str
     order: str
@@ -48,14 +51,14 @@ REPRESENTATIONS = (
 
 
 def coordinates(q: Array, representation: Representation) -> Array:
-    """Principal coordinates of rotations, (…, 4) -> (…, 3): each clip's frames on their own."""
+    """Return principal coordinates of rotations, (…, 4) -> (…, 3), each frame by itself."""
     if representation.order:
         return euler_from_quaternion(representation.order, q)
     return logarithm(q)
 
 
 def from_coordinates(x: Array, representation: Representation) -> Array:
-    """Rotations of coordinates, (…, 3) -> (…, 4)."""
+    """Return the rotations of coordinates, (…, 3) -> (…, 4)."""
     if representation.order:
         return quaternion_from_euler(representation.order, x)
     return exponential(x)
@@ -64,7 +67,7 @@ def from_coordinates(x: Array, representation: Representation) -> Array:
 def track_coordinates(
     q_hat: Array, dt: float, representation: Representation, gains: Gains
 ) -> Array:
-    """Rotations (frames, …, 4) tracked as three numbers each, from rest on the first frame."""
+    """Track rotations (frames, …, 4) as three numbers each, from rest on the first frame."""
     reference = coordinates(q_hat, representation)
     x = np.empty_like(reference)
     x[0] = reference[0]
@@ -80,10 +83,10 @@ def track_coordinates(
 
 
 def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array:
-    """Root places (frames, …, 3) tracked as the tracker does it, from rest on the first frame.
+    """Track root places (frames, …, 3) like the tracker, from rest on the first frame.
 
-    steps: Euler steps within a frame, all towards the same reference; six are what earlier work
-    takes [Le26 supplement F].
+    steps: Euler steps within a frame, all towards the same reference; earlier work uses six
+    [Le26 supplement F].
     """
     r = np.empty_like(r_hat)
     r[0] = r_hat[0]
@@ -96,7 +99,7 @@ def track_places(r_hat: Array, dt: float, gains: Gains, steps: int = 1) -> Array
 
 
 def full_turns(q: Array) -> bool:
-    """Whether a clip's root (frames, joints, 4) turns through ±180° in any representation here."""
+    """True if a clip's root (frames, joints, 4) turns through ±180° in any representation."""
     return any(
         bool((np.abs(np.diff(coordinates(q[:, 0], rep), axis=0)) > np.pi).any())
         for rep in REPRESENTATIONS
@@ -104,7 +107,7 @@ def full_turns(q: Array) -> bool:
 
 
 def open_loop_drift(speed: float, dt: float) -> tuple[float, float]:
-    """Radians off the truth after 100 steps at constant speed (rad/s): exact, first-order."""
+    """Return the error in radians after 100 steps at constant speed (rad/s): exact, first-order."""
     steps = 100
     axis = np.array([0.36, 0.48, 0.8])
     truth = exponential(axis * wrap(speed * dt * steps))

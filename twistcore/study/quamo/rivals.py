@@ -1,8 +1,8 @@
-"""What a tracker has to beat: filters that see the past, smoothers that see the file, an offset.
+"""Rivals that a tracker must beat: causal filters, smoothers of the whole file, and an offset.
 
-Each has settings of its own for rotations and for the root's place, the best of a grid on the
-training subjects at no more MPJPE (and GRE) than ours: `python -m benchmarks.quamo_tune_rivals
-FOLDER` repeats the choice and says the rule. Linear filters act on the four components of the
+Each has its own settings for rotations and for the root's place, the best of a grid on the training
+subjects at no higher MPJPE (and GRE) than our tracker: `python -m benchmarks.quamo_tune_rivals
+FOLDER` repeats the choice and prints the rule. Linear filters act on the four components of the
 quaternions, each on the side of the one before, and scale the result to unit length: components
 have no wrap, and no direction of turning is preferred.
 """
@@ -33,7 +33,7 @@ Smooth = Callable[[Array, float, Setting], Array]  # (frames, …), frame time i
 
 @dataclass(frozen=True)
 class Rival:
-    """A filter and its settings: of rotations (`turning`), of the root's place (`moving`)."""
+    """A filter and its settings for rotations (`turning`) and the root's place (`moving`)."""
 
     name: str
     causal: bool
@@ -43,14 +43,14 @@ class Rival:
     moving: Setting
 
     def run(self, q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
-        """Rotations (frames, …, joints, 4) and places (frames, …, 3) filtered."""
+        """Filter rotations (frames, …, joints, 4) and places (frames, …, 3)."""
         return self.rotations(q_hat, dt, self.turning), self.places(r_hat, dt, self.moving)
 
 
 def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
-    """One-Euro filter [Casiez12] along the geodesic.
+    """Filter rotations with the One-Euro filter [Casiez12] along the geodesic.
 
-    setting: lowest cut-off in Hz, Hz more for each rad/s, cut-off of the speed in Hz.
+    setting: lowest cut-off in Hz, additional Hz per rad/s, cut-off of the speed in Hz.
     """
     lowest, slope, cutoff = setting
     q = q_hat.copy()
@@ -66,7 +66,7 @@ def one_euro_rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
 
 
 def one_euro_places(r_hat: Array, dt: float, setting: Setting) -> Array:
-    """One-Euro filter of places; the second setting is Hz for each m/s."""
+    """Filter places with the One-Euro filter; the second setting is in Hz per m/s."""
     lowest, slope, cutoff = setting
     r = r_hat.copy()
     moving = np.zeros(r_hat.shape[1:])
@@ -96,7 +96,7 @@ def butterworth_both(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
-    """The middle of a polynomial fitted around each frame; setting: frames, degree."""
+    """Fit a polynomial around each frame and take its middle; setting: frames, degree."""
     del dt
     frames, degree = (int(v) for v in setting)
     frames = min(frames, len(x) - (len(x) + 1) % 2)
@@ -105,12 +105,12 @@ def savitzky_golay(x: Array, dt: float, setting: Setting) -> Array:
 
 
 def spline(x: Array, dt: float, setting: Setting) -> Array:
-    """The smoothing spline that `quamo refine --method spline` uses; setting: cut-off in Hz."""
+    """Smooth with the spline of `quamo refine --method spline`; setting: cut-off in Hz."""
     return smoothed(x, setting[0], dt)
 
 
 def of_components(filtered: Smooth) -> Smooth:
-    """The filter of rotations that acts on the components of quaternions."""
+    """Return a filter of rotations that filters the components of quaternions."""
 
     def rotations(q_hat: Array, dt: float, setting: Setting) -> Array:
         return normalise(filtered(continuous(q_hat), dt, setting))
@@ -118,7 +118,7 @@ def of_components(filtered: Smooth) -> Smooth:
     return rotations
 
 
-# Settings as benchmarks.quamo_tune_rivals prints them.
+# Settings printed by benchmarks.quamo_tune_rivals.
 RIVALS = (
     Rival("One-Euro", True, one_euro_rotations, one_euro_places, (2.5, 3.0, 4.0), (5.0, 2.0, 1.0)),
     Rival("Butterworth", True, of_components(butterworth), butterworth, (1.0, 7.0), (1.0, 6.0)),
@@ -143,9 +143,9 @@ RIVALS = (
 
 
 def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
-    """Mean rotation vector from the input to the truth of each joint, (joints, 3).
+    """Return the mean rotation vector of each joint from input to truth, (joints, 3).
 
-    pairs: (q̂, q) of training clips; what a systematic error common to all clips would show as.
+    pairs: (q̂, q) of training clips. A systematic error common to all clips would appear here.
     """
     each = [logarithm(multiply(q, conjugate(q_hat))) for q_hat, q in pairs]
     mean: Array = np.concatenate(each).mean(axis=0)
@@ -153,7 +153,7 @@ def mean_offset(pairs: Iterable[tuple[Array, Array]]) -> Array:
 
 
 def constant_offset(q_hat: Array, offset: Array) -> Array:
-    """The input with a constant rotation taken from training clips put on every joint."""
+    """Apply each joint's constant rotation, fitted on training clips, to the input."""
     return multiply(exponential(offset), q_hat)
 
 

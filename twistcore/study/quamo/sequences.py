@@ -1,4 +1,4 @@
-"""Clips as the networks and tables want them: 24 joints, metres, 25 Hz, by subject."""
+"""Prepare clips for networks and tables: 24 joints, metres, 25 Hz, by subject."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ class Sequence24:
     offsets: Array
 
     def places_mm(self, q: Array, r: Array) -> Array:
-        """Positions in mm of poses (…, 24, 4) and root places (…, 3) in metres."""
+        """Return positions in mm of poses (…, 24, 4) and root places (…, 3) in metres."""
         return 1000.0 * places_24(self.offsets, q, r)
 
 
 def read_sequence(path: Path) -> Sequence24:
-    """A BVH clip without its frame 0, which in CMU's BVH releases was not captured.
+    """Read a BVH clip without frame 0, which CMU's BVH releases did not capture.
 
-    Lengths are CMU's. The subject is what stands before '_' in the name.
+    Lengths are in CMU's unit. The subject is the part of the name before '_'.
     """
     motion = read_bvh(path).motion
     try:
@@ -56,7 +56,7 @@ def read_sequence(path: Path) -> Sequence24:
 
 
 def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, ...]:
-    """Pieces of so many frames, one after the other [Le26 §4.2]; what is left over is dropped."""
+    """Split into consecutive pieces of `frames` frames [Le26 §4.2]; drop the remainder."""
     return tuple(
         replace(s, name=f"{s.name} {at}", q=s.q[at : at + frames], r=s.r[at : at + frames])
         for s in sequences
@@ -65,9 +65,9 @@ def windows(sequences: Sequence[Sequence24], frames: int) -> tuple[Sequence24, .
 
 
 def read_folder(folder: Path) -> tuple[tuple[Sequence24, ...], tuple[str, ...]]:
-    """Every BVH of a folder, by name, and a sentence for each that cannot be used.
+    """Return every BVH of a folder, by name, and a sentence for each unusable one.
 
-    TwistError where there is no BVH.
+    Raises TwistError if there is no BVH.
     """
     paths = clips_in(folder, suffixes=BVH)
     if not paths:

@@ -1,4 +1,4 @@
-"""Scores of methods at every level of noise and seed, as tables and as JSON."""
+"""Scores of methods for every noise level and seed, as tables and as JSON."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from twistcore.study.quamo.pose_errors import METRICS, errors
 from twistcore.study.quamo.sequences import Sequence24
 from twistcore.synthesis import generator
 
-# A method: what it makes of noisy versions of a clip of a subject it was not trained on, poses
-# (frames, versions, 24, 4) and root places (frames, versions, 3).
+# A method: a function of noisy versions of a clip, of a subject not used in training, that returns
+# poses (frames, versions, 24, 4) and root places (frames, versions, 3).
 Method = Callable[[Sequence24, Array, Array], tuple[Array, Array]]
 
 _ORDER = tuple(LEVELS.values())
@@ -23,7 +23,7 @@ _ORDER = tuple(LEVELS.values())
 
 @dataclass(frozen=True)
 class NoiseCondition:
-    """Noise of a table: a level with or without its systematic part."""
+    """The noise of a table: a level with or without its systematic part."""
 
     level: str
     systematic: bool
@@ -33,7 +33,7 @@ class NoiseCondition:
 
     @property
     def noise(self) -> Noise:
-        """What to draw."""
+        """Return the noise to draw."""
         return Noise(LEVELS[self.level], self.systematic)
 
 
@@ -42,22 +42,22 @@ CONDITIONS = tuple(NoiseCondition(level, s) for level in LEVELS for s in (False,
 
 @dataclass(frozen=True, eq=False)
 class Scores:
-    """Metrics by method and condition, one row a seed, (seeds, len(METRICS)); frames weigh."""
+    """Metrics by method and condition, (seeds, len(METRICS)), weighted by frames."""
 
     by_method: Mapping[tuple[str, NoiseCondition], Array]
     clips: tuple[str, ...]
 
     def mean(self, method: str, condition: NoiseCondition) -> Array:
-        """Over seeds, in the order of METRICS."""
+        """Return the mean over seeds, in the order of METRICS."""
         mean: Array = self.by_method[method, condition].mean(axis=0)
         return mean
 
     def ratio(self, method: str, condition: NoiseCondition) -> Array:
-        """Mean over the input's mean, in the order of METRICS; where that is 0, 1."""
+        """Return the mean divided by the input's mean, in the order of METRICS; 1 if that is 0."""
         return _ratio(self.mean(method, condition), self.mean("input", condition))
 
     def ratios(self, method: str, condition: NoiseCondition, base: str = "input") -> Array:
-        """Method over base seed by seed, (seeds, len(METRICS))."""
+        """Return the ratio of method to base for each seed, (seeds, len(METRICS))."""
         return _ratio(self.by_method[method, condition], self.by_method[base, condition])
 
 
@@ -74,11 +74,11 @@ def score_methods(
     *,
     from_truth: bool = False,
 ) -> Scores:
-    """Run every method on every clip, condition and seed; all get the same noise.
+    """Run every method on every clip, condition and seed, all with the same noise.
 
-    from_truth: the input's root is shifted so that it begins where the truth's does [Le26 §4.2].
+    from_truth: shift the input's root so that it begins at the truth's [Le26 §4.2].
     """
-    # All conditions and seeds of a clip go through a method side by side: far fewer steps.
+    # A method runs all conditions and seeds of a clip at once: far fewer steps.
     draws = [(condition, k) for condition in conditions for k in range(len(seeds))]
     table = {
         (name, c): np.zeros((len(seeds), len(METRICS)))
@@ -103,13 +103,13 @@ def score_methods(
 
 
 def noisy_clip(sequence: Sequence24, noise: Noise, seed: int) -> tuple[Array, Array]:
-    """A clip with the noise that belongs to the seed and the clip's name."""
+    """Return a clip with noise that depends on the seed and the clip's name."""
     rng = generator(seed, sequence.name, _ORDER.index(noise.level), int(noise.systematic))
     return noisy(sequence.q, sequence.r, noise, rng)
 
 
 def scores_to_json(scores: Scores) -> dict[str, Any]:
-    """Means and seeds by method and condition."""
+    """Return means and seeds by method and condition."""
     return {
         "clips": list(scores.clips),
         "metrics": list(METRICS),
@@ -127,7 +127,7 @@ def scores_to_json(scores: Scores) -> dict[str, Any]:
 
 
 def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseCondition) -> str:
-    """One condition: metrics of each method, the input in numbers, the others also as ratios."""
+    """Return one condition's table: each method's metrics and, except for the input, ratios."""
     rows = []
     for method in methods:
         mean, ratio = scores.mean(method, condition), scores.ratio(method, condition)
@@ -141,13 +141,13 @@ def scores_to_markdown(scores: Scores, methods: Sequence[str], condition: NoiseC
 def ratios_to_markdown(
     title: str, scores: Scores, methods: Sequence[str], condition: NoiseCondition
 ) -> str:
-    """One condition: ratios to the input alone."""
+    """Return one condition's table of ratios to the input."""
     rows = [(m, *(f"{r:.2f}" for r in scores.ratio(m, condition))) for m in methods]
     return markdown_table((title, *METRICS), rows)
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """A table in Markdown, its columns not lined up."""
+    """Return a Markdown table without aligned columns."""
     lines = [f"| {' | '.join(cells)} |" for cells in (head, *rows)]
     lines.insert(1, f"|{'---|' * len(head)}")
     return "\n".join(lines) + "\n"

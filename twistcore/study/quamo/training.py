@@ -1,8 +1,8 @@
-"""Training of ControlNet and InitNet in PyTorch (`pip install twist-inspector[train]`).
+"""Train ControlNet and InitNet in PyTorch (`pip install twist-inspector[train]`).
 
 The loss is [Le26 Eq. 6] without its shape term: L1 of places relative to the root and of the root,
-plus L1 of their second differences, through 100 steps of the state space. torch is imported when
-training starts, never before.
+plus L1 of their second differences, through 100 steps of the state space. torch is imported only
+when training starts.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from twistcore.study.quamo.torch_model import (
 
 @dataclass(frozen=True)
 class TrainingSettings:
-    """What a training depends on beside the clips; defaults as the shipped weights have them."""
+    """The settings of a training; the defaults are those of the shipped weights."""
 
     variant: str = "full"
     seed: int = 0
@@ -70,9 +70,9 @@ def train(
     compiled: bool = False,
     tell: Callable[[str], None] = print,
 ) -> Network:
-    """Train on these clips; continues from `checkpoint` if it is there and of these settings.
+    """Train on these clips; continue from `checkpoint` if it exists and has these settings.
 
-    TwistError without PyTorch or where no clip is as long as a window.
+    Raises TwistError without PyTorch or if no clip is as long as a window.
     """
     torch = import_torch()
     starts = _starts(sequences, settings)
@@ -125,9 +125,9 @@ def batches(
     settings: TrainingSettings,
     epoch: int,
 ) -> Iterator[Batch]:
-    """An epoch's windows in random order, every clip mirrored or not, turned, with fresh noise.
+    """Yield an epoch's windows in random order, randomly mirrored, turned, with new noise.
 
-    Depends on the settings' seed and the epoch alone, so that a resumed run is the same run.
+    Depends only on the settings' seed and the epoch, so a resumed run gives the same result.
     """
     rng = np.random.default_rng([settings.seed, 2, epoch])
     spread = _spread(sequences)
@@ -155,7 +155,7 @@ def _starts(sequences: Sequence[Sequence24], settings: TrainingSettings) -> list
 def _pose_statistics(
     sequences: Sequence[Sequence24], settings: TrainingSettings
 ) -> dict[str, NDArray[np.float32]]:
-    """Mean and deviation of pose inputs under the noise of training."""
+    """Return mean and deviation of pose inputs under the training noise."""
     rng = np.random.default_rng([settings.seed, 3])
     spread = _spread(sequences)
     poses = np.concatenate(
@@ -168,7 +168,7 @@ def _pose_statistics(
 
 
 def _spread(sequences: Sequence[Sequence24]) -> Array:
-    """Deviation of every joint's rotation vector over the clips, radians, (24, 3); root none."""
+    """Return each joint's deviation of rotation vectors over the clips, (24, 3); root 0."""
     spread: Array = np.concatenate([logarithm(s.q) for s in sequences]).std(axis=0)
     spread = np.maximum(spread, spread[list(MIRROR)])
     spread[0] = 0.0
@@ -178,8 +178,8 @@ def _spread(sequences: Sequence[Sequence24]) -> Array:
 def _augmented(
     sequence: Sequence24, rng: np.random.Generator, spread: Array
 ) -> tuple[Array, Array, Array, Array, Array]:
-    # Another posture: every joint turned by a constant of the size in which it moves anyway, so
-    # that what is learnt of poses is how far a joint turns at all, not how these people stand.
+    # Change the posture: turn every joint by a constant of the size of its usual movement, so
+    # that the network learns how far a joint turns, not how these people hold themselves.
     posture = rng.standard_normal(spread.shape) * spread
     q, r, offsets = multiply(exponential(posture), sequence.q), sequence.r, sequence.offsets
     if rng.random() < 0.5:
@@ -198,7 +198,7 @@ def _augmented(
 
 
 def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> Tensor:
-    """L1 of places and of their second differences, in metres."""
+    """Return L1 of places and of their second differences, in metres."""
     q, r = unroll(torch, w, batch.q_hat, batch.r_hat, step)
     found, found_r = relative_places(torch, q, batch.offsets), r
     truth = relative_places(torch, tensor(torch, batch.q), batch.offsets)
@@ -214,7 +214,7 @@ def window_loss(torch: Any, w: dict[str, Tensor], batch: Batch, step: Step) -> T
 
 
 def _settings_text(settings: TrainingSettings) -> str:
-    """The settings as checkpoints keep them: by the class's first name, so that old ones count."""
+    """Return the settings' text in checkpoints, with the class's old name to accept old ones."""
     return repr(settings).removeprefix("Training")
 
 
@@ -237,7 +237,7 @@ def _resume(
 ) -> int:
     state = torch.load(path, weights_only=True)
     if state["settings"] != (expected := _settings_text(settings)):
-        raise TwistError(f"{path}: a checkpoint of other settings; expected {expected}")
+        raise TwistError(f"{path}: the checkpoint has other settings; expected {expected}")
     with torch.no_grad():
         for name, values in weights.items():
             values.copy_(state["weights"][name])
