@@ -310,7 +310,7 @@ def tracking_from_json(entry: Any) -> Tracking:
     causal = flag(entry.get("causal", True), "causal")  # the first files have neither of these
     place = flag(entry.get("place", False), "place")
     if not (joints or place):
-        raise FormatError("expected at least one joint to track, found an empty list")
+        raise FormatError("expected joints to track, found an empty list")
     learned = one_of(entry["gains"], "gains", ("hand", "learned")) == "learned"
     kp, kd, ka = (number(entry[key], key) for key in ("kp", "kd", "ka"))
     weights = text(entry["weights"], "weights")
