@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from tests.conftest import ASSETS
 from tests.tiers import examples, parametrize
 from tests.twistcore.strategies import axes, quaternions
-from twistcore.analysis.clip_analysis import analyse, detect
+from twistcore.analysis.clip_analysis import REPAIRED, analyse
+from twistcore.analysis.clip_analysis import detect as detect_every_kind
 from twistcore.analysis.correction import remove_twist
 from twistcore.detection import Interval
 from twistcore.detection.counter_twist.offsets import Course, _as_p_shows
@@ -40,6 +41,11 @@ WALK, DANCE, BASKETBALL = (
 )
 CHAINS = find_chains(WALK)
 DETECTOR = ConsistencyDetector()
+
+
+def detect(motion, chains=None, **given):
+    """What can be repaired: real clips have jumps and spikes of other joints as well."""
+    return detect_every_kind(motion, chains, kinds=REPAIRED, **given)
 
 
 def cut_out(motion: Motion, at: slice | np.ndarray, step: float = 1.0) -> Motion:
