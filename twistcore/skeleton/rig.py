@@ -284,7 +284,7 @@ def _joint(skeleton: Skeleton, name: str) -> int:
     try:
         return skeleton.index(name)
     except KeyError:
-        raise TwistError(f"this skeleton has no joint {shown_value(name)}") from None
+        raise TwistError(f"no joint {shown_value(name)} in this skeleton") from None
 
 
 def _check_below(skeleton: Skeleton, above: int, joint: int) -> None:

@@ -161,7 +161,9 @@ def parse_protocol(name: str) -> Protocol:
         knobs |= {k: v for k, v in vars(PROTOCOLS[part]).items() if v != of_p0[k]}
         texts.append(PROTOCOLS[part].text)
     if knobs.get("limb") and (knobs.keys() & {"together", "fill", "straight"}):
-        raise TwistError(f"protocol {name!r}: expected no limb flips beside errors of bones")
+        raise TwistError(
+            f"protocol {name!r}: limb flips cannot be joined with errors of single bones"
+        )
     if knobs.get("carried") and (knobs.keys() & {"limb", "fill", "straight", "leak"}):
         raise TwistError(f"protocol {name!r}: CR goes with protocols of a chain's level alone")
     if knobs.get("limb") and knobs.get("both"):
