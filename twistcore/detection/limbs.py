@@ -110,14 +110,14 @@ class Limbs:
         chain = (first + np.arange(length)[:, None]).ravel()
         t = np.tile(t, length)
         at = np.flatnonzero(chain + 1 < len(self))
-        q0, q1, here, near = self._beside(chain[at], 1, t[at])
+        q0, q1, here, near = self._shared_joint(chain[at], 1, t[at])
         down.set(at, multiply(q0, q1), multiply(multiply(q0, here), q1), near)
         at = np.flatnonzero(chain > 0)
-        q0, q1, here, near = self._beside(chain[at], -1, t[at])
+        q0, q1, here, near = self._shared_joint(chain[at], -1, t[at])
         up.set(at, multiply(q1, q0), -multiply(multiply(q1, here), q0), near)
         return down, up
 
-    def _beside(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
+    def _shared_joint(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
         """Return q(t−1)⁻¹ and q(t) of a shared joint, the chain's axis and the other chain's axis.
 
         The joint is shared with the next chain (side 1) or the one before (−1); the chain's own

@@ -127,7 +127,7 @@ def _below(
     sigma_x, sigma_y = float(c.sigma_x[row, t]), float(c.sigma_y[row, t])
     x, y = float(c.x[row, t]), float(c.y[row, t])
     numbers = _degrees(x=x, y=y, residual_x=rx, residual_y=ry, sigma_x=sigma_x, sigma_y=sigma_y)
-    of, error = _whose_image(own, t, place.tau), _error_beside(place, analysis, near, chains)
+    of, error = _whose_image(own, t, place.tau), _error_nearby(place, analysis, near, chains)
     if of and error:
         because = f"{place.joints[of - 1]} only seems to turn, because of {error}"
         return place.reason(Why.IMAGE, because, **numbers)
@@ -146,7 +146,7 @@ def _below(
     return place.reason(Why.BELOW, f"{beyond} more than their motion explains", **numbers)
 
 
-def _error_beside(
+def _error_nearby(
     place: AskedFrame,
     analysis: ConsistencyAnalysis,
     near: Sequence[tuple[Interval, Chain]],

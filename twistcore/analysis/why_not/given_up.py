@@ -39,7 +39,7 @@ class SoftErrors:
 
         what: the subject that is an edge of it.
         """
-        place, found = self.place, list(self._standing())
+        place, found = self.place, list(self._soft_errors())
         low, high = (given.start, given.stop) if given else (place.frame, place.frame)
         would_be = f"{what} would be an edge of {place.named(given) if given else 'an interval'}"
         if not found:
@@ -54,7 +54,7 @@ class SoftErrors:
         because = f"{would_be}, but {place.error(interval, chain)} explains more"
         return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
 
-    def _standing(self) -> Iterator[tuple[Interval, Chain]]:
+    def _soft_errors(self) -> Iterator[tuple[Interval, Chain]]:
         """Yield soft errors above τ with their chains, those of this chain first."""
         chain = self.place.chain
         joints = {chain.parent, chain.child}

@@ -47,7 +47,7 @@ TAU_IN_SIGMA = 6.0  # an automatic τ: higher where σ of natural motion itself 
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
+class FixedInterval:
     """An interval that does not depend on τ; τ is compared with its strength, at frame `peak`."""
 
     interval: Interval
@@ -72,7 +72,7 @@ class ChainAnalysis:
     edges: Edges
     step: Mask
     tables: tuple[PairTable, ...]  # one for each segment between cuts
-    standing: tuple[Standing, ...] = ()
+    standing: tuple[FixedInterval, ...] = ()
     instead: tuple[tuple[int, int], ...] = ()
     left: tuple[tuple[int, int], ...] = ()
     rounded: bool = False
@@ -107,7 +107,7 @@ class ChainAnalysis:
         return any(_meet(interval, frames) for frames in self.instead)
 
     def with_soft(
-        self, soft: Sequence[Standing], instead: Sequence[tuple[int, int]]
+        self, soft: Sequence[FixedInterval], instead: Sequence[tuple[int, int]]
     ) -> ChainAnalysis:
         """Return the analysis with soft errors; `instead`: where they replace all else."""
         kept = (

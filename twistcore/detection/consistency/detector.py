@@ -12,7 +12,7 @@ import numpy as np
 from twistcore.detection.consistency.chain_analysis import (
     ChainAnalysis,
     ConsistencyAnalysis,
-    Standing,
+    FixedInterval,
     automatic_tau,
 )
 from twistcore.detection.consistency.notated import NotatedAnalysis, is_clear
@@ -128,7 +128,7 @@ class _Softened:
 
     plain: Sequence[ChainAnalysis]
     count: int
-    errors: Sequence[tuple[SoftError, Standing]] = ()
+    errors: Sequence[tuple[SoftError, FixedInterval]] = ()
     replaced: Sequence[Known] = ()
 
     def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
@@ -217,10 +217,10 @@ def _line_analyses(
     analyses = []
     for row, chain in enumerate(strung):
         own: Jumps = jumps[row]
-        standing: tuple[Standing, ...] = ()
+        standing: tuple[FixedInterval, ...] = ()
         if row in straight:
             own = straight[row].leaves(own)
-            standing = tuple(_standing_straight(chain.name, e) for e in straight[row].errors)
+            standing = tuple(_fixed_straight(chain.name, e) for e in straight[row].errors)
         analyses.append(
             ChainAnalysis(
                 chain.name,
@@ -282,20 +282,20 @@ def _with_soft(
         for c in chains
     ]
     names = {c.row: c.name for c in chains}
-    errors = [(e, _standing(names[e.row], e)) for e in soft]
+    errors = [(e, _fixed_soft(names[e.row], e)) for e in soft]
     return _Softened(chains, limbs.count, errors, replaced if soft else ())
 
 
-def _standing_straight(chain: str, error: StraightError) -> Standing:
+def _fixed_straight(chain: str, error: StraightError) -> FixedInterval:
     # Its transition may extend beyond it, where the curve has no interval.
     peak = min(max(error.peak, error.start), error.stop - 1)
-    return Standing(interval_of(chain, error), error.strength, peak)
+    return FixedInterval(interval_of(chain, error), error.strength, peak)
 
 
-def _standing(chain: str, error: SoftError) -> Standing:
+def _fixed_soft(chain: str, error: SoftError) -> FixedInterval:
     steepest = int(np.abs(np.diff(error.offset, prepend=0.0)).argmax())
     size = float(np.abs(error.offset).max())
-    return Standing(soft_interval(chain, error), size, error.start + steepest)
+    return FixedInterval(soft_interval(chain, error), size, error.start + steepest)
 
 
 def find_jumps(

@@ -305,7 +305,7 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
         error.stop,
         error.offset,
         confidence=confidence(error.gain),
-        explain=partial(_told, error),
+        explain=partial(_evidence, error),
         followed=error.followed,
         open=error.unsure,
     )
@@ -316,7 +316,7 @@ def confidence(gain: float) -> float:
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 
 
-def _told(error: SoftError) -> dict[str, Any]:
+def _evidence(error: SoftError) -> dict[str, Any]:
     """Return why the error was found; degrees."""
     return {
         "gain": error.gain,

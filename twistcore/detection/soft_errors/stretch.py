@@ -21,7 +21,7 @@ SIZING = 6  # rounds in which a size is found
 
 
 @dataclass(frozen=True)
-class Told:
+class SpanDepartures:
     """The departures of one span over a stretch: positions from `first` on, which meet it.
 
     u, spread: (probes, positions), radians; weight: (positions,), 0 if there is a cut under it.
@@ -102,7 +102,7 @@ class Stretch:
         return np.asarray(found)
 
 
-def stretch(low: int, frames: int, told: Sequence[Told]) -> Stretch:
+def stretch(low: int, frames: int, told: Sequence[SpanDepartures]) -> Stretch:
     """Return the stretch of so many frames from `low` on, from spans sorted by length."""
     nodes, weights = [], []
     for t in told:

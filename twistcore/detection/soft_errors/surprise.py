@@ -18,7 +18,7 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.departures import PROBES, Span, bridge, spans
 from twistcore.detection.soft_errors.natural_scale import NU, Natural, cost, natural_scales
-from twistcore.detection.soft_errors.stretch import Stretch, Told, stretch
+from twistcore.detection.soft_errors.stretch import SpanDepartures, Stretch, stretch
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.rotation import (
     Array,
@@ -158,7 +158,7 @@ class Surprise:
             if last > first:
                 at = np.s_[:, row, first:last]
                 weight = np.asarray(self._weight(a) * a.usable[first:last])
-                told.append(Told(a.natural.span, first, a.u[at], a.spread[at], weight))
+                told.append(SpanDepartures(a.natural.span, first, a.u[at], a.spread[at], weight))
         return stretch(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
