@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from tests.tiers import examples
 from tests.twistcore.counters import ROW, counter_of, seeds
-from twistcore.detection.consistency.chain_analysis import ChainAnalysis, Standing
+from twistcore.detection.consistency.chain_analysis import ChainAnalysis, FixedInterval
 from twistcore.detection.consistency.confidence import confidence
 from twistcore.detection.counter_twist.edges import find_edges
 from twistcore.detection.counter_twist.offsets import offsets_of
@@ -129,7 +129,7 @@ def test_strength_is_that_of_events_and_of_edges_at_their_peaks(seed):
 
 
 def standing(start, stop, strength, peak):
-    return Standing(Interval("Arm", start, stop, np.zeros(stop - start)), strength, peak)
+    return FixedInterval(Interval("Arm", start, stop, np.zeros(stop - start)), strength, peak)
 
 
 def frames(intervals):

@@ -13,10 +13,10 @@ from twistcore.detection.consistency.chain_analysis import SMALLEST_TAU, automat
 from twistcore.detection.consistency.detector import (
     _alike,
     _by_itself,
+    _fixed_soft,
+    _fixed_straight,
     _limbs,
     _lines,
-    _standing,
-    _standing_straight,
     find_jumps,
 )
 from twistcore.detection.counter_twist.edges import find_edges
@@ -216,7 +216,7 @@ def test_a_chain_by_itself_is_without_the_images_of_what_jumps_beside_it(loud):
 )
 def test_a_soft_error_stands_with_its_largest_offset_where_it_is_steepest(offset, steepest):
     error = SoftError(0, 20, np.array(offset), gain=100.0, sigma=0.01)
-    standing = _standing("Arm", error)
+    standing = _fixed_soft("Arm", error)
     assert (standing.peak, standing.strength) == (20 + steepest, np.abs(offset).max())
     assert (standing.interval.chain, standing.interval.start) == ("Arm", 20)
     assert standing.interval.frames == len(offset)
@@ -227,7 +227,7 @@ def test_a_soft_error_stands_with_its_largest_offset_where_it_is_steepest(offset
 )
 def test_an_error_of_a_straight_limb_stands_inside_of_its_frames(peak, stands_at):
     error = StraightError(20, np.full(5, 0.4), peak, (0.3, -0.3), strength=0.35, closed=1)
-    standing = _standing_straight("Arm", error)
+    standing = _fixed_straight("Arm", error)
     assert (standing.peak, standing.strength) == (stands_at, 0.35)
     assert (standing.interval.chain, standing.interval.start, standing.interval.stop) == (
         "Arm", 20, 25

@@ -15,7 +15,7 @@ from twistcore.analysis.correction import remove_twist
 from twistcore.analysis.why_not import Why, why_not
 from twistcore.cli import main
 from twistcore.detection import Interval
-from twistcore.detection.consistency.chain_analysis import Standing
+from twistcore.detection.consistency.chain_analysis import FixedInterval
 from twistcore.formats.bvh import read_bvh
 from twistcore.formats.clip import write_clip
 from twistcore.review import Review
@@ -118,7 +118,7 @@ def test_intervals_between_jumps_give_way_where_a_soft_error_stands(ramped):
 
 def test_below_tau_a_soft_error_is_named_at_its_peak(ramped):
     clip = analyse(ramped)
-    standing: tuple[Standing, ...] = clip.by().chains["RightLeg"].standing
+    standing: tuple[FixedInterval, ...] = clip.by().chains["RightLeg"].standing
     (error,) = standing
     found = clip.detect(tau_radians={"RightLeg": error.strength + 0.01})
     assert not [i for i in found if i.chain == "RightLeg" and i.start == error.interval.start]
@@ -135,7 +135,7 @@ def test_an_edge_of_what_gave_way_names_what_stands_instead(chain, why):
     analysis = clip.by()
     margin = 3 if why == Why.OTHER else -20  # within, or beyond: no edge of it is at the jumps
     error = soft(np.full(20 - 2 * margin, 0.5), 120 + margin)
-    standing = Standing(replace(error, chain=chain), 0.5, error.start)
+    standing = FixedInterval(replace(error, chain=chain), 0.5, error.start)
     chains = {
         name: own.with_soft(
             [standing] if name == chain else [], [(120, 140)] if name == "RightForeArm" else []

@@ -1,4 +1,4 @@
-"""One way from a clip to its intervals: chains, signals and detectors, each asked once and kept."""
+"""From a clip to its intervals: chains, signals and detectors, each computed once and kept."""
 
 from __future__ import annotations
 
@@ -67,34 +67,35 @@ SomeFault = TypeVar("SomeFault", NoiseBurst, SmoothedSpan)
 Tau = float | Mapping[str, float]  # for all chains, or by the name of a chain or limb
 ALL_KINDS = frozenset(Kind)
 REPAIRED = frozenset(kind for kind in Kind if kind.repairable)
-_SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # each by a finder of its own
-# Lone jumps from which a person is so restless that nothing of theirs is corrected unasked.
+_SOUGHT = tuple(kind for kind in Kind if kind.info.find)  # kinds with a finder of their own
+# So many lone jumps make a person so restless that none of their intervals is corrected
+# automatically.
 RESTLESS, RESTLESS_A_MINUTE = 12, 24.0
 BODY_STEP_DOUBT = "many joints jump at once where it begins or ends"
 RESTLESS_DOUBT = "lone jumps all over the clip make every find uncertain"
 
 
 class ClipAnalysis:
-    """What is known of a motion before any decision; `analyse` makes one.
+    """The analysis of a motion before any decision, as :func:`analyse` returns it.
 
-    It does not change, computes everything once when it is first needed, and is safe in threads.
+    The object does not change, computes everything once on first use, and is thread-safe.
 
     Parameters
     ----------
     motion : Motion
-        What is analysed.
+        The motion to analyse.
     chains : sequence of Chain
-        The chains and limbs to look at.
+        The chains and limbs to analyse.
     name : str
         Name of the clip, for messages.
     rig : Rig
-        Which chains and limbs the skeleton has.
+        The chains and limbs of the skeleton.
     chosen : bool
-        True if these are not all chains, but those asked for.
+        True if a person chose these chains, False if they are all chains.
     people : sequence of str, optional
         The people whose chains these are.
     whole : ClipAnalysis, optional
-        The analysis of all chains, which answers for those asked for as well.
+        The analysis of all chains, which also has the results of the chosen ones.
 
     Examples
     --------
@@ -123,11 +124,11 @@ class ClipAnalysis:
         self.chains = tuple(c for c in chains if not isinstance(c, Limb))
         self.limbs = tuple(c for c in chains if isinstance(c, Limb))
         self._by_method: dict[str, Analysis] = {}
-        self._detectors: dict[str, Detector] = {}  # which made them
+        self._detectors: dict[str, Detector] = {}  # the detectors that made them
         self._failed: dict[str, tuple[Detector, str]] = {}  # and why
         self._flips: LimbFlipAnalysis | None = None
         self._helpers: HelperAnalysis | None = None
-        # By kind and method, '' for the clip as captured; what these finds share, by method.
+        # By kind and method, '' for the clip as captured; shared results of the finders by method.
         self._shown: dict[tuple[Kind, str], Mapping[str, tuple[Interval, ...]]] = {}
         self._shared: dict[str, dict[Any, Any]] = {}
         self._known: dict[str, tuple[Interval, ...]] = {}
@@ -137,27 +138,27 @@ class ClipAnalysis:
         self._left: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
         self._hinges: dict[tuple[str, bool], Hinges] = {}
         self._sure: dict[str, tuple[Interval, ...]] = {}
-        # What comes of a find whose correction makes something worse, None of any other.
+        # The open copy of an interval whose correction makes something worse, None for any other.
         self._protected: WeakKeyDictionary[Interval, Interval | None] = WeakKeyDictionary()
         self._making = Lock()
 
     def __repr__(self) -> str:
-        done = ", ".join(self._by_method) or "no detector asked yet"
+        done = ", ".join(self._by_method) or "no detector run yet"
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
     def with_rig(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis of the same motion with a rig; TwistError if it has no such chains.
+        """Return the analysis with another rig; TwistError if it has none of the chains.
 
-        A choice of people or chains stays.
+        A choice of people or chains is kept.
         """
         if rig == self.rig:
             return self
         other = self._with_chains_of(rig)
         # A detector that failed does not run again.
         (other._whole or other)._failed = dict((self._whole or self)._failed)
-        for name in {"poses", "bursts"} & vars(self).keys():  # which no chain changes
+        for name in {"poses", "bursts"} & vars(self).keys():  # no chain changes these
             vars(other)[name] = getattr(self, name)
-        if "signals" in vars(self):  # nor those of another
+        if "signals" in vars(self):  # nor do other chains change these
             stay = [c for c in other.chains if rig.own(c.name) == self.rig.own(c.name)]
             known = {c.name: self.signals[c.name] for c in stay if c.name in self.signals}
             new = [c for c in other.chains if c.name not in known]
@@ -166,7 +167,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with a rig: all of its chains, or the chosen ones that it has."""
+        """Return the analysis with a rig: with all its chains, or the chosen ones it has."""
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -183,16 +184,16 @@ class ClipAnalysis:
 
     @property
     def every_chain(self) -> tuple[Chain, ...]:
-        """The chains that the detectors look at: those asked for, and all beside them."""
+        """The chains that the detectors analyse: all of them, even if only some were chosen."""
         return self._whole.chains if self._whole else self.chains
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """All that may be wrong, and all that a correction needs: chains, then limbs."""
+        """All chains, then all limbs: everything that may be wrong or that a correction needs."""
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
-        """Return the chain or limb of a name or label; TwistError names those that are near."""
+        """Return the chain or limb of a name or label; TwistError suggests similar names."""
         return chain_named(self.chains_and_limbs, name, self.name)
 
     @cached_property
@@ -212,17 +213,17 @@ class ClipAnalysis:
 
     @cached_property
     def body(self) -> Body:
-        """What the joints were taken for, and the limbs that were found."""
+        """The roles that the joints' names give them, and the limbs that were found."""
         return self.rig.body(self.motion)
 
     @cached_property
     def not_examined(self) -> str:
-        """Why nothing could be examined in the clip: a clause, or '' where something could."""
+        """Why nothing could be examined in the clip: a clause, or '' if something could."""
         return why_not_examined(self.motion, self.chains_and_limbs)
 
     @cached_property
     def unexamined(self) -> tuple[Unexamined, ...]:
-        """The arms and legs that no chain examines; none where a person chose the chains."""
+        """The arms and legs that no chain examines; none if a person chose the chains."""
         if self.chosen:
             return ()
         every = unexamined_limbs(self.body, self.chains)
@@ -230,12 +231,12 @@ class ClipAnalysis:
 
     @property
     def people(self) -> tuple[str, ...]:
-        """The names of the people in the skeleton; () where there is one."""
+        """The names of the people in the skeleton; () if there is only one."""
         return _people_of(self.motion)
 
     @cached_property
     def notes(self) -> tuple[Note, ...]:
-        """What people should know about the clip, found when first asked for."""
+        """The notes about the clip, computed on first use."""
         notes = [Note(UNEXAMINED, str(limb)) for limb in self.unexamined]
         if self.not_examined:
             notes = [Note(NOT_EXAMINED, f"The clip could not be examined: {self.not_examined}.")]
@@ -249,14 +250,14 @@ class ClipAnalysis:
         return (*notes, *notation_notes(self.motion), *borders)
 
     def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
-        """What a detector knows of the chains; made when it is first asked for.
+        """Return the analysis of the chains by a detector, computed on first use.
 
-        tell: how far it is. TwistError for a method that there is not.
+        tell: called with the progress. TwistError for an unknown method.
         """
         tell, detector = tell or nobody, DETECTORS.named(method)
         if self._whole is not None:
             return self._whole.by(method, tell)
-        if self._detectors.get(method) is detector:  # also while another one is being made
+        if self._detectors.get(method) is detector:  # also while another analysis is running
             return self._by_method[method]
         with self._making:
             if self._detectors.get(method) is not detector:
@@ -293,7 +294,7 @@ class ClipAnalysis:
             self._failed[method] = DETECTORS.named(method), why
 
     def _forget(self, method: str) -> None:
-        """What an earlier detector of the name has found."""
+        """Discard the results of an earlier detector of the name."""
         for known in (
             self._by_method,
             self._detectors,
@@ -310,13 +311,13 @@ class ClipAnalysis:
             del self._hinges[key]
 
     def kept(self, method: str) -> Analysis | None:
-        """What a detector knows if it was asked before; waits for nothing."""
+        """Return the analysis by a detector if it is already there; never waits."""
         return self._whole.kept(method) if self._whole else self._by_method.get(method)
 
     def _fault_notes(self) -> Iterator[Note]:
-        """How many bursts and frozen spans there are, bursts that no chain has, smoothed spans."""
+        """Yield notes on bursts, frozen spans, bursts outside the chains and smoothed spans."""
         chains = self._of_limbs
-        if not chains:  # limbs alone were asked for
+        if not chains:  # only limbs were chosen
             joints = {j for limb in self.limbs for j in (limb.parent, limb.child)}
             within = [c for c in self.every_chain if c.parent in joints]
             chains = tuple(c for c in within if not isinstance(c, Helper))
@@ -337,7 +338,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Faults of joints without those of people who were not asked for."""
+        """Return the faults of joints without those of people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -355,10 +356,10 @@ class ClipAnalysis:
 
     @property
     def helper_rolls(self) -> HelperAnalysis:
-        """What is known of the helpers among the chains; made when it is first asked for."""
+        """The analysis of the helpers among the chains, computed on first use."""
         if self._whole is not None:
             return self._whole.helper_rolls
-        if self._helpers is not None:  # also while a detector is being made
+        if self._helpers is not None:  # also while a detector is running
             return self._helpers
         with self._making:
             if self._helpers is None:
@@ -368,10 +369,10 @@ class ClipAnalysis:
 
     @property
     def flips(self) -> LimbFlipAnalysis:
-        """What is known of the limbs; made when it is first asked for."""
+        """The analysis of the limbs, computed on first use."""
         if self._whole is not None:
             return self._whole.flips
-        if self._flips is not None:  # also while a detector is being made
+        if self._flips is not None:  # also while a detector is running
             return self._flips
         with self._making:
             if self._flips is None:
@@ -379,9 +380,9 @@ class ClipAnalysis:
             return self._flips
 
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the finds of a kind that is only shown, by chain; looked for when first asked for.
+        """Return the intervals of a kind that is only shown, by chain; searched on first use.
 
-        Of some kinds it is what is left once all is out that the method corrects automatically.
+        For some kinds the search comes after the method's automatic corrections.
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
@@ -393,24 +394,24 @@ class ClipAnalysis:
         return self._rolls.along(self.chain(twist.chain), twist)
 
     def carried_rolls(self, method: str = DEFAULT_METHOD) -> CarriedRolls:
-        """What is known of carried rolls, once a detector's automatic corrections are made."""
+        """Return the carried rolls that are found after a detector's automatic corrections."""
         if self._whole is not None:
             return self._whole.carried_rolls(method)
         if method not in self._carried:
             motion, chains = self.motion, self._of_limbs
             if not DETECTORS.named(method).info.has_confidence:
-                chains = ()  # no confidence says which counter-twists to take out first
+                chains = ()  # no confidence says which counter-twists to remove first
             elif twists := [i for i in self._sure_by(method) if not self.carried_along(i)]:
                 motion = refine(motion, chains, twists)
             self._carried[method] = analyse_carried_rolls(motion, chains)
         return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Lone jumps by chain: what is left once all is out that is corrected automatically."""
+        """Return the lone jumps by chain that remain after all automatic corrections."""
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def _search(self, method: str) -> KindSearch:
-        """What the finders of kinds are given; method: '' for the clip as it was captured."""
+        """Return the input for the finders of kinds; method: '' for the clip as captured."""
         whole, chosen = self._whole or self, self._of_limbs
         shared, chains = whole._shared, whole._of_limbs
         captured = KindSearch(
@@ -433,7 +434,7 @@ class ClipAnalysis:
         )
 
     def _errors(self, method: str) -> tuple[Interval, ...]:
-        """All finds that can be repaired, at the automatic τ."""
+        """Return all intervals that can be corrected, at the automatic τ."""
         if method not in self._known:
             detector = _ByName(self, method, REPAIRED, final=False)
             names = self._looked_at(REPAIRED)
@@ -442,11 +443,11 @@ class ClipAnalysis:
         return self._known[method]
 
     def _applied(self, method: str) -> tuple[Interval, ...]:
-        """Those of them that are sure enough to be corrected automatically."""
+        """Return the intervals of :meth:`_errors` that are corrected automatically."""
         return applied_unasked(self._errors(method))
 
     def _refined(self, method: str) -> Callable[[int, int], Motion] | None:
-        """What makes frames of the motion without them; None where there are none."""
+        """Return a function that makes corrected frames of the motion; None without corrections."""
         if method not in self._refiners:
             applied, chains = self._applied(method), self.chains_and_limbs
             made = refiner(self.motion, chains, applied) if applied else None
@@ -459,10 +460,11 @@ class ClipAnalysis:
         return self._whole.bursts if self._whole else noise_bursts(self.motion)
 
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
-        """Return the people whose joints jump alone dozens of times a minute: no find is sure.
+        """Return the people whose joints jump alone dozens of times a minute: no interval is sure.
 
-        Of a clip of one person that is ('',) or (). As captured and as corrected: where a few
-        jump from the start no detector need be asked. Jumps in a burst of noise do not count.
+        For a clip of one person the result is ('',) or (). Jumps are counted as captured and as
+        corrected: if only a few jump as captured, no detector needs to run. Jumps in a burst of
+        noise do not count.
         """
         if self._whole is not None:
             return self._whole.restless(method)
@@ -478,7 +480,7 @@ class ClipAnalysis:
         return self._with_many(found_by(Kind.LONE_JUMP, self._search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
-        """The people whose chains have many of these jumps."""
+        """Return the people whose chains have many of these jumps."""
         least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
         counts = {
             person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
@@ -492,7 +494,7 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """Return a restless person's find, left open; the same one each time."""
+        """Return a restless person's interval as an open one; the same object each time."""
         if interval.open or not interval.repairable:
             return interval
         if (kept := self._left.get(interval)) is None:
@@ -501,10 +503,10 @@ class ClipAnalysis:
         return kept
 
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
-        """A find, left to a person if its correction makes something worse; the same each time.
+        """Return an interval, open if its correction makes something worse; always the same.
 
-        So is a counter-twist at a step of the whole body, which may be the error by itself.
-        Of a detector without confidence, as the paper's, all is as it found it.
+        A counter-twist at a step of the whole body, which may be the error by itself, becomes open,
+        too. Intervals of a detector without confidence, like the paper's, stay as they are.
         """
         if self._whole is not None:
             return self._whole.protected(interval, method)
@@ -522,8 +524,8 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
-        """What the correction of a find changes in its limb and the neighbours."""
-        if interval.kind != Kind.COUNTER_TWIST:  # of others no detector of chains is asked
+        """Return what the correction of an interval changes in its limb and the neighbours."""
+        if interval.kind != Kind.COUNTER_TWIST:  # no detector of chains is needed for other kinds
             hinges = Hinges(self.motion)
             return protected_measures(self.motion, self.chains_and_limbs, interval, hinges)
         others, kept = self._corrected_with(interval, method), _kept(self.by(method))
@@ -532,7 +534,8 @@ class ClipAnalysis:
             measured = protected_measures(self.motion, self._of_limbs, interval, hinges, others)
             if kept is None or not any(m.worse for m in measured):
                 return measured
-        # Frames between keys, or held ones, were not captured: what they show alone is no fault.
+        # Frames between keys and held frames were not captured: faults that only they show do not
+        # count.
         own, *others = (shown_at(i, kept.first) for i in (interval, *others))
         needed = {i.chain for i in (own, *others)}
         chains = [c.at(kept.first) for c in self._of_limbs if c.name in needed]
@@ -540,9 +543,10 @@ class ClipAnalysis:
         return protected_measures(kept.motion, chains, own, hinges, others)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Counter-twists that are corrected unasked with another, of chains that share a joint.
+        """Return automatically corrected counter-twists in chains that share a joint.
 
-        At another τ than the automatic one those of its own chain may be the same error.
+        At a τ other than the automatic one, those in the interval's own chain may be the same error
+        and are left out.
         """
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
@@ -553,19 +557,19 @@ class ClipAnalysis:
         return [i for i in sure if i.chain in near and i is not interval]
 
     def _sure_by(self, method: str) -> tuple[Interval, ...]:
-        """Counter-twists at the automatic τ that are sure enough."""
+        """Return the counter-twists at the automatic τ that are corrected automatically."""
         if method not in self._sure:
             self._sure[method] = applied_unasked(self._twists_by(method))
         return self._sure[method]
 
     def _twists_by(self, method: str) -> list[Interval]:
-        """All counter-twists at the automatic τ."""
+        """Return all counter-twists at the automatic τ."""
         known = self.by(method)
         names = [c.name for c in self._of_limbs]
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """The hinges of the clip, or of its kept frames, told by what no counter-twist is in."""
+        """Return the hinges of the clip or of its kept frames, without counter-twists."""
         key = method, kept is None
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion
@@ -578,11 +582,11 @@ class ClipAnalysis:
     def detector(
         self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] | None = None
     ) -> Analysis:
-        """What is known by the name of a chain or limb, of these kinds.
+        """Return an analysis of chains and limbs by name, limited to these kinds.
 
-        Of a chain what :meth:`by` and :meth:`shown` tell, of a limb :attr:`flips`;
-        nothing is made before it is asked; kinds: all if not given. TwistError for a method that
-        there is not.
+        For a chain it combines :meth:`by` and :meth:`shown`, for a limb it uses :attr:`flips`.
+        Nothing is computed before it is needed; kinds: all if not given. TwistError for an unknown
+        method.
         """
         DETECTORS.named(method)
         return _ByName(self, method, ALL_KINDS if kinds is None else frozenset(kinds))
@@ -596,13 +600,12 @@ class ClipAnalysis:
         tau_degrees: Tau | None = None,
         tell: Tell | None = None,
     ) -> Detection:
-        """The intervals of these kinds: those of chains, then flips of limbs.
+        """Return the intervals of these kinds: chains first, then limbs.
 
-        τ: for all chains, or by the name of a chain or limb; else the automatic one. A limb's is
-        another quantity, as is that of a twist bone: one τ for all is for other chains only; kinds
-        that cannot be repaired have none.
-        method: a detector by name, or one to register; tell: how far it is. TwistError for a kind,
-        a method or a name that there is not.
+        τ: for all chains, or by the name of a chain or limb; automatic where not given. The τ of a
+        limb or a twist bone is another quantity, so one τ for all applies to other chains only;
+        kinds that cannot be corrected have none. method: the name of a detector, or a detector to
+        register; tell: called with the progress. TwistError for an unknown kind, method or name.
         """
         wanted, method = _kinds(kinds), _name_of(method)
         detector = self.detector(method, wanted)
@@ -617,20 +620,20 @@ class ClipAnalysis:
     def tau_of(
         self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
     ) -> dict[str, float]:
-        """Return τ in radians by name: one for all chains of limbs, then those of a profile.
+        """Return τ in radians by name: one for all chains of limbs, then the values of a profile.
 
-        A profile's names that there are not are left out.
+        Names in the profile that the clip does not have are left out.
         """
         names = {c.name for c in self.chains_and_limbs}
         return self._given(for_all, None) | {k: t for k, t in by_name.items() if k in names}
 
     def _looked_at(self, kinds: Collection[str]) -> tuple[str, ...]:
-        """The names of the chains, and limbs, that may have finds of these kinds."""
+        """Return the names of the chains and limbs that may have intervals of these kinds."""
         chains = self.chains if set(kinds) - {Kind.LIMB_FLIP} else ()
         return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))
 
     def _given(self, radians: Tau | None, degrees: Tau | None) -> dict[str, float]:
-        """τ in radians by name, of the chains and limbs that it is given for."""
+        """Return τ in radians by name, for the chains and limbs that it is given for."""
         if degrees is not None:
             if radians is not None:
                 raise TwistError("expected τ in degrees or in radians, found both")
@@ -642,9 +645,10 @@ class ClipAnalysis:
 
 @dataclass(frozen=True, eq=False)
 class _ByName:
-    """A detector of chains and that of limb flips as one.
+    """The detector of chains and the detector of limb flips as one.
 
-    final: with what the clip as a whole says of its finds; that is known once these are.
+    final: True to leave the intervals of restless people open, which is known only after all
+    others.
     """
 
     clip: ClipAnalysis
@@ -681,10 +685,10 @@ class _ByName:
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
     def _with_carried(self, chain: str, tau: float, found: list[Interval]) -> list[Interval]:
-        """Finds with the carried rolls of a chain, without counter-twists that are part of one.
+        """Add a chain's carried rolls, and remove counter-twists that are part of one.
 
-        In a bent limb a carried roll looks like a counter-twist, in one nearly straight a share of
-        it does.
+        In a bent limb a carried roll looks like a counter-twist; in a nearly straight one a share
+        of it does.
         """
         rolls = self.clip.carried_rolls(self.method).intervals(chain, tau)
         sure = [r for r in rolls if not r.open]
@@ -696,9 +700,9 @@ class _ByName:
         return [*left, *rolls]
 
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
-        """Flips but those in which a child did not follow a twist error of the limb's first joint.
+        """Remove flips in which a child did not follow a twist error of the limb's first joint.
 
-        What it does not turn back turns the rest of the limb: one error, not two.
+        The part that the child does not turn back turns the rest of the limb: one error, not two.
         """
         known = self.clip.by(self.method)
         twists = [
@@ -718,20 +722,20 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Why an interval was found, and why it is left to a reviewer."""
+    """Return why an interval was found, and why it is left to a reviewer."""
     told = explain() if explain else {}
     return {**told, "doubts": [doubt, *told.get("doubts", ())]}
 
 
 def _kept(analysis: Analysis) -> DistinctFrames | None:
-    """The frames by which a clip in coarse notation was examined; None for any other."""
+    """Return the frames by which a clip in coarse notation was examined; None for any other."""
     return analysis.kept if isinstance(analysis, NotatedAnalysis) else None
 
 
 def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
-    """Why an interval was found, and what its correction would make worse."""
+    """Return why an interval was found, and what its correction would make worse."""
     told = explain() if explain else {}
     doubts = [m.doubt for m in worse]
     doubts += [d for d in told.get("doubts", ()) if d not in doubts]
@@ -748,21 +752,21 @@ def _same_frames(a: Interval, b: Interval) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """The intervals of a clip, by chain and start, limbs last; `detect` makes one.
+    """The intervals of a clip, by chain and start, limbs last, as :func:`detect` returns them.
 
-    A sequence of :class:`Interval`. With a name for an index, ``found["LeftArm"]``, it is the
+    A sequence of :class:`Interval`. Indexed by a name, ``found["LeftArm"]``, it returns the
     detection of that chain or limb alone.
 
     Parameters
     ----------
     analysis : ClipAnalysis
-        What was searched.
+        The analysis that was searched.
     method : str
-        The detector of chains.
+        The name of the detector for chains.
     tau : mapping of str to float
         τ in radians by the name of each chain and limb that was searched.
     intervals : tuple of Interval
-        What was found.
+        The intervals that were found.
 
     Examples
     --------
@@ -787,27 +791,27 @@ class Detection:
 
     @property
     def chains(self) -> tuple[Chain, ...]:
-        """The chains that were looked at for counter-twists."""
+        """The chains that were searched for counter-twists."""
         return tuple(c for c in self.analysis.chains if c.name in self.tau)
 
     @property
     def limbs(self) -> tuple[Limb, ...]:
-        """The limbs that were looked at for flips."""
+        """The limbs that were searched for flips."""
         return tuple(c for c in self.analysis.limbs if c.name in self.tau)
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """What was looked at, and what a correction by these intervals needs."""
+        """The chains and limbs that were searched and that a correction needs."""
         return *self.chains, *self.limbs
 
     @property
     def not_examined(self) -> str:
-        """Why nothing could be found in the clip: a clause, or '' where that means something."""
+        """Why nothing could be found in the clip: a clause, or '' if the clip was examined."""
         return "" if self.intervals else self.analysis.not_examined
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes of the analysis; where something was found, the clip was examined."""
+        """The notes of the analysis; if something was found, the clip was examined."""
         notes = self.analysis.notes
         if self.intervals:
             notes = tuple(n for n in notes if n.kind != NOT_EXAMINED)
@@ -819,7 +823,7 @@ class Detection:
         return (*notes, *(Note(RESTLESS_CLIP, said) for said in self._restless_sentences()))
 
     def _restless_sentences(self) -> Iterator[str]:
-        """A sentence for each restless person whose chains or limbs were looked at."""
+        """Yield a sentence for each restless person whose chains or limbs were searched."""
         looked_at = {c.person for c in self.chains_and_limbs}
         for person in self.analysis.restless(self.method):
             if person not in looked_at:
@@ -867,13 +871,13 @@ class Detection:
         *,
         include_open: bool = False,
     ) -> tuple[tuple[Chain, ...], tuple[Interval, ...]]:
-        """The chains and limbs, and the intervals that may be corrected automatically."""
+        """Return the chains and limbs, and the intervals that may be corrected automatically."""
         del motion  # the intervals know their chains
         sure = applied_unasked(self, at_least, include_open=include_open)
         return self.chains_and_limbs, sure
 
     def refined(self, at_least: float | None = None, *, include_open: bool = False) -> Motion:
-        """Return the motion without the intervals that may be corrected automatically.
+        """Return the motion with the intervals corrected that may be corrected automatically.
 
         Parameters
         ----------
@@ -910,7 +914,7 @@ class Detection:
         Returns
         -------
         list of dict
-            Numbers, texts, lists and None only; frames from 0, `stop` is exclusive, angles in
+            Values are numbers, texts, lists and None; frames from 0, `stop` is exclusive, angles in
             degrees.
 
         Examples
@@ -943,32 +947,32 @@ def analyse(
     rig: Rig = AS_FOUND,
     people: Sequence[str] | str | None = None,
 ) -> ClipAnalysis:
-    """Prepare a clip for questions: chains, signals, detectors, each computed once when needed.
+    """Analyse a clip: chains, signals and detectors, each computed once when needed.
 
     Parameters
     ----------
     clip : Clip or Motion
-        What to look at.
+        The clip to analyse.
     chains : str, Chain or sequence of these, optional
-        Only these chains and limbs, by name or label (`twistcore info` lists them) or as they are;
-        all if not given. Case matters only where two names differ in nothing else. A chain's name
-        brings along the limb that begins with it; a limb's name means that limb alone.
+        Only these chains and limbs, by name or label (`twistcore info` lists them) or as objects;
+        all if not given. Case matters only if two names differ in nothing else. A chain's name
+        includes the limb that begins with it; a limb's name means that limb alone.
     rig : Rig, optional
-        Which chains and limbs there are; those found in the clip if not given.
+        The chains and limbs of the skeleton; the ones found in the clip if not given.
     people : str or sequence of str, optional
-        Only the chains of these people, by name; everybody's if not given.
+        Only the chains of these people, by name; all people if not given.
 
     Returns
     -------
     ClipAnalysis
-        The analysis, which keeps what it has computed.
+        The analysis, which keeps its results.
 
     Raises
     ------
     TypeError
         If `clip` is neither a clip nor a motion.
     TwistError
-        If there is no chain, limb or person of a name.
+        If a chain, limb or person does not exist.
 
     See Also
     --------
@@ -979,7 +983,7 @@ def analyse(
     >>> import twistcore as tc
     >>> analysis = tc.analyse(tc.read_clip("assets/walk_injected.bvh"))
     >>> analysis
-    <ClipAnalysis walk_injected.bvh: 10 chains, no detector asked yet>
+    <ClipAnalysis walk_injected.bvh: 10 chains, no detector run yet>
     >>> len(analysis.detect()), len(analysis.detect("paper", tau_degrees=20.0))
     (8, 5)
     """
@@ -1021,20 +1025,20 @@ def detect(
     Parameters
     ----------
     clip : Clip or Motion
-        What to look at.
+        The clip to search.
     chains : str, Chain or sequence of these, optional
-        Only these chains and limbs, as :func:`analyse` takes them; all if not given.
+        Only these chains and limbs, as for :func:`analyse`; all if not given.
     method : str or Detector
-        The detector of chains: 'consistency', 'paper', the name of another one, or a detector of
-        your own, which is registered.
+        The detector for chains: 'consistency', 'paper', the name of another detector, or a
+        detector object, which is then registered.
     kinds : Kind, str or collection of these, optional
-        What to look for; everything if not given. ``"counter_twist"`` and ``"Counter-Twist"`` are
+        The kinds to search for; all if not given. ``"counter_twist"`` and ``"Counter-Twist"`` are
         the same.
     tau_degrees, tau_radians : float or mapping of str to float, optional
         Threshold τ, in degrees or in radians, for all chains or by the name of a chain or limb;
         automatic where not given.
     tell : callable, optional
-        Called now and then with the share of the work that is done, 0…1.
+        Called from time to time with the share of the work that is done, 0…1.
 
     Returns
     -------
@@ -1046,12 +1050,12 @@ def detect(
     TypeError
         If `clip` is neither a clip nor a motion.
     TwistError
-        If there is no chain, kind or method of a name, or τ is given twice.
+        If a chain, kind or method does not exist, or τ is given twice.
 
     See Also
     --------
-    analyse : The same in two steps, for several questions about a clip.
-    refine : Remove what was found.
+    analyse : Analyse a clip once for several searches.
+    refine : Remove the errors that were found.
 
     Examples
     --------
@@ -1071,14 +1075,14 @@ def detect(
     )
 
 
-# What `detect --json` has of every interval, in this order.
+# The columns of `detect --json`, in this order.
 _COLUMNS = ("chain", "parent", "child", "start", "stop", "delta_deg", "confidence", "open", "kind")
 
 
 def _row(
     interval: Interval, chain: Chain, names: Sequence[str], *, explain: bool
 ) -> dict[str, Any]:
-    """An interval as `detect --json` has it; names: of the joints."""
+    """Return an interval as a row of `detect --json`; names: of the joints."""
     parent = names[chain.parent]
     values = (
         *(parent, parent, names[chain.child], interval.start, interval.stop),
@@ -1098,7 +1102,7 @@ def _row(
 
 
 def _kinds(kinds: Collection[Kind | str] | str | None) -> frozenset[Kind]:
-    """Kinds from their words, all for None; TwistError for a word that is none."""
+    """Return the kinds of some words, all for None; TwistError for an unknown word."""
     if kinds is None:
         return ALL_KINDS
     wanted = []

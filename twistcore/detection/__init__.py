@@ -1,7 +1,7 @@
-"""Finding the intervals in which a parent and its child twist against each other.
+"""Find the intervals in which a parent and its child twist against each other.
 
-A detector analyses a motion once, without any threshold; its analysis then answers for every τ
-quickly enough to follow a dragged line.
+A detector analyses a motion once, without any threshold. Its analysis then answers for every τ,
+fast enough to follow a line that a person drags.
 """
 
 from importlib import import_module
@@ -27,7 +27,7 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded when first used, as it needs numpy: the names of detectors do without.
+    # Loaded on first use, because it needs numpy; listing the names of detectors does not.
     def __getattr__(name: str) -> object:
         if name == "Interval":
             return import_module(f"{__name__}.interval").Interval

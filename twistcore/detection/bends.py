@@ -1,8 +1,8 @@
-"""How far every joint bends from frame to frame, whatever the twists of its bones [Method, step 7].
+"""How far each joint bends from frame to frame, independent of its bones' twist [Method, step 7].
 
-A joint's bend is the angle between the bone that it hangs on and its own. A twist error turns a
-joint about its bone and the next one back: no bone leaves its direction and no bend changes,
-however many chains go wrong in the same frames. A limb flip changes two bends of its limb.
+A joint's bend is the angle between its parent's bone and its own. A twist error turns a joint about
+its bone and turns the next joint back: no bone changes its direction and no bend changes, even if
+many chains have errors in the same frames. A limb flip changes two bends of its limb.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, multiply, rotate
 
 _BLOCK = 2048  # frames
-_SHORTEST = 1e-6  # of the skeleton's height: what is shorter has no direction
+_SHORTEST = 1e-6  # of the skeleton's height: anything shorter has no direction
 
 
 def bend_steps(motion: Motion) -> Array:
-    """Changes of all bends and turns of all roots, radians ≥ 0, (as many, frames − 1).
+    """Return the changes of all bends and the turns of all roots, radians ≥ 0, (n, frames − 1).
 
-    Of a joint that hangs on no bone, in its root's place, its own bone's turn in the root's frame.
+    For a joint at its root's place, with no bone above it, the turn of its own bone in the root's
+    frame is taken.
     """
     parents, q = motion.skeleton.parents, motion.rotations
     above = [bone_direction(motion, j, []) if p >= 0 else None for j, p in enumerate(parents)]
@@ -40,7 +41,7 @@ def bend_steps(motion: Motion) -> Array:
         above_all = None if on_root else _together(bones_above)
         groups.append((np.array(paths).T, _together(own_bones), above_all))
     steps = np.empty((len(roots) + sum(g[0].shape[1] for g in groups), max(motion.frames - 1, 0)))
-    # Blocks stay in the cache, and what is made on the way does not grow with the clip.
+    # Working in blocks keeps the data in the cache, and memory does not grow with the clip.
     for low in range(0, motion.frames - 1, _BLOCK):
         at = slice(low, min(low + _BLOCK + 1, motion.frames))
         part = q[at]
@@ -61,9 +62,9 @@ def bend_steps(motion: Motion) -> Array:
 
 
 def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | None:
-    """Direction of a joint's longest bone in its own frame, (3,) or (frames, 3); None: it has none.
+    """Return the direction of a joint's longest bone in its own frame, or None if it has no bone.
 
-    The End Site counts where no child is away from the joint.
+    Shape (3,) or (frames, 3). The End Site counts if all children are at the joint's own place.
     """
     children = [c for c in motion.skeleton.children[joint] if above[c] is not None]
     if children:
@@ -75,7 +76,7 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
 
 
 def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
-    """Joints in one place from the one that ends a bone, or is next to a root, down to `joint`."""
+    """Return the joints at one place, from the first below a bone or a root down to `joint`."""
     parents, path = motion.skeleton.parents, [joint]
     while above[path[0]] is None and parents[parents[path[0]]] >= 0:
         path.insert(0, int(parents[path[0]]))
@@ -83,13 +84,13 @@ def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
 
 
 def _together(directions: Sequence[Array]) -> Array:
-    """Directions (3,) or (frames, 3) of several joints, (joints, 3) or (frames, joints, 3)."""
+    """Stack directions (3,) or (frames, 3) of joints to (joints, 3) or (frames, joints, 3)."""
     stacked: Array = np.stack(np.broadcast_arrays(*directions), axis=-2)
     return stacked
 
 
 def _angles(one: Array, other: Array) -> Array:
-    """Angles between unit vectors (frames, joints, 3), radians, (joints, frames)."""
+    """Return the angles between unit vectors (frames, joints, 3), radians, (joints, frames)."""
     cosine = np.einsum("...jc,...jc->...j", one, other).T
     angles: Array = np.arccos(np.clip(cosine, -1.0, 1.0))
     return angles

@@ -1,4 +1,4 @@
-"""Bursts of noise and frozen limbs as intervals of chains: faults of the capture, only shown."""
+"""Noise bursts and frozen limbs as intervals of chains: faults of the capture, never corrected."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from twistcore.detection.runs import overlapping
 from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 
-_APART = 0.1  # seconds between two bursts of a chain that are still one
+_APART = 0.1  # seconds: two bursts of a chain that are closer than this count as one
 
 
 def find_bursts(search: KindSearch) -> Found:
@@ -29,7 +29,7 @@ def find_bursts(search: KindSearch) -> Found:
 
 
 def find_frozen(search: KindSearch) -> Found:
-    """Return frozen frames by chain name: a limb's belong to the first of its chosen chains."""
+    """Return frozen frames by chain name; a frozen limb is listed with its first chosen chain."""
     return frozen_intervals(search.motion, search.chains, search.chosen)
 
 
@@ -39,12 +39,13 @@ def burst_intervals(
     bursts: Iterable[NoiseBurst],
     chosen: Sequence[Chain] | None = None,
 ) -> dict[str, tuple[Interval, ...]]:
-    """Bursts of the joints of chains by chain name, by start; chosen: the chains to list.
+    """Return the bursts of chains' joints by chain name, by start; chosen: the chains to list.
 
-    What concerns a chosen chain is listed there, if not by the chain that comes first, then by the
-    first of these. Bursts of a chain that overlap, or nearly so, are one interval. `residual` is σ
-    of the noise about each axis in the noisiest joint, which gives its name; there is no offset,
-    for nothing is taken out. Bursts of joints of no such chain are left out.
+    A burst that concerns a chosen chain is always listed: with its own chain if that is chosen, or
+    with the first chosen chain that it concerns. Bursts of a chain that overlap, or nearly do, are
+    merged into one interval, named after its noisiest joint. `residual` is σ of the noise about
+    each axis in that joint; the offset is 0, because nothing is removed. Bursts of joints outside
+    these chains are left out.
     """
     chosen, apart = chains if chosen is None else chosen, 1 + int(_APART * motion.fps)
     own: dict[str, list[NoiseBurst]] = {chain.name: [] for chain in chosen}
@@ -60,7 +61,7 @@ def burst_intervals(
 
 
 def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tuple[NoiseBurst, ...]:
-    """The bursts of joints that no chain has."""
+    """Return the bursts of joints that belong to no chain."""
     owner = chain_of_joint(chains)
     return tuple(burst for burst in bursts if burst.joint not in owner)
 
@@ -68,9 +69,9 @@ def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tup
 def frozen_intervals(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Chain] | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Frames in which a limb does not move at all, by the name of its first chain that is chosen.
+    """Return frames in which a limb does not move at all, by the name of its first chosen chain.
 
-    chains: all that the limbs have; chosen: the chains to list, all if not given.
+    chains: all chains of the limbs; chosen: the chains to list, all if not given.
     """
     chosen = chains if chosen is None else chosen
     first: dict[str, Chain] = {}

@@ -1,11 +1,12 @@
 """Carried rolls: P turns about its bone, C's bone keeps its place, and C rolls along with P.
 
-In both C's bone goes back about P's bone as far as P turns (its azimuth, θc of [Choi26 Eq. 6-7]).
-In a counter-twist that is all; in a carried roll C also turns about its own bone as far as P does:
+In a counter-twist and in a carried roll alike, C's bone turns back about P's bone as far as P turns
+(its azimuth, θc of [Choi26 Eq. 6-7]). In a carried roll C also turns about its own bone, as far as
+P does:
 
     q_P ⊗ R_a(δ),   R_a(−δ) ⊗ q_C ⊗ R_b(δ)
 
-With C's own roll left out, which says nothing of the azimuth, that is a counter-twist, and the
+C's own roll has no effect on the azimuth. Without it a carried roll is a counter-twist, and the
 consistency detector finds it with all its evidence.
 """
 
@@ -29,25 +30,25 @@ from twistcore.skeleton.motion import Motion
 from twistcore.work.frozen import dataclass
 
 LEAST_BEND = 20.0  # degrees: the azimuth of a straighter limb is mostly noise
-LEAST = 3.0  # degrees: a smaller turn at an edge is not examined
-WIDEST = 0.06  # seconds of an edge
-_AGREE = 0.4  # of P's turn at an edge: how far the azimuth, and C's roll, may miss as much
-_OUTSTANDING = 4.0  # of the usual turn beyond the pace: what may be an edge
+LEAST = 3.0  # degrees: smaller turns at an edge are not examined
+WIDEST = 0.06  # seconds, for an edge
+_AGREE = 0.4  # of P's turn at an edge: how far the azimuth, and C's roll, may differ from it
+_OUTSTANDING = 4.0  # times the usual turn beyond the pace: the least turn that may be an edge
 
 
 @dataclass(frozen=True, eq=False)
 class CarriedRolls:
-    """Carried rolls of chains before any τ.
+    """Carried rolls of chains before a threshold is chosen.
 
-    known: what the consistency detector finds in each chain without C's own roll; signals: of these
-    chains. Chains without a single edge of such a roll have neither.
+    known: what the consistency detector finds in each chain without C's own roll; signals: of the
+    same chains. Chains without any edge of a carried roll are in neither.
     """
 
     known: Mapping[str, ConsistencyAnalysis | NotatedAnalysis]
     signals: Mapping[str, Witnesses]
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Carried rolls of a chain at τ radians, by start."""
+        """Return the carried rolls of a chain at τ radians, by start."""
         if chain not in self.known:
             return ()
         found = self.known[chain].intervals(chain, tau)
@@ -75,9 +76,9 @@ class RollsOfChains:
 
 
 def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:
-    """Everything about carried rolls that does not depend on τ.
+    """Analyse carried rolls as far as that does not depend on τ.
 
-    motion: without its counter-twists; with them these would be found again.
+    motion: without its counter-twists, which would be found again here.
     """
     signals = {}
     for chain in chains:
@@ -95,22 +96,22 @@ def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRol
 
 
 def may_carry(chain: Chain) -> bool:
-    """True if C has a bone of its own, whose place shows the azimuth."""
+    """True if C has a bone of its own whose position shows the azimuth."""
     constant = chain.axis.ndim == chain.arm.ndim == 1
     return chain.grandchild >= 0 and chain.ends and constant and not isinstance(chain, Helper)
 
 
 def bent_frames(motion: Motion, chain: Chain) -> Mask:
-    """Frames in which the limb is bent enough to show a carried roll, (frames,)."""
+    """Return where the limb is bent enough to show a carried roll, (frames,)."""
     if not may_carry(chain):
         return np.zeros(motion.frames, dtype=bool)
     return np.asarray(Witnesses.of(motion, chain).bend >= LEAST_BEND)
 
 
 def without_roll(motion: Motion, signals: Mapping[Chain, Witnesses]) -> Motion:
-    """The motion with every C turned to where its bone is, but not about that bone.
+    """Return the motion with every C turned to where its bone is, without roll about that bone.
 
-    Of chains no two of which share a joint that is C in one and P in the other.
+    No joint may be C in one of these chains and P in another.
     """
     rotations = motion.rotations.copy()
     for chain, own in signals.items():
@@ -119,7 +120,7 @@ def without_roll(motion: Motion, signals: Mapping[Chain, Witnesses]) -> Motion:
 
 
 def _apart(chains: Iterable[Chain]) -> list[list[Chain]]:
-    """Chains in groups in which no C is the P of another chain."""
+    """Group chains so that in a group no C is the P of another chain."""
     groups: list[list[Chain]] = []
     for chain in chains:
         fits = (g for g in groups if all(_share_no_joint(chain, other) for other in g))
@@ -134,7 +135,7 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
 
 
 def _some_edge(signals: Witnesses) -> bool:
-    """True if P turns once as in a carried roll, far more than is usual in the clip."""
+    """True if P turns at least once as in a carried roll, far more than is usual in the clip."""
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
         at = np.flatnonzero(x >= LEAST)
@@ -147,13 +148,13 @@ def _some_edge(signals: Witnesses) -> bool:
 
 
 def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
-    """Where turns of `width` frames from these frames on are those of a carried roll."""
+    """Return where turns over `width` frames from these frames on look like a carried roll."""
     names = "x", "azimuth_turns", "roll_turns"
     return _alike(*(signals.beyond_pace(name, width)[at] for name in names))
 
 
 def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
-    """Whether the azimuth goes back, and C rolls along, about as far as P turns; degrees."""
+    """Return where the azimuth turns back, and C rolls along, about as far as P turns; degrees."""
     x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
     limit = _AGREE * np.abs(x)
     back, along = np.abs(wrapped(x + azimuth)) <= limit, np.abs(wrapped(x - roll)) <= limit
@@ -161,15 +162,15 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
 
 
 def is_carried(signals: Witnesses, found: Interval) -> bool:
-    """True if the limb is bent throughout, and C rolls along wherever an interval begins or ends.
+    """True if the limb is always bent, and C rolls along wherever an interval begins or ends.
 
-    found: of a detector of counter-twists.
+    found: from a detector of counter-twists.
     """
     around = slice(max(found.start - 1, 0), found.stop + 1)
     if signals.bend[around].min() < LEAST_BEND:
         return False
     edges = [(e["start"], e["stop"]) for e in (found.evidence or {}).get("edges", ())]
-    if not edges:  # one that sets in softly: its course up to the largest offset
+    if not edges:  # a soft onset: its course up to the largest offset
         edges = [(found.start, found.start + int(np.abs(found.offset).argmax()) + 1)]
     return all(_edge_is_carried(signals, start, stop) for start, stop in edges)
 

@@ -1,9 +1,9 @@
-"""A bone that is turned against its child in every frame, by comparison with the other side.
+"""Bones that are turned against their child in every frame, by comparison with the other side.
 
-No edge shows a constant counter-twist, and no position does. The same bone of the other side does:
-a body is symmetric in the mean, and a mirrored twist about the outgoing bone has the other sign, so
-that left + right is about 0 for P's twist and for C's. An error of δ on one side shows as +δ in the
-one sum and as −δ in the other, which no pose does for a whole clip.
+A constant counter-twist has no edge and changes no position, but the same bone on the other side
+reveals it. A body is symmetric on average, and mirrored twists about the outgoing bone have
+opposite signs, so left + right is about 0 for P's twist and for C's. An error of δ on one side adds
++δ to the one sum and −δ to the other, which no pose does for a whole clip.
 """
 
 from __future__ import annotations
@@ -20,17 +20,17 @@ from twistcore.skeleton.rotation import Array, twist_angle, wrap
 from twistcore.work.frozen import dataclass
 
 LEAST = math.radians(30.0)
-_AGREE = 0.25  # of the offset, by which P's sum and C's may miss each other …
-_POSE = math.radians(50.0)  # … or this: so far are the usual poses of both sides from symmetric
-_STEADY = 0.5  # length of the mean direction: with less a twist has no usual angle
+_AGREE = 0.25  # of the offset: how far P's sum and C's may differ …
+_POSE = math.radians(50.0)  # … or this much: so asymmetric are the usual poses of both sides
+_STEADY = 0.5  # length of the mean direction: below it a twist has no usual angle
 _CLEARLY = math.radians(30.0)  # one side is farther from the rest pose than the other
 
 
 @dataclass(frozen=True)
 class ConstantOffset:
-    """A chain whose P is turned by `degrees` against C in every frame; other: the other side's.
+    """A chain whose P is turned by `degrees` against C in every frame; other: on the other side.
 
-    clear: whether it is this chain that is off, and not the other one, by their rest poses.
+    clear: True if the rest poses show that this chain is wrong, not the other one.
     """
 
     chain: Chain
@@ -60,7 +60,7 @@ class _Usual:
 
 @dataclass(frozen=True)
 class _Pair:
-    """The same bone of both sides, with the usual twists of P and C: left P, left C, right P …"""
+    """The same bone on both sides, with the usual twists: left P, left C, right P, right C."""
 
     left: Chain
     right: Chain
@@ -70,8 +70,7 @@ class _Pair:
 def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantOffset, ...]:
     """Return the chains that are off by a constant, as far as the other side shows it.
 
-    An error of a bone turns the C of the bone above it, too: of two such bones the lower one is
-    off.
+    An error of a bone also turns the C of the bone above. Of two such bones the lower one is wrong.
     """
     pairs = [_Pair(*sides, _usual_of_both(motion, *sides)) for sides in _pairs(chains)]
     above = {pair.left.child: pair for pair in pairs}
@@ -86,7 +85,7 @@ def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantO
 
 
 def _compared(pair: _Pair, below: _Pair | None) -> ConstantOffset | None:
-    """What a bone of both sides shows of an offset; below: the next bone of the limb."""
+    """Return the constant offset of a bone of both sides; below: the next bone of the limb."""
     if pair.usual is None:
         return None
     left_p, left_c, right_p, right_c = pair.usual
@@ -95,10 +94,10 @@ def _compared(pair: _Pair, below: _Pair | None) -> ConstantOffset | None:
     apart, least = float(wrap(of_p - of_c)), min(abs(of_p), abs(of_c))
     pose = min(_POSE, least)
     if below is not None and below.usual is None:
-        pose = 0.0  # a twist of the bone below could be taken for C's
+        pose = 0.0  # a twist of the bone below could be mistaken for C's
     if least < LEAST or abs(apart) > max(_AGREE * least, pose):
         return None
-    # A joint that hardly turns shows the offset; how a joint is usually held, blurs it.
+    # A joint that hardly turns shows the offset; the usual pose of a joint blurs it.
     blur = [left_p.varies + right_p.varies, left_c.varies + right_c.varies]
     share = blur[0] / sum(blur) if sum(blur) > 0.0 else 0.5
     offset = math.degrees(float(wrap(of_p - share * apart)))
@@ -108,7 +107,7 @@ def _compared(pair: _Pair, below: _Pair | None) -> ConstantOffset | None:
 
 
 def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
-    """The same bone, or the same piece of it, of both sides of a person."""
+    """Yield the same bone, or the same piece of it, on both sides of a person."""
     places: dict[tuple[str, str, int], dict[str, Chain]] = {}
     counts: dict[tuple[str, str, str], int] = {}
     for chain in chains:
@@ -125,7 +124,7 @@ def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
 def _usual_of_both(
     motion: Motion, left: Chain, right: Chain
 ) -> tuple[_Usual, _Usual, _Usual, _Usual] | None:
-    """The usual twists of P and C of both sides, None if one of them has none."""
+    """Return the usual twists of P and C on both sides, or None if one of them has none."""
     left_p, left_c, right_p, right_c = (
         _usual(motion, chain, joint)
         for chain in (left, right)
@@ -137,7 +136,7 @@ def _usual_of_both(
 
 
 def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:
-    """The circular median of a joint's twist about a chain's bone, None where it has none."""
+    """Return the circular median of a joint's twist about a chain's bone; None if undefined."""
     if chain.axis.ndim > 1:
         return None
     angle: Array = twist_angle(motion.rotations[:, joint], chain.axis)

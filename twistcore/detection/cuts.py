@@ -1,4 +1,4 @@
-"""Clip-wide discontinuities: a T-pose at an end, cuts. Borders, not events [Method, step 7]."""
+"""Clip-wide discontinuities: a T-pose at an end, cuts. Borders, not errors [Method, step 7]."""
 
 from __future__ import annotations
 
@@ -13,20 +13,23 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion, once_a_motion
 from twistcore.skeleton.notation import DistinctFrames, without_held
 
-SHORTEST_SEGMENT = 0.25  # seconds between cuts: in less no error can be told from motion
+# seconds between cuts: a shorter piece is too short to tell error from motion
+SHORTEST_SEGMENT = 0.25
 JUMP = 5.0  # times a joint's own pace
 SMALLEST = float(np.radians(0.5))  # joints that bend less in the jump do not vote
-SHARE = 0.55  # of the joints that bend at all: tremors of a tracked capture reach 0.52
-FEWEST = 1.0 / 3.0  # of all joints count as bending: where all is still, an error is not a cut
+SHARE = 0.55  # of the joints that bend at all: tremors in tracked captures reach 0.52
+FEWEST = 1.0 / 3.0  # of all joints count as bending: if nearly all is still, an error is not a cut
 SHARE_BESIDE, HOLE = 0.3, 3  # for frames within HOLE of a cut
-LEADING = 12  # transitions in which a T-pose at the start may blend into the capture
-BLOCK_SECONDS = 0.13  # of the pace: the median over a block outlives a few frames of a cut
+LEADING = 12  # transitions within which a T-pose at the start may blend into the capture
+# of the pace: the median over a block is not affected by the few frames of a cut
+BLOCK_SECONDS = 0.13
 
 
 def find_cuts(motion: Motion) -> Mask:
-    """True where the step into a frame is no capture, (frames,).
+    """Return where the step into a frame is no motion, (frames,).
 
-    That is a cut, or a step of a blend out of the clip's first pose or into a rest pose at its end.
+    Such a step is a cut, or part of a blend out of the clip's first pose or into a rest pose at its
+    end.
     """
     return _cuts(motion).copy()
 
@@ -46,7 +49,7 @@ def _cuts(motion: Motion) -> Mask:
 
 
 def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
-    """Cuts of the frames that differ in all frames; a blend goes on while a frame is held."""
+    """Return the cuts of distinct frames in all frames; a blend continues while a frame is held."""
     full = np.zeros(held.frames, dtype=bool)
     full[held.first] = cut
     full[held.first[0] : held.first[-1]] |= np.repeat(cut[:-1] & cut[1:], np.diff(held.first))
@@ -54,10 +57,10 @@ def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
 
 
 def _jumps(motion: Motion) -> Mask:
-    """True where the bends of most joints jump at once on the way into a frame.
+    """Return where the bends of most joints jump at once on the way into a frame.
 
-    A joint votes where it bends by more than JUMP times its median pace in the calmest of the
-    blocks around, or hardly bends; a cut needs SHARE of the votes of the joints that ever bend.
+    A joint votes if it bends by more than JUMP times its median pace in the calmest nearby block,
+    or if it hardly bends. A cut needs SHARE of the votes of the joints that ever bend.
     """
     frames = motion.frames
     cut = np.zeros(frames, dtype=bool)
@@ -80,7 +83,7 @@ def _jumps(motion: Motion) -> Mask:
     for turn, most in zip(turns, least, strict=True):
         share[1:] += turn > most[at]
     share /= voters
-    # A blend from a T-pose fades out: weaker frames beside a cut belong to it, holes included.
+    # A blend from a T-pose fades out: weaker frames next to a cut belong to it, gaps included.
     candidates = np.flatnonzero(share > SHARE_BESIDE)
     if len(candidates):
         groups = np.split(candidates, np.flatnonzero(np.diff(candidates) > HOLE) + 1)
@@ -91,7 +94,7 @@ def _jumps(motion: Motion) -> Mask:
 
 
 def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
-    """Return frames [low, high) between cuts, without those too short to tell error from motion."""
+    """Return frames [low, high) between cuts, except pieces too short to tell error from motion."""
     shortest = round(SHORTEST_SEGMENT * fps)
     borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
     return tuple(
@@ -100,11 +103,11 @@ def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
 
 
 def leading_frames(motion: Motion) -> int:
-    """How many frames at the start are a rest pose or a blend out of it, and no capture.
+    """Return the number of frames at the start that are a rest pose or a blend out of it.
 
-    All before the last cut (:func:`find_cuts`) among the 12 transitions behind a first pose, held
-    or not, and before the end of a longer blend. CMU clips: frame 0. The Daz conversion: the first
-    8 to 12.
+    These are the frames before the last cut (:func:`find_cuts`) among the 12 transitions after a
+    first pose, held or not, and before the end of a longer blend. CMU clips: frame 0. The Daz
+    conversion: the first 8 to 12.
     """
     cut = find_cuts(motion)
     near = np.flatnonzero(cut[: held_frames(motion.rotations) + LEADING + 1])
@@ -115,12 +118,12 @@ def leading_frames(motion: Motion) -> int:
 
 
 def trailing_frames(motion: Motion) -> int:
-    """How many frames at the end are a blend back into a rest pose, and no capture."""
+    """Return the number of frames at the end that are a blend back into a rest pose."""
     return rest_frames(motion.rotations, motion.fps)
 
 
 def border_notes(motion: Motion) -> tuple[str, ...]:
-    """What is left out at the ends of a clip, in sentences; none for a lone T-pose in frame 0."""
+    """Return sentences about the frames left out at the ends; none for a lone T-pose in frame 0."""
     first, last = leading_frames(motion), trailing_frames(motion)
     notes = []
     if first > 1:

@@ -1,4 +1,4 @@
-"""How a kind that is only shown is looked for: what its finder is given, and what it answers."""
+"""How kinds that are only shown are searched for: the input of a finder, and its result."""
 
 from __future__ import annotations
 
@@ -21,29 +21,29 @@ Known = TypeVar("Known")
 
 @dataclass(frozen=True, eq=False)
 class KindSearch:
-    """A clip in which a kind of error is looked for.
+    """A clip in which a kind of error is searched for.
 
     Parameters
     ----------
     motion : Motion
         The clip as it was captured.
     chains : tuple of Chain
-        All chains of limbs: a find belongs to one of them.
+        All chains of limbs; each find belongs to one of them.
     chosen : tuple of Chain
-        The chains to list, all or some of these.
+        The chains to list: all or some of `chains`.
     whole : bool
-        False if these are not all chains of the clip: joints of no chain are then nobody's.
+        False if `chains` are not all chains of the clip: joints outside them are then not listed.
     named : tuple of Chain
-        All chains, twist bones and limbs: the errors that are known are of these.
+        All chains, twist bones and limbs; the known errors belong to these.
     errors : callable
         Returns the intervals of all kinds that can be repaired, at the automatic τ.
     corrected : callable
-        Returns a function that makes frames of the motion without what is corrected
-        automatically; None where nothing is.
+        Returns a function that makes frames of the motion with all automatic corrections; None if
+        there are none.
     without : callable
         Returns a function that makes frames of the motion without some of the errors.
     captured : KindSearch, optional
-        The same search where no error is known; itself if not given.
+        The same search in the clip as captured, without known errors; itself if not given.
     """
 
     motion: Motion
@@ -58,9 +58,9 @@ class KindSearch:
     _kept: MutableMapping[Any, Any] = field(default_factory=dict)
 
     def once(self, work: Callable[[KindSearch], Known]) -> Known:
-        """Return what `work` finds, which kinds of the same clip share; callers must not change it.
+        """Return the result of `work`, which the kinds of a clip share; callers must not change it.
 
-        It may depend on all but the chosen chains.
+        The result may depend on everything but the chosen chains.
         """
         if work not in self._kept:
             self._kept.setdefault(work, work(self))
@@ -72,7 +72,7 @@ Finder = Callable[[KindSearch], Found]
 
 
 def finder_of(kind: Kind) -> Finder:
-    """Return what finds a kind; TwistError where it cannot be loaded."""
+    """Return the finder of a kind; TwistError if it cannot be loaded."""
     module, _, name = kind.info.find.partition(":")
     with one_sentence(f"the finder of the kind {kind.value!r} cannot be loaded"):
         finder: Finder = getattr(import_module(module), name)
@@ -82,7 +82,7 @@ def finder_of(kind: Kind) -> Finder:
 def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
     """Return the intervals of a kind in the chosen chains by chain name, each chain's by start.
 
-    TwistError where the kind's finder fails, or finds what cannot be.
+    TwistError if the kind's finder fails or returns impossible intervals.
     """
     finder, frames = finder_of(kind), search.motion.frames
     with one_sentence(f"the finder of the kind {kind.value!r} failed"):

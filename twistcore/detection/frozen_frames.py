@@ -1,4 +1,4 @@
-"""Limbs that stand still to the last digit in the middle of a clip: markers were lost, or held."""
+"""Limbs that do not move at all in the middle of a clip: markers were lost, or a pose was held."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.notation import without_held
 
-_LEAST, _FEWEST = 0.25, 6  # seconds, and frames at least
-_ALIVE = 0.7  # of the other frames, in which the same limb moves
+_LEAST, _FEWEST = 0.25, 6  # seconds, and at least so many frames
+_ALIVE = 0.7  # of the other frames, in which the same limb must move
 
 
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
-    """Limb and frames [start, stop) in which it does not move at all, by start.
+    """Return limbs with the frames [start, stop) in which they do not move at all, by start.
 
-    Not at either end of the clip, where a pose is held on purpose, nor in a clip whose frames are
-    held by its notation.
+    Frames at either end of the clip, where a pose is held on purpose, do not count, nor do clips
+    whose notation holds frames.
     """
     if motion.frames < 3 or without_held(motion) is not None:
         return ()
@@ -45,7 +45,7 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
 
 
 def limb_of(chain: Chain) -> str:
-    """The limb that a chain is part of, in words; '' for a chain of the trunk."""
+    """Return the limb that a chain is part of, in words; '' for a chain of the trunk."""
     if not chain.side:
         return ""
     kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"
@@ -54,7 +54,7 @@ def limb_of(chain: Chain) -> str:
 
 
 def frozen_sentence(spans: int) -> str:
-    """The note on a clip with so many frozen spans; '' for none."""
+    """Return the note for a number of frozen spans; '' for none."""
     if not spans:
         return ""
     if spans == 1:

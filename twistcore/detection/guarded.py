@@ -1,4 +1,4 @@
-"""A detector of somebody else's: what goes wrong in it is one sentence that names it."""
+"""Detectors of other authors, guarded: a failure becomes one sentence that names the detector."""
 
 from __future__ import annotations
 
@@ -35,22 +35,22 @@ def one_sentence(what: str) -> Iterator[None]:
 
 
 class GuardedDetector:
-    """A detector whose answers are checked. place: the file and class that it is of, or ''."""
+    """A detector whose results are checked; place: the file and class that it comes from, or ''."""
 
     def __init__(self, detector: Detector, place: str = "") -> None:
         self.detector, self.place = detector, place
 
     @property
     def info(self) -> DetectorInfo:
-        """What people are shown of it."""
+        """What the program shows about the detector."""
         return self.detector.info
 
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> GuardedAnalysis:
-        """Everything that does not depend on τ; TwistError where the detector fails.
+        """Analyse a motion as far as that does not depend on τ; TwistError if the detector fails.
 
-        Each chain is asked for its strength and τ at once, so most of what can fail fails here.
+        Strength and τ of each chain are computed at once, so most failures happen here.
         """
         name = self.info.name
         with one_sentence(f"the detector {name!r} failed"):
@@ -68,16 +68,16 @@ class GuardedDetector:
 
 
 class GuardedAnalysis:
-    """What such a detector knows of a motion; a wrong answer is a TwistError."""
+    """The analysis of such a detector; a wrong result raises a TwistError."""
 
     def __init__(self, name: str, analysis: Analysis, frames: int) -> None:
         self._name, self.analysis, self._frames = name, analysis, frames
         self._strengths: dict[str, Array] = {}
-        # The same interval each time: what is known of it is kept with it.
+        # Return the same interval each time, because others keep results by interval.
         self._known: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
 
     def automatic_tau(self, chain: str) -> float:
-        """τ in radians when nobody names one."""
+        """Return the automatic τ, radians."""
         with one_sentence(f"the detector {self._name!r} failed on {chain}"):
             tau = float(self.analysis.automatic_tau(chain))
         if not 0.0 < tau <= math.pi:
@@ -85,7 +85,7 @@ class GuardedAnalysis:
         return tau
 
     def strength(self, chain: str) -> Array:
-        """The curve that the τ line lies on, radians, shape (frames,)."""
+        """Return the curve that the τ line lies on, radians, shape (frames,)."""
         import numpy as np  # names of detectors are listed without it
 
         if chain not in self._strengths:
@@ -100,14 +100,14 @@ class GuardedAnalysis:
         return self._strengths[chain]
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Intervals of a chain at τ radians, by start."""
+        """Return the intervals of a chain at τ radians, by start."""
         with one_sentence(f"the detector {self._name!r} failed on {chain}"):
             found = list(self.analysis.intervals(chain, tau))
         for one in found:
             self._check(chain, one)
         return tuple(map(self._explained, sorted(found, key=lambda i: (i.start, i.stop))))
 
-    def __getattr__(self, name: str) -> Any:  # what some analyses know besides, as `removed`
+    def __getattr__(self, name: str) -> Any:  # further methods of some analyses, such as `removed`
         return getattr(self.analysis, name)
 
     def _check(self, chain: str, found: Any) -> None:
@@ -124,7 +124,7 @@ class GuardedAnalysis:
             raise self._wrong(chain, f"intervals within {self._frames} frames", spans)
         offset = np.asarray(found.offset)
         if offset.shape != (found.frames,) or not np.isfinite(offset).all():
-            raise self._wrong(chain, "an offset for each frame of an interval", "others")
+            raise self._wrong(chain, "a finite offset for each frame of an interval", "others")
 
     def _wrong(self, chain: str, expected: str, found: str) -> TwistError:
         return TwistError(
@@ -142,7 +142,7 @@ class GuardedAnalysis:
 
 
 class _Reasons:
-    """Why an interval was found; an error in that is the reason that is given."""
+    """The reasons for an interval; if computing them fails, the error is the reason."""
 
     def __init__(self, name: str, explain: Callable[[], dict[str, Any]]) -> None:
         self._name, self._explain = name, explain

@@ -1,7 +1,7 @@
-"""Twist bones that turn about their bone alone: a pop, or a driver that flips at ±180°.
+"""Twist bones that turn about their bone alone: a jump, or a driver that flips at ±180°.
 
-A helper shares out the roll of the joint C at the end of its bone. Where it jumps about the bone,
-C does not, and its parent does not turn the other way, the helper alone is wrong.
+A helper shares the roll of the joint C at the end of its bone. If it jumps about the bone, C does
+not, and its parent does not turn the other way, the helper alone is wrong.
 """
 
 from __future__ import annotations
@@ -25,38 +25,38 @@ from twistcore.skeleton.rotation import Array, quaternion_from_axis_angle
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import nobody
 
-SMALLEST_ROLL = math.radians(20.0)  # a helper that is off by less wrings no skin to be seen
-_EXPLAINED = 0.4  # of the helper's jump: C, or its parent the other way, turned by as much
+SMALLEST_ROLL = math.radians(20.0)  # a helper that is off by less does not visibly twist the skin
+_EXPLAINED = 0.4  # of the helper's jump: C turned as much, or its parent as much the other way
 _AXIS = np.array([1.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True, eq=False)
 class HelperAnalysis:
-    """Helpers before any τ: the jumps of each about its bone.
+    """Helpers before a threshold is chosen: the jumps of each about its bone.
 
-    alone: how far each frame's turn of a helper is its own, radians, (frames,), by name.
+    own: how far each helper turns on its own in a frame, radians, (frames,), by name.
     """
 
     helpers: Mapping[str, ChainAnalysis]
     own: Mapping[str, Array]
 
     def automatic_tau(self, helper: str) -> float:
-        """max(20°, the automatic τ of the helper's own roll), radians."""
+        """Return max(20°, the automatic τ of the helper's own roll), radians."""
         return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
 
     def strength(self, helper: str) -> Array:
-        """The helper's jumps about its bone, radians ≥ 0, (frames,)."""
+        """Return the helper's jumps about its bone, radians ≥ 0, (frames,)."""
         return self.helpers[helper].strength()
 
     def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:
-        """Intervals in which a helper alone is turned, at τ radians, by start."""
+        """Return the intervals in which a helper alone is turned, at τ radians, by start."""
         found = self.helpers[helper].intervals(max(tau, SMALLEST_ROLL))
         return tuple(
             replace(
                 i,
                 kind=Kind.HELPER_ROLL,
                 joint=helper,
-                confidence=None,  # none was measured for this kind
+                confidence=None,  # not measured for this kind
                 explain=partial(_explained, helper, self.own[helper], i),
             )
             for i in found
@@ -64,14 +64,14 @@ class HelperAnalysis:
         )
 
     def _alone(self, helper: str, interval: Interval) -> bool:
-        """True if nothing but the helper turned where the interval begins and ends."""
+        """True if only the helper turned where the interval begins and ends."""
         own = self.own[helper]
         edges = [t for t in (interval.start, interval.stop) if 0 < t < len(own)]
         return any(abs(own[t]) > (1.0 - _EXPLAINED) * abs(interval.shown) for t in edges)
 
 
 def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis:
-    """Everything about helpers that does not depend on τ."""
+    """Analyse helpers as far as that does not depend on τ."""
     if not helpers or motion.frames < 2:
         return HelperAnalysis({}, {})
     cut = find_cuts(motion)
@@ -85,7 +85,7 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
         _, driver = twist_increments(q, c, helper.axis)
         own[helper.name] = _own_turn(roll, driver, over)
         rolls.append(np.cumsum(roll))
-    # The helper against its own mirror image: its whole roll counts, as x and as −y.
+    # Pair the helper with its own mirror image, so that its whole roll counts, as x and as −y.
     turned = np.array([quaternion_from_axis_angle(_AXIS, r) for r in rolls])
     limbs = Limbs(
         np.array([turned, turned * (1.0, -1.0, -1.0, -1.0)]), _axes(len(rolls)), motion.angle_step
@@ -99,7 +99,7 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
 
 
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
-    """Why the interval was found: by how much the helper jumps where it opens and closes."""
+    """Return why the interval was found: how far the helper jumps where it opens and closes."""
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
     )
@@ -111,7 +111,7 @@ def _axes(count: int) -> Array:
 
 
 def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
-    """The helper's increments without those that C, or its parent the other way, explains."""
+    """Return the helper's increments that neither C nor its parent, turning back, explains."""
     size = _EXPLAINED * np.abs(roll)
     driven = (np.abs(driver) > size) & (driver * roll > 0.0)
     kept = np.abs(over + roll) < size

@@ -29,25 +29,26 @@ class Interval:
     start, stop : int
         Frames from 0; `stop` is exclusive.
     offset : ndarray, shape (stop − start,)
-        What to remove from P's twist, or from its turn about the limb's line, radians.
+        The angle to remove from P's twist, or from its turn about the limb's line, radians.
     confidence : float, optional
         0…1; None if the detector has none.
     open : bool
-        True if the other side of the clip may be the wrong one, or one joint alone: such an
+        True if the frames outside may be the wrong ones, or only one joint is wrong. Such an
         interval is not corrected automatically.
     residual : float
-        What is left of the offset behind the closing edge, the turn of a lone jump, or σ of a
-        noise burst, radians.
+        The offset that remains after the closing edge, the turn of a lone jump, or σ of a noise
+        burst, radians.
     explain : callable, optional
-        Returns why it was found; called only when a person looks.
+        Returns the evidence; called only when a person asks for it.
     kind : Kind
-        What is wrong.
+        The kind of error.
     carried : bool
-        Of a limb flip: True if E turned along with P; of a carried roll: always, C rolled along.
+        True for a limb flip in which E turned along with P, and for every carried roll, in which C
+        rolled along.
     joint : str
         The joint that jumps alone, is the noisiest, or begins a frozen limb.
     followed : float
-        The share of the offset by which C turned back, less than 1 only where it clearly did so in
+        The share of the offset by which C turned back; less than 1 only if it clearly did so in
         part.
 
     Examples
@@ -82,11 +83,11 @@ class Interval:
 
     @property
     def evidence(self) -> dict[str, Any] | None:
-        """Why it was found, by name: numbers, texts and lists, as JSON has them; angles in °."""
+        """Return the evidence by name: numbers, texts and lists, as in JSON; angles in °."""
         return self.explain() if self.explain else None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Sent to another process it takes its evidence along, not the analysis that tells it."""
+        """Return the state for another process, with evidence in place of the analysis."""
         own = {name: value for name, value in vars(self).items() if name != "as_written"}
         evidence = self.evidence
         return {**own, "explain": evidence and partial(dict, evidence)}
@@ -95,56 +96,56 @@ class Interval:
     def as_written(self) -> Interval:
         """The interval with its offset as files hold it: degrees with nine decimals, no −0.0.
 
-        Kept with it: while τ is dragged most intervals come again, the same objects. In a table
-        beside them they would outlive their clip, which `explain` knows.
+        Cached on the interval, because dragging τ returns mostly the same objects. A separate table
+        would keep them alive after their clip is closed, since `explain` refers to the clip.
         """
         offset = self.offset
         one = (
             offset[:1] if offset.strides == (0,) else offset
-        )  # of a constant one, as files have it
+        )  # only one value of a constant offset, as files have it
         degrees = np.round(np.degrees(wrap(one)), 9) + 0.0
         return replace(self, offset=np.broadcast_to(np.radians(degrees), offset.shape))
 
     @property
     def frames(self) -> int:
-        """Length in frames."""
+        """The number of frames."""
         return self.stop - self.start
 
     @property
     def delta(self) -> float:
-        """One number for the interval: the circular median of the offset, radians in (−π, π]."""
+        """The circular median of the offset, radians in (−π, π]."""
         return circular_median(self.offset)
 
     @property
     def size(self) -> float:
-        """What a table shows, radians: the offset's median, a lone jump's turn, σ of noise."""
+        """The angle for tables, radians: the offset's median, a lone jump's turn, or σ of noise."""
         return self.delta if self.repairable or not self.kind.known else self.residual
 
     @property
     def largest(self) -> float:
-        """The offset of the frame in which it is largest, radians; 0 for none."""
+        """The offset of largest size, with its sign, radians; 0 without frames."""
         return float(self.offset[np.abs(self.offset).argmax()]) if len(self.offset) else 0.0
 
     @property
     def soft_ended(self) -> bool:
-        """Whether a counter-twist sets in or ends softly: less than a quarter of it is there."""
+        """True if the offset of a counter-twist is below a quarter of its maximum at either end."""
         if self.kind != Kind.COUNTER_TWIST or not len(self.offset):
             return False
         return bool(np.abs(self.offset[[0, -1]]).min() < 0.25 * abs(self.largest))
 
     @property
     def shown(self) -> float:
-        """The angle that people are shown: its size, or the largest offset where that says more.
+        """The angle that people see: `size`, or the largest offset if that is more meaningful.
 
-        The median of a ramp or a drift depends on how far its ends are counted in, and one that
-        goes both ways may have none.
+        The median of a ramp or a drift depends on how much of its ends is counted, and an offset
+        that goes both ways may have a median near 0.
         """
         twist = self.kind == Kind.COUNTER_TWIST
         both_ways = twist and abs(self.size) < 0.5 * abs(self.largest)
         return self.largest if both_ways or self.soft_ended else self.size
 
     def angle_text(self, digits: int) -> str:
-        """`shown` in degrees with its sign, '±8.0°' for noise, '–' for frozen frames."""
+        """Return `shown` in degrees with its sign, '±8.0°' for noise, '–' for frozen frames."""
         if not (sign := self.kind.info.sign):
             return "–"
         degrees = f"{math.degrees(self.shown):+.{digits}f}°"
@@ -152,13 +153,13 @@ class Interval:
 
     @property
     def seen_at(self) -> int:
-        """The first frame in which at least half of the largest offset is there to be seen."""
+        """The first frame with at least half of the largest offset."""
         there = np.flatnonzero(np.abs(self.offset) >= 0.5 * abs(self.largest))
         return self.start + (int(there[0]) if len(there) else 0)
 
     @property
     def repairable(self) -> bool:
-        """Whether there is anything to take out."""
+        """True if the interval can be corrected."""
         return self.kind.repairable
 
     @property
@@ -167,12 +168,12 @@ class Interval:
         return self.repairable and self.kind.info.automatic
 
     def with_offset(self, start: int, offset: Array) -> Interval:
-        """The same interval over other frames and offsets."""
+        """Return the interval with another start and offset."""
         return replace(self, start=start, stop=start + len(offset), offset=offset)
 
 
 def circular_median(angles: Array) -> float:
-    """Median of angles that may straddle ±π, radians in (−π, π]; (n,) -> number, 0 for none."""
+    """Return the median of angles (n,) on the circle, radians in (−π, π]; 0 for none."""
     if len(angles) == 0:
         return 0.0
     centre = np.angle(np.exp(1j * angles).sum()) if len(angles) > 1 else angles[0]

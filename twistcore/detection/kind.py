@@ -1,4 +1,4 @@
-"""The kinds of error, as each announces itself in its file of `kinds/`. No numpy is loaded."""
+"""The kinds of error; each declares itself in its file in `kinds/`. This loads no numpy."""
 
 from __future__ import annotations
 
@@ -10,50 +10,50 @@ from typing import Any, ClassVar
 
 from twistcore.work.frozen import dataclass
 
-KIND_GROUP = "twistcore.kinds"  # the entry points of packages that bring a kind
+KIND_GROUP = "twistcore.kinds"  # the entry points of packages that add a kind
 _FOLDER = "twistcore.detection.kinds"
 
 
 @dataclass(frozen=True)
 class KindInfo:
-    """What people are shown of a kind of error, and what may be done about it.
+    """How a kind of error is shown, and whether it may be corrected.
 
     Parameters
     ----------
     name : str
-        The word that files, tables and ``--kinds`` have.
+        The word in files, in tables and for ``--kinds``.
     label : str
-        Several of them, as a filter is called: "Lone jumps".
+        The plural, as the name of a filter: "Lone jumps".
     short : str
-        One of them in a narrow column: "jump".
+        The singular for a narrow column: "jump".
     place : int
-        Where it comes in lists, from the usual to the rare.
+        Its rank in lists, from common to rare.
     repair : str
-        What is turned back; "" for a kind that is only shown.
+        What a correction turns back; "" for a kind that is only shown.
     automatic : bool
         True if it may be corrected without a person's decision.
     of_capture : bool
-        True for a fault of the capture, not a twist: gates count it only where asked to.
+        True for a fault of the capture, not a twist: gates count it only on request.
     sign : str
-        How its angle is written: "+" with its sign, "±" without one, "" for a kind without angle.
+        How its angle is written: "+" with a sign, "±" without one, "" for a kind without an angle.
     size : str
-        The field of `detect --json` that tells how large it is.
+        The field of `detect --json` with its size.
     weight : float or None
-        How much of it shows in the severity; None: as much as its segment.
+        Its weight in the severity; None: the weight of its segment.
     find : str
-        What finds a kind that is only shown, 'package.module:function': it takes a
-        `twistcore.detection.finding.KindSearch` and returns intervals by chain name. It is
-        loaded when the kind is first looked for; "" for a kind that the detectors find.
+        The finder of a kind that is only shown, 'package.module:function'. It takes a
+        `twistcore.detection.finding.KindSearch`, returns intervals by chain name, and is
+        loaded when the kind is first searched for. "" for a kind that the detectors find.
     corrected : bool
-        True if it is looked for in what is left once all automatic corrections are out.
+        True if the search comes after all automatic corrections.
     colour : str
-        The colour of the theme that its word has in the list of intervals; "" for that of text.
+        The theme colour of its word in the list of intervals; "" for the text colour.
     counted : str
-        What is counted, one of them; the name if not given.
+        The singular for counts; the name if not given.
     here, named, legend, tip, why : str
-        Words about one: where the playhead is in it, as a neighbour, in the 3D view, in the list,
-        and what is wrong, as a sentence. In them {frames}, {span}, {size}, {joint} and {angle} are
-        replaced; in `why` {joint} and {size}.
+        Texts about one interval: with the playhead in it, as a neighbour, in the 3D view, in the
+        list, and a sentence about the error. {frames}, {span}, {size}, {joint} and {angle} are
+        replaced in them; in `why` only {joint} and {size}.
     """
 
     name: str
@@ -85,7 +85,7 @@ def plural_name(word: str) -> str:
 
 
 class _Kinds(type):
-    """Kinds as a class: `Kind.LONE_JUMP` is one, and `for kind in Kind` goes through all."""
+    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, `for kind in Kind` yields all of them."""
 
     def __iter__(cls) -> Iterator[Kind]:
         return iter(_known().values())
@@ -95,19 +95,19 @@ class _Kinds(type):
 
     def __getattr__(cls, name: str) -> Any:
         if name.isupper() and name in _known():
-            setattr(cls, name, kind := _known()[name])  # asked for all the time
+            setattr(cls, name, kind := _known()[name])  # used all the time
             return kind
         raise AttributeError(f"type object 'Kind' has no attribute {name!r}")
 
 
 class Kind(str, metaclass=_Kinds):
-    """What is wrong in an interval: the word that files, tables and `--kinds` have.
+    """The kind of error in an interval: the word in files, in tables and for `--kinds`.
 
     Parameters
     ----------
     value : str
-        The word, in capitals or not, with ``-``, ``_`` or a space inside. A word of no kind, as
-        in a session of a later version, makes a kind that is shown and never repaired.
+        The word, in any case, with ``-``, ``_`` or a space inside. An unknown word, as in a
+        session of a later version, makes a kind that is shown but never corrected.
 
     Examples
     --------
@@ -133,11 +133,11 @@ class Kind(str, metaclass=_Kinds):
     NOISE_BURST: ClassVar[Kind]
     FROZEN: ClassVar[Kind]
 
-    name: str  # 'COUNTER_TWIST'; '' of a kind that this version does not know
+    name: str  # 'COUNTER_TWIST'; '' for a kind that this version does not know
     info: KindInfo
 
     def __new__(cls, value: object) -> Kind:
-        """Return the kind of a word, the same one each time."""
+        """Return the kind of a word, the same object each time."""
         if (kind := _by_word().get(_word(value))) is not None:
             return kind
         if not (isinstance(value, str) and value.strip()):
@@ -152,22 +152,22 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def value(self) -> str:
-        """The word."""
+        """The word in files and tables."""
         return str.__str__(self)
 
     @property
     def known(self) -> bool:
-        """Whether this version knows the kind."""
+        """True if this version knows the kind."""
         return bool(self.name)
 
     @property
     def repairable(self) -> bool:
-        """Whether there is anything to take out; kinds without it are shown only."""
+        """True if intervals of the kind can be corrected; other kinds are only shown."""
         return bool(self.info.repair)
 
     @property
     def of_capture(self) -> bool:
-        """Whether the fault is the capture's, not a twist: gates count it only where asked to."""
+        """True for a fault of the capture, not a twist: gates count it only on request."""
         return self.info.of_capture
 
 
@@ -179,7 +179,7 @@ def _made(name: str, info: KindInfo) -> Kind:
 
 @cache
 def _known() -> Mapping[str, Kind]:
-    """Return all kinds by the names of their files in capitals, in the order of their places."""
+    """Return all kinds by the names of their files in capitals, in the order of `place`."""
     from importlib import import_module
     from pkgutil import iter_modules
 
@@ -194,7 +194,7 @@ def _known() -> Mapping[str, Kind]:
 
 
 def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
-    """Return what packages announce, by the entry point's name in capitals.
+    """Return the kinds that packages announce, by the entry point's name in capitals.
 
     A kind that cannot be loaded, or whose word is taken, is left out with a warning.
     """
@@ -223,7 +223,7 @@ def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
 
 
 def _announced() -> bool:
-    """True if any package on the path announces a kind; a tenth of the time of asking for them."""
+    """True if a package on the path announces a kind; ten times as fast as `entry_points`."""
     for folder in dict.fromkeys(sys.path):
         try:
             inside = [e.path for e in os.scandir(folder or ".") if e.name.endswith("-info")]

@@ -1,10 +1,10 @@
-"""A blend out of a first pose: all joints share one course [Method].
+"""A blend out of a first pose: all joints follow one course [Method].
 
-A release often begins in a T-pose that is blended into the capture: every joint moves from its
-first rotation towards the capture by a share s(t) of its way that is the same for all, even or
-eased, on the sphere or by channels. So where the blend sets in and where it ends each joint's
-acceleration points along its own way, by the same s″(t) of it. Natural motion has no such course:
-whatever s, of its accelerations s″ explains next to nothing.
+A release often begins in a T-pose that is blended into the capture: each joint moves from its first
+rotation towards the capture by a share s(t) of its way. That share is the same for all joints, even
+or eased, on the sphere or by channels. So where the blend begins and ends each joint's acceleration
+points along its own way, by the same s″(t) of it. Natural motion has no such course: no s explains
+more than a small part of its accelerations.
 """
 
 from __future__ import annotations
@@ -14,36 +14,26 @@ from numpy.typing import NDArray
 
 from twistcore.skeleton.rotation import Array
 
-SECONDS, FRAMES = 0.27, 8  # the longest blend looked for: 32 frames at 120 Hz, 8 at 30 Hz
-LENGTHS = (
-    2,
-    3,
-    5,
-    8,
-    12,
-    18,
-    25,
-    32,
-    45,
-    64,
-)  # a blend of another length is found by those beside it
+SECONDS, FRAMES = 0.27, 8  # the longest blend searched for: 32 frames at 120 Hz, 8 at 30 Hz
+# A blend of another length is found by the nearest of these.
+LENGTHS = (2, 3, 5, 8, 12, 18, 25, 32, 45, 64)
 TURNING = float(np.sin(0.5 * np.radians(1.0)))  # joints that turn less do not vote
 FAR = float(np.sin(0.5 * np.radians(2.0)))  # a shorter way has no direction
-LIVELY = 1.0 / 3.0  # of all joints must turn: where all is still, an error is not a blend
+LIVELY = 1.0 / 3.0  # of all joints must turn: if nearly all is still, an error is not a blend
 AT_REST, RESTING = 1e-9, 0.4  # of a turn, radians; of the joints that turn
-# What the course may leave of a joint's acceleration, and the share of joints that must keep to
-# it: out of a rest pose, where hardly any capture begins, and out of any other.
+# The share of a joint's acceleration that the course may leave unexplained, and the share of joints
+# that must follow it: out of a rest pose, where hardly any capture begins, and out of any other.
 FROM_REST, FROM_ANY = (0.6, 0.45), (0.2, 0.7)
-EXPLAINED = 0.5  # of a joint's acceleration: it keeps to the course
+EXPLAINED = 0.5  # of a joint's acceleration: the joint follows the course
 UNDER, OVER = -0.1, 1.3  # of s: a spline overshoots
-BEGUN, NEARLY = 0.1, 0.9  # of s; between them lie more frames than before, or an error ends here
-KEEPING = 0.4  # of the joints, in a frame that is still blended
-LONGER_LAG = 8  # frames of blend to one frame more of lag in second differences
-BEHIND = 6  # frames of capture without which nothing is said
+BEGUN, NEARLY = 0.1, 0.9  # of s; more frames lie between them than before, or an error ends here
+KEEPING = 0.4  # of the joints, in a frame that is still part of the blend
+LONGER_LAG = 8  # frames of blend for each further frame of lag in second differences
+BEHIND = 6  # frames of capture that must follow the blend
 
 
 def held_frames(rotations: Array) -> int:
-    """How many frames behind frame 0 hold its pose exactly; (frames, joints, 4)."""
+    """Return how many frames after frame 0 repeat its pose exactly; (frames, joints, 4)."""
     if len(rotations) < 2 or not np.array_equal(rotations[0], rotations[1]):
         return 0
     moved = (rotations != rotations[0]).any(axis=(1, 2))
@@ -51,16 +41,16 @@ def held_frames(rotations: Array) -> int:
 
 
 def rest_frames(rotations: Array, fps: float) -> int:
-    """How many frames at the end are a blend into a rest pose, or hold it behind one."""
+    """Return how many frames at the end blend into a rest pose, with the frames that repeat it."""
     held = held_frames(rotations[::-1])
     blended = blend_end(rotations[::-1][held:], fps, from_rest=True)
     return held + blended if blended else 0
 
 
 def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
-    """The first frame behind a blend out of frame 0, 0 without one; (frames, joints, 4).
+    """Return the first frame after a blend out of frame 0, 0 without one; (frames, joints, 4).
 
-    from_rest: look for blends out of a rest pose alone, with most joints' rotations at zero.
+    from_rest: search only for blends out of a rest pose, where most joints' rotations are zero.
     """
     longest = max(FRAMES, round(SECONDS * fps))
     q = rotations[: 2 * longest + 1].transpose(1, 0, 2)
@@ -88,9 +78,9 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
 
 
 def _left(way: Array, length: int) -> Array | None:
-    """Share of the joints' accelerations that s″ leaves, weighted by s″², (joints that go far,).
+    """Return the share of accelerations that s″ leaves, weighted by s″², (joints that go far,).
 
-    None where most joints do not go far, or s is no blend's.
+    None if most joints do not go far, or if s is not like a blend.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : length + 1 + 2 * lag], length)
@@ -102,15 +92,16 @@ def _left(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """Whether s goes from 0 to 1 in several frames and from the beginning, (frames,) → one."""
+    """True if s goes from 0 to 1 over several frames and begins at once; s: (frames,)."""
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
 
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
-    """Of joints that go far: ways in units of that to frame `length`, its direction; and s(t).
+    """Return, for joints that go far, their ways, the direction to frame `length`, and s(t).
 
-    way: chords from the first rotation, (joints, frames, 4).
+    way: chords from the first rotation, (joints, frames, 4). The ways returned are in units of the
+    chord to frame `length`.
     """
     to = way[:, length]
     far = np.sqrt(np.einsum("jc,jc->j", to, to))
@@ -122,7 +113,10 @@ def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
 
 
 def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array, Array, Array]:
-    """Squares of accelerations from frame 1 on and of what s″ leaves, (joints, frames); and s″."""
+    """Return squared accelerations from frame 1 on, what s″ leaves of them, and s″.
+
+    The first two have the shape (joints, frames).
+    """
     bends, bend = _second(shares[:, 1:], lag), _second(s[None, 1:], lag)[0]
     rest = bends - bend[:, None] * to[:, None]
     given, left = (np.einsum("jtc,jtc->jt", a, a) for a in (bends, rest))
@@ -130,12 +124,12 @@ def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array,
 
 
 def _second(values: Array, lag: int) -> Array:
-    """Second differences along axis 1, `lag` frames to either side."""
+    """Return second differences along axis 1, with `lag` frames to either side."""
     return np.asarray(values[:, 2 * lag :] - 2.0 * values[:, lag:-lag] + values[:, : -2 * lag])
 
 
 def _end(way: Array, length: int) -> int:
-    """Where the course ends: the last frame in which it explains most joints' accelerations."""
+    """Return where the course ends: the last frame where it explains most joints' accelerations."""
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : 2 * length + BEHIND], length)
     given, left, _ = _accelerations(shares, to, s, lag)

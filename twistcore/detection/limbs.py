@@ -1,8 +1,8 @@
 """Lines of chains that share joints, and how an error of one shows in the next [Method, step 4].
 
-An error of chain k turns the joint that is also the parent of chain k+1, and the one that is also
-the child of chain k−1: it shows as an *image* in x of k+1 and in y of k−1. The image depends on
-the pose, but not on the level of the error, so an increment φ is undone at its frame, exactly:
+An error of chain k turns the parent of chain k+1 and the child of chain k−1, so it shows as an
+*image* in x of k+1 and in y of k−1. The image depends on the pose but not on the level of the
+error, so an increment φ can be undone exactly at its frame:
 
     x of k+1:  q(t−1)⁻¹ R_a(φ) q(t)  = cos(φ/2) q(t−1)⁻¹ q(t) + sin(φ/2) q(t−1)⁻¹ a q(t)
     y of k−1:  q(t) R_a(−φ) q(t−1)⁻¹ = cos(φ/2) q(t) q(t−1)⁻¹ − sin(φ/2) q(t) a q(t−1)⁻¹
@@ -28,33 +28,33 @@ from twistcore.skeleton.rotation import (
 
 
 class Image:
-    """Twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ; 0 where none is set."""
+    """Twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ; 0 unless set."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self._parts = np.zeros((4, *shape))
         self._parts[0] = 1.0
 
     def set(self, at: Index, plain: Array, turned: Array, axis: Array) -> None:
-        """Quaternions (n, 4) and axes (n, 3) at flat indices."""
+        """Set the quaternions (n, 4) and axes (n, 3) at flat indices."""
         parts = self._parts.reshape(4, -1)
         for row, q in ((0, plain), (2, turned)):
             parts[row, at] = q[:, 0]
             parts[row + 1, at] = np.einsum("ti,ti->t", q[:, 1:], axis)
 
     def __call__(self, angle: Array, row: int | slice = slice(None)) -> Array:
-        """The angles of a row, or of all, for φ of the same shape; radians."""
+        """Return the angles of a row, or of all rows, for φ of the same shape; radians."""
         w, v, tw, tv = self._parts[:, row]
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
         return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
 
 
 class Limbs:
-    """Lines of n chains each: joint k the parent of chain k and joint k+1 its child.
+    """Lines of n chains each: joint k is the parent of chain k, and joint k+1 its child.
 
-    Limbs of equal length, such as both arms, are solved at once, their frames one after the other.
+    Limbs of equal length, such as both arms, are solved together, their frames one after the other.
     joints: local rotations, (n + 1, limbs, frames, 4); axes: (n, limbs, 3) or
-    (n, limbs, frames, 3); step: of the angles as written, radians, 0 where that is fine; keys:
-    linear ones between which natural motion goes on evenly.
+    (n, limbs, frames, 3); step: of the angles as written, radians, 0 if it is fine; keys: linear
+    keys, between which natural motion keeps its pace.
     """
 
     def __init__(
@@ -64,11 +64,11 @@ class Limbs:
         self.count, self.frames = joints.shape[1:3]
 
     def __len__(self) -> int:
-        """Chains a limb."""
+        """Number of chains in a limb."""
         return len(self.axes)
 
     def increments(self) -> Array:
-        """x and y of all chains, (2, n·limbs, frames): chain k of limb i in row k·limbs + i."""
+        """Return x and y of all chains, (2, n·limbs, frames); row k·limbs + i: chain k, limb i."""
         out = np.empty((2, len(self), self.count, self.frames))
         for k, axes in enumerate(self.axes):
             for i, axis in enumerate(axes):
@@ -77,7 +77,7 @@ class Limbs:
         return out.reshape(2, -1, self.frames)
 
     def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
-        """The same limbs with children turned about their chain's axis, in their parent's frame.
+        """Return limbs whose children are turned about their chain's axis, in their parent's frame.
 
         turns: row of the chain, first frame, angles (frames,) in radians.
         """
@@ -91,36 +91,37 @@ class Limbs:
         return self.with_joints(joints)
 
     def only(self, limb: int) -> Limbs:
-        """One of the lines alone."""
+        """Return one of the lines alone."""
         at = slice(limb, limb + 1)
         return Limbs(self.joints[:, at], self.axes[:, at], self.step, self.keys)
 
     def with_joints(self, joints: Array) -> Limbs:
-        """The same lines with other rotations."""
+        """Return the lines with other rotations."""
         return Limbs(joints, self.axes, self.step, self.keys)
 
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
-        """How errors of runs of chains, first … first + length − 1, show in their neighbours.
+        """Return the images of errors of runs of chains, first … first + length − 1, in neighbours.
 
-        Row s of the first: of the error of chain first + s in x of the next; of the second: in y of
-        the one before; none beyond the ends of a line. first, t: (runs,), t indices into
-        (limbs · frames), never the first frame of a limb.
+        Row s of the first image: the error of chain first + s in x of the next chain. Row s of the
+        second image: in y of the chain before. Beyond the ends of a line there is none. first, t:
+        (runs,), t indices into (limbs · frames), never the first frame of a limb.
         """
         down, up = Image((length, len(t))), Image((length, len(t)))
         chain = (first + np.arange(length)[:, None]).ravel()
         t = np.tile(t, length)
         at = np.flatnonzero(chain + 1 < len(self))
-        q0, q1, here, near = self._beside(chain[at], 1, t[at])
+        q0, q1, here, near = self._shared_joint(chain[at], 1, t[at])
         down.set(at, multiply(q0, q1), multiply(multiply(q0, here), q1), near)
         at = np.flatnonzero(chain > 0)
-        q0, q1, here, near = self._beside(chain[at], -1, t[at])
+        q0, q1, here, near = self._shared_joint(chain[at], -1, t[at])
         up.set(at, multiply(q1, q0), -multiply(multiply(q1, here), q0), near)
         return down, up
 
-    def _beside(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
-        """Of the joint shared with the next chain (side 1) or the one before (−1).
+    def _shared_joint(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
+        """Return q(t−1)⁻¹ and q(t) of a shared joint, the chain's axis and the other chain's axis.
 
-        q(t−1)⁻¹ and q(t), the chain's own axis as a quaternion, and the other one's axis.
+        The joint is shared with the next chain (side 1) or the one before (−1); the chain's own
+        axis is a quaternion.
         """
         joints = self.joints.reshape(len(self.joints), -1, 4)
         joint = chain + (side > 0)

@@ -1,7 +1,7 @@
-"""Joints that turn about their own axis faster than any body does, with nothing to explain it.
+"""Joints that turn about their own axis faster than any body does, without an explanation.
 
-No segment of a body turns faster about itself than about 7,500°/s (a pitcher's shoulder reaches
-7,000). What is faster is an error, whatever its kind: it is shown, with or without a repair.
+No segment of a body turns about itself faster than about 7,500°/s (a pitcher's shoulder reaches
+7,000). Any faster turn is an error and is shown, whether or not it can be corrected.
 """
 
 from __future__ import annotations
@@ -24,20 +24,21 @@ from twistcore.skeleton.notation import DistinctFrames, without_held
 from twistcore.skeleton.rotation import Array, conjugate, multiply, twist_angle
 
 FASTEST = math.radians(7500.0)  # a second
-LEAST = math.radians(60.0)  # a frame: what is less may be noise of a fast camera
-SLOW, LEAST_SLOW = 50.0, math.radians(120.0)  # frames a second under which a frame proves little
+LEAST = math.radians(60.0)  # a frame: less may be noise of a fast camera
+# frames a second below which a single frame proves little
+SLOW, LEAST_SLOW = 50.0, math.radians(120.0)
 _BLOCK = 4_096  # frames
 _Frames = Callable[[int, int], Motion]
-_OWN_SHARE = 0.5  # of the limit: with less of its own a joint only goes along with one above
+_OWN_SHARE = 0.5  # of the limit: a joint that turns less by itself only follows one above
 
 
 def limit(fps: float) -> float:
-    """What no joint turns about its own axis from one frame to the next, radians."""
+    """Return the limit for a turn about a joint's own axis from one frame to the next, radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
 def find_lone_jumps(search: KindSearch) -> Found:
-    """Return lone jumps by chain name: what is left of them once automatic corrections are out."""
+    """Return the lone jumps by chain name that remain after the automatic corrections."""
     as_captured = search.captured if search.corrected() is None else None
     return (as_captured or search).once(_in_all_chains)
 
@@ -49,13 +50,13 @@ def _in_all_chains(search: KindSearch) -> Found:
 def lone_jumps(
     motion: Motion, chains: Sequence[Chain], refined: _Frames | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the jumps of the joints of chains by chain name, each with its joint's name; by start.
+    """Return the jumps of chains' joints by chain name, by start, each with the name of its joint.
 
-    refined: the frames [start, stop) of the motion without the errors that are known, so that
-    what they explain is not listed twice. A joint counts where it jumps both in the room and in
-    its parent's frame: a child that goes along, or one that stays while its parent turns, does not
-    jump. No jump of a clip-wide cut is one. `residual` is the turn in the jump's fastest frame;
-    there is no offset, because no repair is known.
+    refined: the frames [start, stop) of the motion without the known errors, so that a jump that
+    they explain is not listed twice. A joint must jump both in the room and in its parent's frame:
+    a child that only follows, or one that stays while its parent turns, does not jump. Jumps at a
+    clip-wide cut do not count. `residual` is the turn in the jump's fastest frame; the offset is 0,
+    because no correction is known.
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
@@ -94,7 +95,7 @@ def _turns_too_fast(
 ) -> dict[int, Array]:
     """Return how far joints turn where that is too fast, 0 elsewhere, (frames,) by joint.
 
-    among: the frames that count, (frames,). The clip is passed in blocks, so that no copy of its
+    among: the frames that count, (frames,). The clip is processed in blocks, so that no copy of its
     rotations is as long as the clip.
     """
     axes = {joint: own_axis(motion.skeleton, joint) for joint in joints}
@@ -103,7 +104,7 @@ def _turns_too_fast(
         first, stop = max(low - 1, 0), min(low + _BLOCK, motion.frames)
         block = refined(first, stop)
         counted = among[first:stop].copy()
-        counted[0] = False  # the frame before, of the block before
+        counted[0] = False  # the step into it belongs to the block before
         for joint, axis in axes.items():
             if axis is None:
                 continue
@@ -120,15 +121,16 @@ def _turns_too_fast(
 
 
 def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
-    """A jump among frames that differ, from its first to its last in the clip."""
+    """Return a jump of distinct frames with its frames in the clip."""
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
 
 
 def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
-    """Unit direction of a joint's own bone, to its farthest child or End Site, (3,); None: none.
+    """Return the unit direction of a joint's bone to its farthest child or End Site, (3,), or None.
 
-    Children in the very place of the joint, as some rigs have in the hand, hand the question down.
+    If all children are at the joint's own place, as in the hands of some rigs, the first child with
+    a bone decides.
     """
     ends = [skeleton.offsets[child] for child in skeleton.children[joint]]
     if joint in skeleton.end_offsets:
@@ -142,26 +144,26 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
 
 
 def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Parents and children of chains, each with its own chain, or that in which it is a child."""
+    """Return the chain of each joint: the one whose parent it is, or else whose child it is."""
     owner = {chain.child: chain for chain in reversed(chains)}
     return owner | {chain.parent: chain for chain in chains}
 
 
 def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
-    """Where a joint turns about its own axis faster than any body does, (frames,).
+    """Return where a joint turns about its own axis faster than any body does, (frames,).
 
-    in_room, own: of :func:`turns_about`, of its rotation in the room and in its parent's frame.
+    in_room, own: from :func:`turns_about`, for its rotation in the room and in its parent's frame.
     """
     return np.asarray((np.abs(in_room) > limit(fps)) & may_be_too_fast(own, fps))
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
-    """Where a joint turns so fast in its parent's frame that it may be too fast, (frames,)."""
+    """Return where a joint turns fast enough in its parent's frame to be too fast, (frames,)."""
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
 
 
 def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
-    """Global rotations of a joint at some frames, (n, 4)."""
+    """Return the global rotations of a joint at some frames, (n, 4)."""
     line = [joint]
     while (above := int(motion.skeleton.parents[line[-1]])) >= 0:
         line.append(above)
@@ -172,7 +174,7 @@ def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:
-    """Turn about a joint's own axis since the frame before, radians; swing left out.
+    """Return the turn about a joint's own axis since the frame before, radians, without swing.
 
     rotations: (frames, …, 4); axis: unit, (…, 3); returns (frames, …).
     """
@@ -182,7 +184,7 @@ def turns_about(rotations: Array, axis: Array) -> Array:
 
 
 def _explained(joint: str, turn: float, fps: float) -> dict[str, float | str]:
-    """Why it is told; degrees and seconds."""
+    """Return the evidence of a jump; degrees and seconds."""
     return {
         "joint": joint,
         "turn_deg": math.degrees(turn),

@@ -1,17 +1,17 @@
-"""Events of a clip's own: what a detector must not be charged with, nor credited for.
+"""Events that a clip has by itself: no detector is blamed or credited for them.
 
-The rule, stated once. In a clip where nothing was injected an event is
+The rule: in a clip without injected errors an event is
 
-* an *interval* that a detector finds at its automatic τ, an *open* one too: P and C turn against
-  each other;
-* a *flip*, by what the consistency detector expects: P or C alone turns about the bone by
-  FLIP_DEGREES and FLIP_SIGMA local scales more in one frame than its neighbours let expect. No limb
-  does that; the capture's solver does, or Euler angles that pass a gimbal lock. The other joint
-  does not make up for it, so it is no twist error in the sense of [Choi26], never an interval;
-* a *limb flip* that is found at the automatic τ: P turns about the line to the limb's end E.
+* an *interval* that a detector finds at its automatic τ, even an *open* one: P and C turn
+  against each other;
+* a *flip*: in one frame P or C alone turns about the bone by FLIP_DEGREES and FLIP_SIGMA local
+  scales more than the consistency detector expects from the neighbouring frames. No limb does that;
+  the capture's solver does, or Euler angles that pass a gimbal lock. The other joint does not make
+  up for it, so it is no twist error in the sense of [Choi26], and never an interval;
+* a *limb flip* found at the automatic τ: P turns about the line to the limb's end E.
 
-A chain or limb is *audited* in a clip if it has no event there. A limb's flip counts for the chains
-that share P or E with it as well, and an event of theirs for the limb: it alters the same joints.
+A chain or limb is *audited* in a clip if it has no event there. A limb's flip also counts as an
+event of the chains that share P or E with it, and vice versa, since the same joints are altered.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 
 FLIP = "flip"
-# Of 40 CMU clips: the arms' fastest swings reach 38° (05_02, 661); flips are of 60-180°.
+# Of 40 CMU clips: the arms' fastest swings reach 38° (05_02, 661); flips have 60-180°.
 FLIP_DEGREES, FLIP_SIGMA = 60.0, 10.0
 
 
 @dataclass(frozen=True)
 class NaturalEvent:
-    """An event that nobody injected: frames [start, stop) of a chain or limb.
+    """An event in a clip without injected errors: frames [start, stop) of a chain or limb.
 
-    kind: 'interval', 'open', 'flip' or 'limb flip'; degrees: of the flip about the bone, or the
-    interval's offset; joint: P or C, whichever flips, or P for an interval or a limb.
+    kind: 'interval', 'open', 'flip' or 'limb flip'; degrees: the flip about the bone, or the
+    interval's offset; joint: the one that flips, P or C; P for an interval or a limb.
     """
 
     chain: str
@@ -50,12 +50,12 @@ class NaturalEvent:
     joint: int
 
     def to_json(self) -> dict[str, Any]:
-        """The event by name."""
+        """Return the event as a dict."""
         return {k: v for k, v in vars(self).items() if k != "joint"}
 
 
 def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalEvent]:
-    """All events of an un-injected clip by the rule above, by chain."""
+    """Return all events of a clip without injected errors by the rule above, by chain."""
     events: list[NaturalEvent] = []
     for chain in chains:
         for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name)):
@@ -73,7 +73,7 @@ def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalE
 
 
 def limb_flips(limbs: Sequence[Limb], found: Iterable[Interval]) -> list[NaturalEvent]:
-    """Flips of limbs among the intervals found in an un-injected clip."""
+    """Return the flips of limbs among the intervals found in a clip without injected errors."""
     parent = {limb.name: limb.parent for limb in limbs}
     return [
         NaturalEvent(i.chain, i.kind.value, i.start, i.stop, _degrees(i.delta), parent[i.chain])
@@ -88,7 +88,7 @@ def with_events(
     limbs: Sequence[Limb],
     events: Iterable[NaturalEvent],
 ) -> frozenset[str]:
-    """Names of the chains and limbs that are not audited, by the rule above."""
+    """Return the names of the chains and limbs that are not audited, by the rule above."""
     own = {e.chain for e in events}
     out = set(own)
     for limb in limbs:
@@ -102,7 +102,7 @@ def with_events(
 
 
 def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:
-    """Flips of P, then of C, by the rule above."""
+    """Yield the flips of P, then those of C, by the rule above."""
     c, row = analysis.limb, analysis.row
     alone = np.zeros(c.x.shape[1], dtype=bool)
     for table in analysis.tables:  # a cut is no flip

@@ -1,8 +1,9 @@
 """Bursts of noise: spans in which a joint jitters as no body moves.
 
-Of white noise of σ in each frame the turns from frame to frame have a variance of 2σ², and the
-changes of these turns of 6σ²: three times as much. Motion is smooth: its turns change by little of
-themselves. So a window in which they change by more than they are is noise, and its σ is known.
+With white noise of σ in each frame, the turns from frame to frame have a variance of 2σ² and the
+changes of these turns one of 6σ²: three times as much. Natural motion is smooth, so its turns
+change little. A window in which the turns change by more than their own size is therefore noise,
+and its σ follows.
 """
 
 from __future__ import annotations
@@ -22,21 +23,21 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-_WINDOW, _FEWEST = 0.6, 21  # seconds, and frames at least
-_ROUGH = 2.5  # variance of changes over that of turns: 3 of white noise, below 1 of motion
-_LEAST = 4.5  # degrees of σ: less is told from fast motion by nothing
+_WINDOW, _FEWEST = 0.6, 21  # seconds, and at least so many frames
+_ROUGH = 2.5  # variance of changes over variance of turns: 3 of white noise, below 1 of motion
+_LEAST = 4.5  # degrees of σ: weaker noise may be fast motion
 _BEYOND = 2.0  # times the clip's own σ of the joint
 _MIDDLE = 6.0 * 2.366  # σ²: the median of |change|² of white noise about three axes
-_SWINGS = 0.8  # of the frames in which a change is taken back: five sixths of white noise
-_TAKEN_BACK = 0.25  # of the squared changes: so few are left where another joint takes them back
-_GAP = 5  # frames of a burst that may happen to run evenly
-_MOST = 5  # spans, and joints of one, that are named
-_EDGE = 1.2  # σ: what a frame is off its neighbours' middle, at the border of a burst
+_SWINGS = 0.8  # of the frames: share in which a change is reversed; five sixths for white noise
+_TAKEN_BACK = 0.25  # of the squared changes: no more remain if another joint takes them back
+_GAP = 5  # frames within a burst that may happen to be smooth
+_MOST = 5  # spans, and joints of a span, listed by name
+_EDGE = 1.2  # σ: how far a frame is off the mean of its neighbours at the border of a burst
 
 
 @dataclass(frozen=True)
 class NoiseBurst:
-    """Frames [start, stop) in which a joint jitters, by degrees of σ about each axis."""
+    """Frames [start, stop) in which a joint jitters; degrees: σ about each axis."""
 
     joint: int
     start: int
@@ -46,7 +47,7 @@ class NoiseBurst:
 
 @once_a_motion
 def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
-    """The bursts of all joints, by start."""
+    """Return the bursts of all joints, by start."""
     found = []
     for joint, sigma in enumerate(_levels(motion, range(len(motion.skeleton)))):
         for start, stop in runs(sigma > 0.0):
@@ -55,7 +56,7 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
 
 
 def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
-    """σ of the largest burst in joints or above them, degrees, (frames,); 0 where there is none."""
+    """Return σ of the largest burst in joints or above them, degrees, (frames,); 0 without one."""
     near = set(joints)
     for joint in tuple(near):
         near.update(ancestors(motion.skeleton, joint))
@@ -63,7 +64,7 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 
 
 def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
-    """σ of each joint's noise, degrees, (frames,); a frame that is held says nothing again."""
+    """Return σ of each joint's noise, degrees, (frames,); held frames repeat the value before."""
     if (held := without_held(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
     shown = np.maximum(np.searchsorted(held.first, np.arange(motion.frames), side="right") - 1, 0)
@@ -71,9 +72,9 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """σ of a joint's noise that neither its parent nor a child takes back, degrees, (frames,).
+    """Return σ of a joint's noise, 0 if its parent or a child takes it back, degrees, (frames,).
 
-    Read only: kept with the motion, and that of quiet joints takes no memory.
+    The array is read-only: it is kept with the motion, and for quiet joints it takes no memory.
     """
     known = _by_joint(motion)
     if joint not in known:
@@ -84,7 +85,7 @@ def _of_joint(motion: Motion, joint: int) -> Array:
 
 @once_a_motion
 def _by_joint(motion: Motion) -> dict[int, Array]:
-    """What :func:`_of_joint` knows by now."""
+    """Return the results of :func:`_of_joint` so far, by joint."""
     del motion
     return {}
 
@@ -107,7 +108,7 @@ def _noise_of(motion: Motion, joint: int) -> Array:
 
 
 def _changes(turns: Array) -> Array:
-    """Squared changes of the turns from one frame to the next, (frames,)."""
+    """Return the squared changes of the turns from one frame to the next, (frames,)."""
     out = np.zeros(len(turns))
     out[1:-1] = ((turns[2:] - turns[1:-1]) ** 2).sum(axis=1)
     return out
@@ -116,11 +117,10 @@ def _changes(turns: Array) -> Array:
 def burst_sentences(
     count: int, outside: Iterable[NoiseBurst], names: Sequence[str]
 ) -> tuple[str, ...]:
-    """The notes on a clip's bursts.
+    """Return the notes on a clip's bursts.
 
-    count: how many intervals of chains there are, listed or not; outside: bursts by start in
-    joints of no chain, reported here with their frames, those that overlap together; names: of the
-    joints.
+    count: the number of intervals in chains, listed or not; outside: bursts in joints of no chain,
+    by start, whose frames the notes list, overlapping ones together; names: of the joints.
     """
     spans = overlapping(outside)
     said = [_said(span, names) for span in spans[:_MOST]]
@@ -148,13 +148,13 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
 
 
 def turns_of(q: Array) -> Array:
-    """Turns from the frame before as rotation vectors, degrees, (frames, 4) → (frames, 3)."""
+    """Return turns since the frame before as rotation vectors, degrees, (frames, 3)."""
     turns = logarithm(multiply(conjugate(q[:-1]), q[1:]))
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 
 
 def noise_level(turns: Array, fps: float) -> Array:
-    """σ of the noise in the frames of a burst, degrees, (frames,); 0 in all others.
+    """Return σ of the noise in the frames of a burst, degrees, (frames,); 0 in all others.
 
     turns: rotation vectors from the frame before, degrees, (frames, 3).
     """
@@ -170,7 +170,7 @@ def noise_level(turns: Array, fps: float) -> Array:
         return none
     from scipy.ndimage import median_filter, uniform_filter1d  # slow to load; few clips need it
 
-    # Medians: a jump or two make no noise.
+    # Medians, so that one or two jumps do not count as noise.
     changes, moves = (median_filter(v, width, mode="nearest") for v in (size, far))
     sigma = np.sqrt(changes / _MIDDLE)
     usual = quantile(sigma, 0.15)  # a burst may last for most of a short clip

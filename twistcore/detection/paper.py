@@ -1,4 +1,4 @@
-"""What the detector of [Choi26] §3.3 computes; the detector is `detectors/paper.py`."""
+"""The computations of the detector of [Choi26] §3.3; the detector is `detectors/paper.py`."""
 
 from __future__ import annotations
 
@@ -12,52 +12,54 @@ from twistcore.detection.interval import Interval
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.skeleton.signals import TwistSignals
 
-DEFAULT_TAU = float(np.radians(5.0))  # the paper names none; 5° gives its success rates again
+DEFAULT_TAU = float(np.radians(5.0))  # the paper gives none; 5° reproduces its success rates
 
 
 @dataclass(frozen=True, eq=False)
 class PaperAnalysis:
-    """The signals of every chain; a new τ only thresholds them."""
+    """The signals of every chain; a new τ only applies a threshold to them."""
 
     signals: Mapping[str, TwistSignals]
 
     def automatic_tau(self, chain: str) -> float:
-        """τ in radians for a chain when nobody names one."""
+        """Return the automatic τ, radians, the same for every chain."""
         del chain
         return DEFAULT_TAU
 
     def strength(self, chain: str) -> Array:
-        """m(t), radians, shape (frames,)."""
+        """Return m(t), radians, shape (frames,)."""
         return self.signals[chain].strength
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Intervals of a chain at τ radians."""
+        """Return the intervals of a chain at τ radians."""
         return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
 
     def removed(self, chain: str, tau: float) -> Array:
-        """What the paper's correction takes out at τ radians: its running sum, (frames,)."""
+        """Return what the paper's correction removes at τ radians: its running sum, (frames,)."""
         return running_offset(self.signals[chain], tau)
 
 
 def running_offset(signals: TwistSignals, tau: float) -> Array:
-    """offset(t) = offset(t−1) + err(t), err = sign(Δθp)·m where m ≥ τ; (frames,) [Choi26 §3.3.1].
+    """Return offset(t) = offset(t−1) + err(t), err = sign(Δθp)·m where m ≥ τ [Choi26 §3.3.1].
 
-    Raw: it is not wrapped and, as errors of estimation add up, never returns to zero for sure.
+    Shape (frames,). The sum is not wrapped. As errors of estimation add up, it need not return to
+    0.
     """
     return np.cumsum(error_of(signals.dtheta_p, signals.strength, tau))
 
 
 def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
-    """err(t) = sign(Δθp)·m where m ≥ τ, else 0; radians, the inputs' shape [Choi26 §3.3.1]."""
+    """Return err(t) = sign(Δθp)·m where m ≥ τ, else 0; radians, shape as given [Choi26 §3.3.1]."""
     found: Array = np.where(np.asarray(strength) >= tau, np.sign(dtheta_p) * strength, 0.0)
     return found
 
 
 def intervals_of_offset(chain: str, offset: Array, tau: float) -> tuple[Interval, ...]:
-    """The running sum cut into intervals for a person to judge.
+    """Cut the running sum into intervals for a person to judge.
 
-    An event opens one; it closes where |wrap(offset)| < τ. What is left then is its residual and
-    is not carried into the next. Without an end it runs to the last frame, residual and all.
+    An event opens an interval; it closes where |wrap(offset)| < τ. The remainder is its residual
+    and is not carried into the next interval. An interval that does not close runs to the last
+    frame, and its residual is the offset there.
     """
     found = []
     events = np.flatnonzero(np.diff(offset, prepend=0.0) != 0.0)

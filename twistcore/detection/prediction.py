@@ -1,9 +1,9 @@
-"""Natural motion predicted from good neighbours, and how well [Method, step 2].
+"""Natural motion predicted from good neighbours, and the scale of its errors [Method, step 2].
 
-Signals are stacked (2, chains, frames): x and y. A frame is *good* for a chain where nothing
-jumps; predictions look at good frames only, and never at the frame they predict. Most frames have
-two good neighbours on either side: their predictions never change and are made once; the rest, the
-*irregular* ones, are made anew each round, as flat indices into (chains, frames).
+Signals are stacked (2, chains, frames): x and y. A frame is *good* for a chain if nothing jumps
+there; predictions use good frames only, and never the frame that they predict. Most frames have two
+good neighbours on either side: their predictions never change and are made once. The other frames,
+the *irregular* ones, are predicted again in each round, as flat indices into (chains, frames).
 """
 
 from __future__ import annotations
@@ -21,26 +21,27 @@ Mask = NDArray[np.bool_]
 Index = NDArray[np.int64]
 
 FLOOR = float(np.radians(0.005))  # rounding of BVH text; keeps σ > 0 where a joint does not twist
-ROUNDED = 0.76  # steps of written angles: σ of an increment's residual, from rounding alone
-WINDOW_SECONDS, WINDOW_FRAMES = 0.15, 12  # half window of σ: motion changes its pace within ~0.3 s
-_DISTANCES = (1, 2, 3, 5)  # to the nearer neighbour, where the growth of σ is measured
+ROUNDED = 0.76  # steps of written angles: σ of an increment's residual from rounding alone
+# half window of σ: the pace of motion changes within ~0.3 s
+WINDOW_SECONDS, WINDOW_FRAMES = 0.15, 12
+_DISTANCES = (1, 2, 3, 5)  # frames to the nearer neighbour at which the growth of σ is measured
 _GAPS = np.log(np.array([2.0 * k - 1.0 for k in _DISTANCES]))
 
 
 def half_window(fps: float) -> int:
-    """Half the window of the local scale, frames."""
+    """Return half the window of the local scale, frames."""
     return max(WINDOW_FRAMES, round(WINDOW_SECONDS * fps))
 
 
 def coarse_residual(signals: Array, step: int) -> Array:
-    """Signals less the median of 5 samples `step` frames apart, radians.
+    """Return the signals minus the median of 5 samples `step` frames apart, radians.
 
-    Before anything is known about jumps: a short interval or a ramp is outvoted.
+    This is the estimate before jumps are known: the median ignores a short interval or a ramp.
     """
     n = signals.shape[-1]
     padded = np.pad(signals, ((0, 0), (0, 0), (2 * step, 2 * step)), mode="edge")
-    # The median of a…e is that of e, max(min(a, b), min(c, d)) and min(max(a, b), max(c, d)); with
-    # e in the middle both pairs are neighbours, so each minimum serves twice.
+    # The median of a…e is the median of e, max(min(a, b), min(c, d)) and min(max(a, b), max(c, d)).
+    # With e in the middle both pairs are neighbours, so each minimum is used twice.
     low = np.minimum(padded[..., :-step], padded[..., step:])
     high = np.maximum(padded[..., :-step], padded[..., step:])
     f = np.maximum(low[..., :n], low[..., 3 * step : 3 * step + n])
@@ -51,7 +52,7 @@ def coarse_residual(signals: Array, step: int) -> Array:
 
 
 def _box_sum(values: Array | Mask, half: int) -> Array:
-    """Sum over t − half … t + half along the last axis, cut at the ends."""
+    """Return the sum over t − half … t + half along the last axis, cut at the ends."""
     n = values.shape[-1]
     kind = np.int32 if values.dtype == bool else values.dtype  # whole numbers add up faster
     total = np.empty((*values.shape[:-1], n + 2 * half + 1), dtype=kind)
@@ -63,13 +64,13 @@ def _box_sum(values: Array | Mask, half: int) -> Array:
 
 
 def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Array:
-    """σ = 1.48·(mean √|r|)² over the good frames near t, radians; root = √|r|, (2, chains, frames).
+    """Return σ = 1.48·(mean √|r|)² over the good frames near t, radians.
 
-    least: what it never falls below.
+    root: √|r|, (2, chains, frames); least: the smallest σ.
 
-    The mean of square roots is a standard deviation that few jumps move (1.48 makes it one for a
-    normal distribution). Where few good frames are near it borrows from a window four times as
-    wide, and there from the whole clip.
+    The mean of square roots is a standard deviation that few jumps affect (1.48 makes it one for a
+    normal distribution). Where few good frames are near, a window four times as wide fills in, and
+    where that has few, the whole clip.
     """
     root = root * good.astype(np.float64)
     many, mean = _box_sum(good, half), _box_sum(root, half)
@@ -86,15 +87,15 @@ def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Arr
 
 
 def least_scale(step: float) -> float:
-    """The least σ of an increment's residual, radians; step: of the angles as written."""
+    """Return the least σ of an increment's residual, radians; step: of the angles as written."""
     return max(FLOOR, ROUNDED * step)
 
 
 def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
-    """Increments as linear keys have them: the median of each piece between two keys.
+    """Return the increments between linear keys: the median of each piece between two keys.
 
-    signals: (2, chains, frames); good: frames that tell it, (chains, frames), where a piece has
-    any. Radians, the shape of `signals`.
+    signals: (2, chains, frames); good: the frames to use, (chains, frames), if a piece has any.
+    Radians, the shape of `signals`.
     """
     frames, n = signals.shape[-1], keys.spacing
     before = (-keys.first - 1) % n  # the piece that the clip begins in began so long before it
@@ -119,7 +120,8 @@ class Irregular:
     """Irregular frames as flat indices `at`, and how they are predicted.
 
     near: signals at their two good neighbours before and two after, (2, 4, n); cubic, linear:
-    weights of these, (4, n); gap: that is bridged, 1 for a frame between two good ones, (n,).
+    weights of these, (4, n); gap: the length that is bridged, 1 for a frame between two good ones,
+    (n,).
     """
 
     at: Index
@@ -129,13 +131,13 @@ class Irregular:
     gap: Array
 
     def predicted(self, weights: Array) -> Array:
-        """Σ weights·near, (2, n); weights (4, n), or (2, 4, n) for x and y."""
+        """Return Σ weights·near, (2, n); weights (4, n), or (2, 4, n) for x and y."""
         weights = np.broadcast_to(weights, self.near.shape)
         return np.asarray(np.einsum("skn,skn->sn", self.near, weights))
 
 
 class Predictor:
-    """Predicts signals (2, chains, frames) from good frames.
+    """Predictions of signals (2, chains, frames) from good frames.
 
     cubic, linear: of each frame from its two neighbours on either side, good or not.
     """
@@ -160,7 +162,7 @@ class Predictor:
         return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
-        """Frames whose neighbours are not all good or not all as they were.
+        """Return the frames whose neighbours are not all good or have changed.
 
         signals: with the changes. Cubic: the Lagrange polynomial of the two good neighbours on
         either side. At an end: the mean of the nearest two.
@@ -178,7 +180,7 @@ class Predictor:
 
 
 def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
-    """The frames `at` of (chains · frames) with their good neighbours."""
+    """Return the frames `at` of (chains · frames) with their good neighbours."""
     none = np.array([-1, -1])
     known = np.concatenate([none, np.flatnonzero(good), none])
     rank = np.cumsum(good, dtype=np.int32)[at] - good[at] + 2  # of the first good one from `at` on
@@ -202,7 +204,7 @@ def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
 
 
 def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
-    """Weights at 0 of samples at −b2, −b, a, a2, (4, n)."""
+    """Return the weights at 0 of samples at −b2, −b, a, a2, (4, n)."""
     p, q = b * a, b2 * a2
     return np.stack(
         [
@@ -238,7 +240,7 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Growth at the four gaps, ≥ 1, (2, chains, 4), from good frames only."""
+        """Return the growth at the four gaps, ≥ 1, (2, chains, 4), from good frames only."""
         frames = good.shape[1]
         out: list[Array] = []
         for n, k in enumerate(_DISTANCES):
@@ -255,7 +257,7 @@ class GapGrowth:
 
 
 def growth_at(growth: Array, chain: Index, gap: Array) -> Array:
-    """Growth of σ of chains at gaps > 1, (2, n): log-log between the measured gaps."""
+    """Return the growth of σ of chains at gaps > 1, (2, n): log-log between the measured gaps."""
     level = np.log(growth)
     slope = np.diff(level, axis=-1) / np.diff(_GAPS)
     x = np.log(gap)

@@ -1,4 +1,4 @@
-"""What a detector is: what it announces about itself, and what it answers. No numpy is loaded."""
+"""What a detector declares about itself, and what it returns. This module loads no numpy."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DetectorInfo:
-    """What people are shown of a detector; declared in the detector's own file.
+    """How a detector is shown; declared in the detector's own file.
 
     Parameters
     ----------
@@ -30,17 +30,18 @@ class DetectorInfo:
     short : str
         The label over a column; the name if not given.
     strength : str
-        Word or symbol of its strength, the curve that the τ line lies on. "m" is the paper's m(t).
+        The word or symbol for its strength, the curve that the τ line lies on. "m" is the paper's
+        m(t).
     has_confidence : bool
         True if its intervals have a confidence.
     tau : str
-        What its automatic τ is: "noise floor", or a fixed "automatic τ".
+        How its automatic τ is described: "noise floor", or a fixed "automatic τ".
     limb_flips : bool
-        True if the benchmark looks for flips of limbs along with it.
+        True if the benchmark also searches for limb flips with it.
     note : str
-        What the benchmark writes about it; `measures` if not given.
+        The benchmark's description; `measures` if not given.
     action : str
-        The words of the menu; "Detect with" and the label if not given.
+        The menu text; "Detect with" and the label if not given.
     """
 
     name: str
@@ -56,7 +57,7 @@ class DetectorInfo:
 
     @property
     def is_m(self) -> bool:
-        """Whether its strength is the paper's m(t), which is drawn along with any other."""
+        """True if its strength is the paper's m(t), which is drawn along with any other."""
         return self.strength == "m"
 
     @property
@@ -66,23 +67,23 @@ class DetectorInfo:
 
     @property
     def menu_text(self) -> str:
-        """The words of the menu."""
+        """The menu text."""
         return self.action or f"Detect with {self.label}"
 
 
 class Analysis(Protocol):
-    """What a detector knows of a motion before any τ."""
+    """The analysis of a motion by a detector, before a threshold is chosen."""
 
     def automatic_tau(self, chain: str) -> float:
-        """τ in radians when nobody names one."""
+        """Return the automatic τ, radians."""
         ...
 
     def strength(self, chain: str) -> Array:
-        """The curve that the τ line lies on, radians ≥ 0, shape (frames,)."""
+        """Return the curve that the τ line lies on, radians ≥ 0, shape (frames,)."""
         ...
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Intervals of a chain at τ radians, by start."""
+        """Return the intervals of a chain at τ radians, by start."""
         ...
 
 
@@ -91,11 +92,11 @@ class Detector(Protocol):
 
     @property
     def info(self) -> DetectorInfo:
-        """What people are shown of it."""
+        """How the detector is shown."""
         ...
 
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> Analysis:
-        """Everything that does not depend on τ; tell: how far it is."""
+        """Analyse a motion as far as that does not depend on τ; tell: called with the progress."""
         ...

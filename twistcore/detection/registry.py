@@ -1,8 +1,8 @@
-"""The detectors that there are: files of `detectors/`, packages that announce one, and registered.
+"""All detectors: the files of `detectors/`, those of packages, and registered ones.
 
-Names come from a list of files and of entry points, so the command line shows them without loading
-any detector, and without numpy. Everything that a table, a menu or a plot needs to know about a
-detector is its :class:`DetectorInfo`.
+Names come from lists of files and of entry points, so the command line shows them without loading
+any detector or numpy. Everything that a table, a menu or a plot needs to know about a detector is
+in its :class:`DetectorInfo`.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 DEFAULT_METHOD = "consistency"
-GROUP = "twistcore.detectors"  # the entry points of packages that bring a detector
-# The file that a command was given with --detector: the processes that it starts load it, too.
+GROUP = "twistcore.detectors"  # the entry points of packages that add a detector
+# The file given to a command with --detector; the processes that it starts load it, too.
 FILE_VARIABLE = "TWISTCORE_DETECTOR_FILE"
-_FOLDER = "twistcore.detection.detectors"  # a file each
+_FOLDER = "twistcore.detection.detectors"  # one file each
 _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 class Detectors(Mapping[str, Detector]):
-    """All detectors by name: the default one, the program's others, then everybody else's.
+    """All detectors by name: the default, the program's others, then those of other authors.
 
-    A detector is loaded when it is first asked for. An item raises TwistError where the detector
-    is there but cannot be loaded.
+    A detector is loaded on first use. An item raises TwistError if the detector exists but cannot
+    be loaded.
     """
 
     def __init__(self) -> None:
-        self._given: dict[str, GuardedDetector] = {}  # registered by a program, or of a file
+        self._given: dict[str, GuardedDetector] = {}  # registered by a program, or from a file
         self._loaded: dict[tuple[str, str], Detector] = {}  # by name and where it was loaded from
 
     def __getitem__(self, name: str) -> Detector:
@@ -66,7 +66,7 @@ class Detectors(Mapping[str, Detector]):
         return sum(1 for _ in self)
 
     def named(self, name: str) -> Detector:
-        """Return the detector of a name; TwistError names all where there is none."""
+        """Return the detector of a name; TwistError lists all names if there is none."""
         try:
             return self[name]
         except KeyError:
@@ -74,10 +74,10 @@ class Detectors(Mapping[str, Detector]):
             raise TwistError(f"no detector {name!r}; expected one of {known}") from None
 
     def register(self, detector: Detector, place: str = "") -> Detector:
-        """Add a detector, in place of an earlier one of its name; TwistError if it is none.
+        """Add a detector, replacing an earlier one of its name; TwistError if it is not a detector.
 
-        Return it as it is used from then on: an error in it becomes a TwistError that names it.
-        place: the file and class that it was loaded from.
+        Returns the detector as it is used from then on: an error in it becomes a TwistError that
+        names it. place: the file and class that it was loaded from.
         """
         if isinstance(detector, GuardedDetector):
             return detector
@@ -93,7 +93,7 @@ class Detectors(Mapping[str, Detector]):
         return kept
 
     def load(self, place: str) -> Detector:
-        """Register the detector of a Python file, 'FILE.py:Class'; TwistError where that fails."""
+        """Register the detector of a Python file, 'FILE.py:Class'; TwistError if that fails."""
         path, _, name = place.rpartition(":")
         return self.register(_of_file(place, path, name), f"{Path(path).resolve()}:{name}")
 
@@ -102,29 +102,29 @@ class Detectors(Mapping[str, Detector]):
         return self._given[name].place if name in self._of_file() else ""
 
     def info(self, name: str) -> DetectorInfo:
-        """Return what is shown of a detector, also of one that is not there or cannot be loaded."""
+        """Return the info of a detector, even of one that is missing or cannot be loaded."""
         try:
             return self[name].info
         except (KeyError, TwistError):
             return DetectorInfo(name, f"the detector {name!r}", "", name)
 
     def infos(self) -> tuple[DetectorInfo, ...]:
-        """Return what is shown of every detector that can be used."""
+        """Return the info of every detector that can be used."""
         return tuple(self[name].info for name in self.ready())
 
     def ready(self) -> tuple[str, ...]:
-        """Return the names of all detectors without those that cannot be loaded."""
+        """Return the names of all detectors that can be loaded."""
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the name, or that of the default where there is no such detector to be had."""
+        """Return the name, or the default one's if that detector is missing or cannot be loaded."""
         try:
             return self[name].info.name
         except (KeyError, TwistError):
             return DEFAULT_METHOD
 
     def version(self, name: str) -> str:
-        """Return a mark that changes with somebody else's detector; '' for the program's own."""
+        """Return a mark that changes with another author's detector; '' for the program's own."""
         if name in built_in():
             return ""
         if name in self._of_file():
@@ -139,7 +139,7 @@ class Detectors(Mapping[str, Detector]):
         return self._loaded[name, place]
 
     def _of_file(self) -> dict[str, GuardedDetector]:
-        """Return what is registered, with the detector of the file that a command was given."""
+        """Return the registered detectors, with the one from the file given to the command."""
         place = os.environ.get(FILE_VARIABLE, "")
         if place and all(d.place != place for d in self._given.values()):
             self.load(place)
@@ -150,13 +150,13 @@ DETECTORS = Detectors()
 
 
 def register(detector: Detector) -> Detector:
-    """Make a detector known by its name, for this program.
+    """Register a detector by its name, in this process.
 
     Parameters
     ----------
     detector : Detector
-        An object with an `info` and an `analyse`. A detector registered under the same name before
-        is replaced; the program's own ones cannot be.
+        An object with an `info` and an `analyse`. An earlier detector of the
+        same name is replaced; the program's own detectors cannot be replaced.
 
     Returns
     -------
@@ -166,7 +166,7 @@ def register(detector: Detector) -> Detector:
     Raises
     ------
     TwistError
-        If it is no detector, or has the name of one of the program's own.
+        If it is not a detector, or has the name of one of the program's own.
     """
     return DETECTORS.register(detector)
 
@@ -175,7 +175,7 @@ def register(detector: Detector) -> Detector:
 def detector_of_file(place: str) -> Iterator[str]:
     """Register the detector of a Python file, also for new processes, and yield its name.
 
-    place: 'FILE.py:Class'. Raises TwistError where it cannot be loaded.
+    place: 'FILE.py:Class'. Raises TwistError if it cannot be loaded.
     """
     name = DETECTORS.load(place).info.name
     os.environ[FILE_VARIABLE] = DETECTORS.place(name)
@@ -187,7 +187,7 @@ def detector_of_file(place: str) -> Iterator[str]:
 
 @cache
 def built_in() -> tuple[str, ...]:
-    """Return the names of the program's own detectors, the default first: those of the files."""
+    """Return the names of the program's own detectors, the default first: their files' names."""
     from pkgutil import iter_modules
 
     folder = [
@@ -210,8 +210,8 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 
 @lru_cache(4)
 def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
-    """Return what packages announce, by name, without loading any of them."""
-    from importlib.metadata import entry_points  # 20 ms that few commands need to wait
+    """Return the detectors that packages announce, by name, without loading any of them."""
+    from importlib.metadata import entry_points  # 20 ms that few commands need
 
     return {p.name: p for p in entry_points(group=GROUP) if p.name not in built_in()}
 
@@ -242,7 +242,7 @@ def _of_file(place: str, path: str, name: str) -> Detector:
 
 
 def _module(path: Path) -> ModuleType:
-    """Return a Python file as a module, carried out."""
+    """Load a Python file and return its module."""
     from importlib.util import module_from_spec, spec_from_file_location
 
     spec = spec_from_file_location(f"detector_file_{_mark_of_file(path)[:16]}", path)
@@ -261,7 +261,7 @@ def _mark_of_file(path: Path) -> str:
 
 
 def _checked(found: Any, where: str) -> Detector:
-    """Return a detector, made where a class is given; TwistError says what it lacks."""
+    """Return the detector, an instance if a class is given; TwistError names the missing part."""
     if isinstance(found, type):
         with one_sentence(f"{where} cannot be created"):
             found = found()

@@ -1,4 +1,4 @@
-"""Frames that follow one another."""
+"""Runs of consecutive frames."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ class Span(Protocol):
 
     @property
     def stop(self) -> int:
-        """The frame behind the last one."""
+        """The frame after the last one."""
 
 
 SomeSpan = TypeVar("SomeSpan", bound=Span)
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Runs of True as [start, stop); (frames,) → by start."""
+    """Return the runs of True as [start, stop), by start; mask: (frames,)."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
 
 
 def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
-    """Group spans, given by start, that overlap; apart: frames between two groups, at least."""
+    """Group overlapping spans, given by start; apart: the least number of frames between groups."""
     groups: list[list[SomeSpan]] = []
     end = 0
     for span in spans:

@@ -1,10 +1,11 @@
 """Spans in which a joint lost its fine movement: filled in, or smoothed too strongly.
 
-A capture trembles a little in every frame, and no body moves as evenly as a filter makes it. What
-differs from an even curve over five frames, the fourth difference, falls by factors of ten to ten
-thousand where a joint was smoothed. It falls with the pace as well, so a joint is compared with
-itself where it moves as fast or more slowly; where it never does, with its slowest frames, from
-which less is expected at a lower pace. A joint that rests is thus never taken for a smoothed one.
+A capture trembles a little in every frame, and no body moves as evenly as a filter makes it. The
+difference from an even curve over five frames, the fourth difference, falls by factors of ten to
+ten thousand where a joint was smoothed. It also falls with the pace. So a joint is compared with
+itself at times when it moves as fast or more slowly. If there are none, it is compared with its
+slowest frames, and less is expected at a lower pace. Thus a joint at rest is never taken for a
+smoothed one.
 """
 
 from __future__ import annotations
@@ -21,25 +22,25 @@ from twistcore.work.frozen import dataclass
 
 Mask = NDArray[np.bool_]
 
-_WINDOW, _FEWEST = 0.4, 9  # seconds, and frames at least, over which is averaged
-_A_WINDOW = 8  # values, of all that it could have: they change slowly
-_LEAST = 0.5  # seconds: what is shorter is hardly told from a calm moment
+_WINDOW, _FEWEST = 0.4, 9  # seconds, and at least so many frames, to average over
+_A_WINDOW = 8  # values in a window, of all that it could have: they change slowly
+_LEAST = 0.5  # seconds: a shorter span may be a calm moment
 _REST = 1e-5  # degrees a frame: the rounding of files
-_MOVES = 3e-3  # degrees a frame at the liveliest: less is no motion
+_MOVES = 3e-3  # degrees a frame at its fastest: less is no motion
 _SUSPECT = 0.5  # orders of magnitude finer than the usual frame of the same pace
 _USUAL, _SLOWER, _STEPS = 0.7, 0.7, 4  # quantile, of at least this share of the slowest frames
-_FINER = 0.6  # orders of magnitude finer than nearly all other frames of the same pace: a find
+_FINER = 0.6  # orders of magnitude finer than nearly all other frames of the same pace: reported
 _NEARLY_ALL = 0.05  # quantile
 _OTHERS = 1.5  # seconds of other frames to compare with
-_PACE = 2.0  # orders that fine movement falls by for one of the pace
-_BORDER, _EVEN = 1.5, 5  # orders above a span at its borders, at most; frames averaged there
-_MOST = 5  # spans, and joints of one, that are named
-_NUMBERS = 1 << 17  # frames times joints that are looked at together
+_PACE = 2.0  # orders of magnitude that fine movement falls by for one of the pace
+_BORDER, _EVEN = 1.5, 5  # orders above a span at its borders, at most; frames to average there
+_MOST = 5  # spans, and joints of a span, listed by name
+_NUMBERS = 1 << 17  # frames times joints in a block
 
 
 @dataclass(frozen=True)
 class SmoothedSpan:
-    """Frames [start, stop) in which a joint moves `times` as finely as anywhere else, or more."""
+    """Frames [start, stop) in which a joint moves at least `times` as finely as elsewhere."""
 
     joint: int
     start: int
@@ -50,13 +51,13 @@ class SmoothedSpan:
 def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
     """Return the spans of all joints, by start.
 
-    None in a clip of coarse angles, whose fine movement is rounding.
+    There are none in a clip of coarse angles, whose fine movement is rounding.
     """
     width = max(_FEWEST, round(_WINDOW * motion.fps))
     if motion.frames < 2 * width or motion.angle_step:
         return ()
     joints = motion.rotations.shape[1]
-    together = max(1, _NUMBERS // motion.frames)  # of long clips few joints at a time
+    together = max(1, _NUMBERS // motion.frames)  # few joints at a time for long clips
     found = [
         span
         for first in range(0, joints, together)
@@ -66,7 +67,7 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
 
 
 def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSpan]:
-    """Yield the spans of neighbouring joints."""
+    """Yield the spans of the joints of a block."""
     pace, fine, every = _measured(motion.rotations[:, joints.start : joints.stop], width)
     step = max(1, width // _A_WINDOW)
     pace, fine = pace[::step], fine[::step]
@@ -83,9 +84,9 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
 
 
 def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the notes on spans by start: overlapping ones together, the first few by themselves.
+    """Return the notes on spans, given by start; overlapping spans share a note.
 
-    names: of the joints.
+    The first few get a note each, the others are counted. names: of the joints.
     """
     groups = overlapping(spans)
     said = [_said(group, names) for group in groups[:_MOST]]
@@ -110,15 +111,15 @@ def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
 
 
 def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
-    """Logarithms of pace and fine movement in a window, and of the latter in every frame.
+    """Return logarithms of pace and fine movement in a window, and of the latter in every frame.
 
     Each (frames, joints), of degrees a frame.
     """
-    changes = np.diff(continuous(rotations), axis=0)  # of a turn's half, in radians
+    changes = np.diff(continuous(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)
     pace = 0.5 * np.log10(np.maximum(moved, 0.0) + _REST**2)
     off = 0.5 * np.log10(_squared(np.diff(changes, 3, axis=0)) + _REST**2)
-    # A mean of logarithms: a jump or two do not hide what is smooth around them.
+    # A mean of logarithms: one or two jumps do not hide a smooth span around them.
     fine = _mean_around(off, width)
     ends = ((2, 2), (0, 0))
     return (
@@ -129,10 +130,11 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
 
 
 def _mean_around(values: Array, width: int) -> Array:
-    """Mean of so many rows around each, at the ends of the outermost again.
+    """Return the mean of so many rows around each row; the outermost rows repeat at the ends.
 
-    Sums of twice as many rows from sums of half as many: no rounding of large ones is left in small
-    ones, and scipy, which takes longer to load than all the rest of a command, is not needed.
+    Sums of twice as many rows are made from sums of half as many: so no rounding errors of large
+    sums remain in small ones, and scipy, which takes longer to load than the rest of a command, is
+    not needed.
     """
     before = width // 2
     ends = (before, width - 1 - before), *[(0, 0)] * (values.ndim - 1)
@@ -149,13 +151,13 @@ def _mean_around(values: Array, width: int) -> Array:
 
 
 def _squared(changes: Array) -> Array:
-    """Squared lengths of changes of quaternions as turns, degrees², (frames, joints)."""
+    """Return squared lengths of changes of quaternions as turns, degrees², (frames, joints)."""
     sums: Array = np.einsum("...i,...i->...", changes, changes)
     return sums * float(np.degrees(2.0)) ** 2
 
 
 def _usual(pace: Array, fine: Array) -> Array:
-    """The usual fine movement of the frames that are no faster, (frames, joints)."""
+    """Return the usual fine movement of the frames that are no faster, (frames, joints)."""
     frames = len(pace)
     order = np.argsort(pace, axis=0)
     by_pace = np.take_along_axis(fine, order, axis=0)
@@ -178,10 +180,10 @@ class _Joint:
     step: int
     half: int  # of the window
     others: int  # frames to compare with, at least
-    least: int  # frames of a span
+    least: int  # frames of a span, at least
 
     def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
-        """Borders of a suspected span, and how many times as fine it is; None if it is not."""
+        """Return the borders of a suspected span and how many times as fine it is, or None."""
         reach = -(-self.half // self.step)
         far = np.ones(len(self.pace), dtype=bool)
         far[max(0, start - reach) : stop + reach] = False
@@ -209,14 +211,14 @@ class _Joint:
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """The value below which a share of the rows lies, without the cost of numpy's."""
+    """Return the value below which a share of the rows lies, faster than numpy's quantile."""
     at = round(share * (len(values) - 1))
     row: Array = np.partition(values, at, axis=0)[at]
     return row
 
 
 def _without_short(mask: Mask, least: int) -> Mask:
-    """The mask without its runs of less than some frames."""
+    """Return the mask without runs shorter than `least` frames."""
     out = mask.copy()
     for start, stop in runs(mask):
         if stop - start < least:

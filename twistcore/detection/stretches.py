@@ -28,9 +28,9 @@ JUMP = math.radians(60.0)  # a frame: where a stretch may begin or end
 OFF = math.radians(75.0)  # from the usual roll: a smaller difference may be motion
 ALIKE = math.radians(45.0)  # rolls that count as the same
 TURNED = math.radians(120.0)  # from the rest pose: no joint rolls so far about its bone
-MOST = 0.6  # of the frames: a roll that so many have is the usual one
+MOST = 0.6  # of the frames: a roll in so many frames is the usual one
 _ENOUGH = 0.1  # of the frames: a level that may be the right one
-SHORTEST = 0.05  # seconds: what is shorter is a spike
+SHORTEST = 0.05  # seconds: a shorter one is a spike
 _DEFINED = 0.5  # of :func:`twist_reliability`: below it a swing near 180° leaves the roll undefined
 
 
@@ -132,7 +132,7 @@ def _has_mirrored(motion: Motion, owner: Mapping[int, Chain], joint: int, roll: 
 
 
 def _wrong(levels: Sequence[_Level], usual: float, shortest: float) -> Iterator[_Level]:
-    """Yield the levels that are far from the usual roll, those next to each other as one."""
+    """Yield the levels that are far from the usual roll, adjacent ones as one."""
     found: list[_Level] = []
     for level in levels:
         if abs(wrap(level.roll - usual)) < OFF:

@@ -1,7 +1,7 @@
 """Twist increments of a chain from relative rotations: no azimuth, no singularity [Method, step 1].
 
-Unlike differences of θp and θc these are exact for a straight limb and across a swing of 180°.
-Their sum is not θp (holonomy), so the two are never compared.
+Unlike differences of θp and θc they are exact for a straight limb and across a swing of 180°. Their
+sum is not θp (holonomy), so the two are never compared.
 """
 
 from __future__ import annotations
@@ -12,10 +12,11 @@ from twistcore.skeleton.rotation import Array, wrap
 
 
 def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Array, Array]:
-    """x(t) = twist_a(q_P(t−1)⁻¹ q_P(t)), y(t) = twist_a(q_C(t) q_C(t−1)⁻¹); radians, (frames,).
+    """Return x and y, the twist increments of P and C, radians, (frames,).
 
-    A twist error δ of P (q_P ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes them by exactly +dδ and −dδ.
-    x(0) = y(0) = 0. q_parent, q_child: (frames, 4); axis: unit, (3,) or (frames, 3), in P's frame.
+    x(t) = twist_a(q_P(t−1)⁻¹ q_P(t)), y(t) = twist_a(q_C(t) q_C(t−1)⁻¹).
+    A twist error δ of P (q_P ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes them by exactly +dδ and −dδ. x(0) =
+    y(0) = 0. q_parent, q_child: (frames, 4); axis: unit, (3,) or (frames, 3), in P's frame.
     """
     x, y = np.zeros(len(q_parent)), np.zeros(len(q_parent))
     a = axis if axis.ndim == 1 else axis[1:]
@@ -25,7 +26,10 @@ def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Arra
 
 
 def _twist_between(q: Array, axis: Array, cross_sign: float) -> Array:
-    """Twist of q(t−1)⁻¹ q(t) (cross_sign −1) or q(t) q(t−1)⁻¹ (+1); only w and v·a are formed."""
+    """Return the twist of q(t−1)⁻¹ q(t) (cross_sign −1) or q(t) q(t−1)⁻¹ (+1).
+
+    Only w and v·a are computed.
+    """
     w0, w1 = q[:-1, 0], q[1:, 0]
     x0, y0, z0 = q[:-1, 1], q[:-1, 2], q[:-1, 3]
     x1, y1, z1 = q[1:, 1], q[1:, 2], q[1:, 3]

@@ -1,4 +1,4 @@
-"""Taking twist errors out of a motion, and how everything looks afterwards."""
+"""Remove twist errors from a motion, and show the corrected clip."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING
@@ -30,8 +30,8 @@ __all__ = [
 ]
 
 if not TYPE_CHECKING:
-    # Loaded when first asked for: the analysis of a clip needs what removes a twist, and what
-    # shows the corrected clip needs the analysis.
+    # Loaded on first use: the analysis of a clip needs the removal of twists, and what shows the
+    # corrected clip needs the analysis.
     _HOMES = {
         "corrected": "Angles Corrected",
         "twist_removal": (

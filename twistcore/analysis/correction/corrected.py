@@ -1,4 +1,4 @@
-"""A clip with intervals corrected: offsets, poses, ways and angles, each from what it needs."""
+"""A clip with intervals corrected: offsets, poses, paths and angles, computed on request."""
 
 from __future__ import annotations
 
@@ -44,15 +44,15 @@ class Angles:
 
 
 class Corrected:
-    """A clip without the errors of the intervals taken; :meth:`take` tells which.
+    """A clip without the errors of some intervals, which :meth:`take` sets.
 
-    Sums and closed forms are kept from one change to the next, for a τ that is dragged.
+    Sums and closed forms are kept from one change to the next, because τ may be dragged.
     """
 
     def __init__(self, analysis: ClipAnalysis) -> None:
         self._analysis = analysis
         self._motion, self._chains = analysis.motion, (*analysis.chains, *analysis.limbs)
-        # Nothing shows what an export cannot write.
+        # Do not show what an export cannot write.
         self._free = {c.name for c in self._chains if not uncorrectable_joints(self._motion, c)}
         self._free_carried = {
             c.name for c in self._chains if not uncorrectable_joints(self._motion, c, carried=True)
@@ -61,11 +61,12 @@ class Corrected:
         self._none.flags.writeable = False
         self._offsets: dict[str, Array] = {}
         self._carried: dict[str, Array] = {}
-        self._summed: dict[str, list[Interval]] = {}  # what each of them is the sum of
+        # the intervals that each of them is the sum of
+        self._summed: dict[str, list[Interval]] = {}
         self._forms: dict[str, _ClosedForm | None] = {}
 
     def take(self, intervals: Iterable[Interval]) -> None:
-        """Correct these and no others; the sums of chains that are as they were stand."""
+        """Correct these intervals only; the sums of unchanged chains are kept."""
         chosen: dict[str, list[Interval]] = {}
         for interval in intervals:
             if interval.chain in (self._free_carried if interval.carried else self._free):
@@ -80,22 +81,22 @@ class Corrected:
                 self._summed[chain] = own
 
     def offset(self, chain: str) -> Array:
-        """What is taken out of the twist of a chain's parent, radians, (frames,)."""
+        """Return the angle removed from the twist of a chain's parent, radians, (frames,)."""
         return self._offsets.get(chain, self._none)
 
     def carried(self, limb: str) -> Array:
-        """The part of a limb's offset in which its end turned along, radians, (frames,)."""
+        """Return the part of a limb's offset in which its end turned along, radians, (frames,)."""
         return self._carried.get(limb, self._none)
 
     def pose(self, frame: int) -> tuple[Array, Array]:
-        """Global rotations (joints, 4) and positions (joints, 3) of a frame."""
+        """Return global rotations (joints, 4) and positions (joints, 3) of a frame."""
         rotations, positions = self._poses(frame, frame + 1)
         return rotations[0], positions[0]
 
     def ways(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
-        """Places of joints in frames [start, stop), (frames, joints, 3).
+        """Return positions of joints in frames [start, stop), (frames, joints, 3).
 
-        Computed from the corrected rotations, not taken for granted.
+        They are computed from the corrected rotations, not assumed to be unchanged.
         """
         return self._poses(start, stop)[1][:, joints]
 
@@ -105,12 +106,12 @@ class Corrected:
             rotations, positions = self._analysis.poses
             return rotations[start:stop], positions[start:stop]
         carried = {name: o[start:stop] for name, o in self._carried.items()}
-        # Where a bone's direction varies position channels tell it, and the part has its own.
+        # If a bone's direction varies, position channels define it, and the part has its own.
         part = self._motion.sliced(start, stop)
         return forward_kinematics(remove_twist(part, self._chains, offsets, carried))
 
     def angles(self, chain: Chain) -> Angles:
-        """θp and θc of a chain: by the closed form where there is one, else anew."""
+        """Return θp and θc of a chain: in closed form if possible, else from quaternions."""
         if chain.name not in self._forms:
             exact = not isinstance(chain, Helper) and _has_closed_form(
                 self._analysis, chain, self._free
@@ -124,9 +125,10 @@ class Corrected:
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
 
     def swivel(self, limb: Limb) -> Array:
-        """φ of a limb, radians, (frames,): its offset less; its height off the line stays.
+        """Return φ of a limb minus its offset, radians, (frames,); the height is unchanged.
 
-        A chain above whose child is P turns the frame that φ is told in: there it is told anew.
+        A chain further up whose child is P turns the frame in which φ is measured; φ is then
+        computed again.
         """
         swivel = self._analysis.flips.limbs[limb.name].swivel
         angle, children = swivel.angle, self._motion.skeleton.children
@@ -141,7 +143,7 @@ class Corrected:
         return wrap(angle - self.offset(limb.name))
 
     def _flipped(self, chain: Chain) -> bool:
-        """Whether a limb that is turned back has a joint of the chain for its first or its end."""
+        """True if a limb that is turned back has a joint of the chain as its first joint or end."""
         ends = {chain.parent, chain.child}
         return any(
             isinstance(limb, Limb)
@@ -154,10 +156,10 @@ class Corrected:
 class _ClosedForm:
     """The angles of one chain after correction, from the offsets alone.
 
-    A correction turns P back by the offset about its own axis and C on by the same, so θp loses
-    the offset and the child's azimuth gains it: no quaternion of P or C is needed again. A chain
-    above whose child is P turns P from the left; only there, only in the frames it corrects, is
-    θp taken from quaternions anew.
+    A correction turns P back by the offset about its own axis and C forward by the same, so θp
+    loses the offset and the child's azimuth gains it: no quaternion of P or C is needed. A chain
+    further up whose child is P turns P from the left. Only then, and only in the frames it
+    corrects, θp is computed from quaternions.
     """
 
     def __init__(self, analysis: ClipAnalysis, chain: Chain, free: set[str]) -> None:
@@ -173,7 +175,7 @@ class _ClosedForm:
         self._defined = defined & np.roll(defined, 1)
 
     def angles(self, corrected: Corrected) -> Angles:
-        """With what is taken out of this chain and of those above."""
+        """Return the angles after removing the offsets of this chain and of those further up."""
         own = corrected.offset(self._chain.name)
         theta_p = self._signals.theta_p
         for chain in self._above:
@@ -198,7 +200,7 @@ class _ClosedForm:
 
 
 def _has_closed_form(analysis: ClipAnalysis, chain: Chain, free: set[str]) -> bool:
-    """Not where an axis varies, or C is turned about another axis than its own bone."""
+    """False if an axis varies, or if C is turned about another axis than its own bone."""
     others = [c for c in analysis.chains if c is not chain and c.name in free]
     below = [c for c in others if c.parent == chain.child]
     return (

@@ -1,7 +1,7 @@
-"""What a correction must not make worse: measured on the limb and its neighbours, before and after.
+"""Measures that a correction must not make worse, on the limb and its neighbours.
 
-Five measures that need no eye. Each is taken in the frames around the interval alone, but for the
-hinge, which the rest of the clip tells.
+There are five, and none needs a visual check. Each is measured only in frames around the interval,
+except the hinge, which follows from the rest of the clip.
 """
 
 from __future__ import annotations
@@ -32,19 +32,19 @@ NAMES = HINGE, TURNS, ROLL, PATH, ENDS
 UNITS = {HINGE: "°", TURNS: "frames", ROLL: "° a frame", PATH: "%", ENDS: "%"}
 EXACT = 3.0  # degrees within which 95 % of a clip is on a joint's hinge
 TOLERANCE = {HINGE: 1.0, TURNS: 0.0, ROLL: 5.0, PATH: 0.1, ENDS: 0.1}
-SHARE = {ROLL: 0.5}  # of what it was before: where that is more than the tolerance
+SHARE = {ROLL: 0.5}  # share of the value before, if that is more than the tolerance
 _LAST = {"Arm": "ForeArm", "UpLeg": "Leg"}  # the last bone of a limb by its first
 _BESIDE = 3  # frames on either side of an interval
-_BENT = 30.0  # degrees: below it a straight limb is told by its course, not by its hinge
+_BENT = 30.0  # degrees: below it a straight limb is judged by its course, not by its hinge
 
 
 @dataclass(frozen=True)
 class ProtectedMeasure:
     """One measure of one correction.
 
-    name: one of NAMES; unit: of UNITS; before, after: as captured and corrected; worse: whether it
-    grew by more than its tolerance; joint: where it was measured, by the skeleton's name; word:
-    what people call that.
+    name: one of NAMES; unit: one of UNITS; before, after: as captured and corrected; worse: True if
+    it grew by more than its tolerance; joint: where it was measured, by the skeleton's name; word:
+    the everyday name of that joint.
     """
 
     name: str
@@ -57,12 +57,12 @@ class ProtectedMeasure:
 
     @property
     def growth(self) -> float:
-        """By how much it got worse; negative where it got better."""
+        """How much worse it got; negative if it got better."""
         return self.after - self.before
 
     @property
     def doubt(self) -> str:
-        """What would get worse by it, as people read it."""
+        """The reason for a doubt about the correction, as a clause."""
         if self.name == HINGE:
             return f"the {self.word} would bend {self.growth:.0f}° away from its hinge plane"
         if self.name == TURNS:
@@ -81,10 +81,10 @@ class ProtectedMeasure:
 
 @dataclass(frozen=True, eq=False)
 class Hinges:
-    """The sides to which the joints of a clip bend, made when first asked for.
+    """The sides to which the joints of a clip bend, computed on first use.
 
-    motion: of the clip; finds: all its intervals, whose frames say nothing of a hinge; known:
-    signals of chains that were made before.
+    motion: the clip; finds: all its intervals, whose frames do not show a hinge; known: signals of
+    chains that already exist.
     """
 
     motion: Motion
@@ -93,7 +93,7 @@ class Hinges:
     _exact: dict[str, Array | None] = field(default_factory=dict)
 
     def off(self, chain: Chain) -> Array | None:
-        """How far a joint is off its hinge, degrees, (frames,); None where it has no exact one.
+        """Return how far a joint is off its hinge, degrees, (frames,); None without an exact hinge.
 
         NaN where the limb is too straight to show it.
         """
@@ -116,7 +116,7 @@ class Hinges:
 
 
 def shown_at(interval: Interval, frames: NDArray[np.intp]) -> Interval:
-    """An interval of a clip among some of its frames, ascending; empty where none is in it."""
+    """Return an interval with some of its clip's frames, ascending; empty if none is in it."""
     start, stop = np.searchsorted(frames, [interval.start, interval.stop]).tolist()
     return interval.with_offset(start, interval.offset[frames[start:stop] - interval.start])
 
@@ -128,24 +128,25 @@ def protected_measures(
     hinges: Hinges | None = None,
     others: Sequence[Interval] = (),
 ) -> tuple[ProtectedMeasure, ...]:
-    """What a correction changes in the limb and its neighbours.
+    """Return what a correction changes in the limb and its neighbours.
 
-    Measured, with how much of it is not yet worse:
+    The measures, each with its tolerance:
 
-    - *hinge*: how far the joint that is turned is off its exact hinge, in the mean over the frames
-      in which the limb is bent by more than 30°; only where 95 % of the clip is within 3° of one.
-      Not yet worse by 1°.
+    - *hinge*: how far the joint that is turned is off its exact hinge, on average over the frames
+      in which the limb is bent by more than 30°; only if 95 % of the clip is within 3° of one.
+      Tolerance: 1°.
     - *impossible turns*: frames in which a joint of the limb turns about its own axis faster than
-      any body does (:func:`lone_jumps.limit`). Not one more.
+      any body does (:func:`lone_jumps.limit`). Tolerance: none.
     - *next joint's roll*: the fastest turn of the joint below about its own bone, degrees a frame:
-      of C after a counter-twist, of the limb's end after a flip. 5° more, or half as much again.
-    - *path*: of a flip, the length of the middle joint's path, % of the limb. 0.1 % more.
-    - *ends*: how far a joint moves that should stay, % of the skeleton's height. 0.1 %.
-      Leaves beside the bone, as helpers are, turn with it.
+      of C after a counter-twist, of the limb's end after a flip. Tolerance: 5°, or half of the
+      value before.
+    - *path*: for a flip, the length of the middle joint's path, % of the limb. Tolerance: 0.1 %.
+    - *ends*: how far a joint moves that should stay in place, % of the skeleton's height.
+      Tolerance: 0.1 %. Leaves off the bone, such as helpers, turn with it.
 
-    chains: of the motion, limbs among them; hinges: made once a clip for all its corrections, else
-    from the motion alone; others: what is corrected as well, before and after. Nothing is measured
-    of what cannot be corrected.
+    chains: of the motion, including limbs; hinges: created once for all corrections of a clip, else
+    from the motion alone; others: intervals that are corrected in both states. Nothing is measured
+    for an interval that cannot be corrected.
     """
     every = tuple(chains)
     chain = next((c for c in every if c.name == interval.chain), None)
@@ -203,7 +204,7 @@ class _Around:
 
     @cached_property
     def from_above(self) -> Array:
-        """The same in the frame that P hangs in."""
+        """Rotations of the limb's joints in the frame of P's parent, (frames, 2, joints, 4)."""
         out = self.own.copy()
         for k in range(1, len(self.joints)):
             out[:, :, k] = multiply(out[:, :, k - 1], out[:, :, k])
@@ -211,7 +212,7 @@ class _Around:
 
     @cached_property
     def in_room(self) -> Array:
-        """The same in the room."""
+        """Rotations of the limb's joints in the room, (frames, 2, joints, 4)."""
         above = np.zeros((self.captured.frames, 2, 4))
         above[..., 0] = 1.0
         for joint in ancestors(self.skeleton, self.chain.parent)[::-1]:
@@ -221,7 +222,7 @@ class _Around:
 
     @cached_property
     def axes(self) -> Array:
-        """Each joint's own axis, (joints, 3); 0 for one that has none."""
+        """Each joint's own axis, (joints, 3); 0 for a joint without one."""
         axes = (own_axis(self.skeleton, joint) for joint in self.joints)
         return np.array([np.zeros(3) if a is None else a for a in axes])
 
@@ -232,12 +233,12 @@ class _Around:
 
     @cached_property
     def places(self) -> list[tuple[Array, Array]]:
-        """Where a limb's C and E are from P, in the frame of P's parent, before and after."""
+        """Positions of a limb's C and E from P, in the frame of P's parent, before and after."""
         assert isinstance(self.chain, Limb)
         return [places(m, self.chain) for m in self.both]
 
     def measure(self, name: str, before: float, after: float, joint: int) -> ProtectedMeasure:
-        """What was measured at a joint, with whether it is worse."""
+        """Return the measure at a joint, with whether it is worse."""
         worse = after > before + max(TOLERANCE[name], SHARE.get(name, 0.0) * before)
         joint_name = self.skeleton.names[joint]
         return ProtectedMeasure(
@@ -245,7 +246,7 @@ class _Around:
         )
 
     def _word(self, joint: int) -> str:
-        """What people call a joint of the limb."""
+        """Return the everyday name of a joint of the limb."""
         segment = self.chain.segment
         if isinstance(self.chain, Limb):
             if joint == self.chain.child:
@@ -255,14 +256,14 @@ class _Around:
 
 
 def _within(interval: Interval, low: int, high: int) -> Interval:
-    """The part of an interval in frames [low, high), counted from low."""
+    """Return the part of an interval in frames [low, high), counted from low."""
     start, stop = max(interval.start, low), min(interval.stop, high)
     offset = interval.offset[start - interval.start : stop - interval.start]
     return interval.with_offset(start - low, offset)
 
 
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
-    """Degrees by which the joint that is turned is off its exact hinge, while the limb is bent."""
+    """Measure how far the joint that is turned is off its exact hinge while the limb is bent."""
     interval = around.interval
     chain = next((c for c in chains if _turns_in(c, around.next_joint)), None)
     if chain is None or (off := hinges.off(chain)) is None:
@@ -284,14 +285,14 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Prot
 
 
 def _turns_in(chain: Chain, joint: int) -> bool:
-    """Whether a chain shows to which side a joint bends."""
+    """True if a chain shows to which side a joint bends."""
     return not isinstance(chain, Limb | Helper) and chain.child == joint and chain.grandchild >= 0
 
 
 def _impossible(around: _Around) -> ProtectedMeasure:
-    """Frames in which a joint of the limb turns about its own axis faster than any body does."""
+    """Count frames in which a joint of the limb turns about its axis faster than any body does."""
     counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
-    if may_be_too_fast(around.turns, fps).any():  # which is seldom, and soon known
+    if may_be_too_fast(around.turns, fps).any():  # rare, and quick to check
         in_room = turns_about(around.in_room, around.axes)
         counts = too_fast(in_room, around.turns, fps).sum(axis=0)
     before, after = counts.sum(axis=1).tolist()
@@ -300,7 +301,7 @@ def _impossible(around: _Around) -> ProtectedMeasure:
 
 
 def _roll(around: _Around) -> ProtectedMeasure | None:
-    """The fastest turn of the next joint about its own bone, in its parent's frame."""
+    """Measure the fastest turn of the next joint about its own bone, in its parent's frame."""
     if not around.axes[-1].any():
         return None
     before, after = np.degrees(np.abs(around.turns[:, :, -1]).max(axis=0)).tolist()
@@ -308,7 +309,7 @@ def _roll(around: _Around) -> ProtectedMeasure | None:
 
 
 def _path(around: _Around) -> ProtectedMeasure | None:
-    """The length of the middle joint's path in the frame of the limb's parent, % of the limb."""
+    """Measure the middle joint's path in the frame of the limb's parent, % of the limb."""
     if not isinstance(limb := around.chain, Limb):
         return None
     whole = sum(bones(around.captured, limb))
@@ -320,7 +321,7 @@ def _path(around: _Around) -> ProtectedMeasure | None:
 
 
 def _ends(around: _Around) -> ProtectedMeasure:
-    """How far a joint moves that the correction should leave in its place, % of the height."""
+    """Measure how far a joint moves that the correction should leave in place, % of the height."""
     chain, skeleton = around.chain, around.skeleton
     largest: dict[int, float] = {}
     turning: Sequence[int] = around.joints
@@ -342,5 +343,5 @@ def _ends(around: _Around) -> ProtectedMeasure:
 
 
 def _carries(skeleton: Skeleton, joint: int, chain: Chain) -> bool:
-    """Whether a child of P is no mere helper: a leaf beside the bone turns with its skin."""
+    """False for a child of P that is a mere helper: a leaf off the bone turns with its skin."""
     return joint == chain.child or bool(skeleton.children[joint])

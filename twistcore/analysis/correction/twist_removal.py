@@ -1,4 +1,4 @@
-"""Taking errors out of a motion and nothing else [Choi26 Eq. 14-15], of limbs too."""
+"""Remove errors from a motion, limbs included, and change nothing else [Choi26 Eq. 14-15]."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ from twistcore.skeleton.rotation import (
     wrap,
 )
 
-SURE_ENOUGH = 0.5  # confidence from which an interval is corrected unasked, if nobody names one
-_FOLDED = 1e-6  # of the skeleton's height: a line so short has no direction
+SURE_ENOUGH = 0.5  # default confidence from which an interval is corrected automatically
+_FOLDED = 1e-6  # of the skeleton's height: a shorter line has no direction
 _ON_AXIS = np.sin(np.radians(0.5))
 
 
@@ -39,13 +39,13 @@ def applied_unasked(
     include_open: bool = False,
     confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
 ) -> tuple[Interval, ...]:
-    """The intervals that may be corrected without a person's word: the one rule for that.
+    """Return the intervals that are corrected automatically; this is the only rule for that.
 
-    No lone jump, for there is nothing to take out, and no roll of a helper, for nothing measures
-    how sure that is. Closed ones, or also open ones, with a confidence of `at_least`, 0…1, or of
-    :data:`SURE_ENOUGH` where nobody names one. A detector that knows no confidence, as the
-    paper's, is then taken at its word; one that is named leaves
-    its intervals out. confidence: another than the detector's own.
+    Lone jumps are left out, because nothing can be removed, and so are rolls of helpers, because
+    their confidence is not measured. Closed intervals, or open ones too, need a confidence of at
+    least `at_least`, 0…1, or of :data:`SURE_ENOUGH` if that is not given. A detector without
+    confidence, such as the paper's, is trusted by default; if `at_least` is given, its intervals
+    are left out. confidence: a replacement for the detector's own.
     """
     return tuple(
         i
@@ -61,7 +61,7 @@ def _sure(confidence: float | None, at_least: float | None) -> bool:
 
 
 def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Sum of the offsets of all intervals, radians in (−π, π], shape (frames,), by chain name."""
+    """Return the sums of the intervals' offsets, radians in (−π, π], (frames,), by chain name."""
     total: dict[str, Array] = {}
     for interval in intervals:
         if interval.chain not in total:
@@ -71,16 +71,16 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """As :func:`offsets_by_chain`, of intervals in which the limb's end, or C, turned along."""
+    """Return the same sums for intervals in which the limb's end, or C, turned along."""
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
 
 @runtime_checkable
 class Correctable(Protocol):
-    """What knows which intervals to correct: a detection or a review."""
+    """An object that knows which intervals to correct: a detection or a review."""
 
     def to_correct(self, motion: Motion) -> tuple[Sequence[Chain], Sequence[Interval]]:
-        """Chains and limbs, and the intervals of these to correct."""
+        """Return chains and limbs, and their intervals to correct."""
         ...
 
 
@@ -99,23 +99,23 @@ def refine(
     chains: Correctable | Iterable[Interval] | Sequence[Chain],
     intervals: Iterable[Interval] | None = None,
 ) -> Motion:
-    """Remove errors from a motion; frames and joints without one keep their rotations bit by bit.
+    """Remove errors from a motion; all other frames and joints keep their rotations bit by bit.
 
     Call it as ``refine(clip, found)`` or as ``refine(clip, chains, intervals)``.
 
     Parameters
     ----------
     clip : Clip or Motion
-        What to correct. It is not changed.
+        The clip to correct. It is not changed.
     found : Detection, Review or iterable of Interval
-        What to remove: of a detection the intervals that are sure enough to be corrected
-        automatically, of a review the accepted ones, of an iterable all. Their chains are found in
-        the clip.
+        The intervals to remove: from a detection, those confident enough for an automatic
+        correction; from a review, the accepted ones; from an iterable, all. Their chains are
+        looked up in the clip.
     chains : sequence of Chain
         The chains and limbs that the intervals name.
     intervals : iterable of Interval
-        What to remove. Intervals of other chains, and those that cannot be corrected because a
-        joint lacks rotation channels, are left out.
+        The intervals to remove. Intervals of other chains are left out, and intervals that cannot
+        be corrected because a joint lacks rotation channels.
 
     Returns
     -------
@@ -131,7 +131,7 @@ def refine(
 
     See Also
     --------
-    Detection.refined : The same as a method.
+    Detection.refined : The corrected motion, as a method.
     write_clip : Write the result.
 
     Examples
@@ -155,14 +155,14 @@ def refine(
         every, intervals = cast("Sequence[Chain]", chains), list(intervals)
     if beyond := next((i for i in intervals if i.stop > motion.frames), None):
         raise TwistError(f"expected intervals within {motion.frames} frames, found {beyond!r}")
-    # The positions stay the same array, by which a writer sees that none has moved.
+    # The positions stay the same array, which shows a writer that none has changed.
     return motion.with_rotations(refiner(motion, every, intervals)(0, motion.frames).rotations)
 
 
 def refiner(
     motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]
 ) -> Callable[[int, int], Motion]:
-    """Return a function that makes the frames [start, stop) of :func:`refine` alone."""
+    """Return a function that makes only the frames [start, stop) of :func:`refine`."""
     by_name, frames = {chain.name: chain for chain in chains}, motion.frames
     intervals = [
         i
@@ -184,7 +184,7 @@ def refiner(
 
 
 def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[Interval]]:
-    """The chains of a motion and the intervals to remove, where no chains are given."""
+    """Return the chains of a motion and the intervals to remove, if no chains are given."""
     if isinstance(found, Correctable):
         return found.to_correct(motion)
     intervals = [*found] if isinstance(found, Iterable) else [found]
@@ -195,7 +195,7 @@ def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[I
 
 
 def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:
-    """Joints without three rotation channels for which some of the chain's intervals stay."""
+    """Return joints without three rotation channels, because of which some intervals stay."""
     carried = {i.carried for i in intervals if i.chain == chain.name}
     return uncorrectable_joints(motion, chain, carried=all(carried)) if carried else ()
 
@@ -206,16 +206,19 @@ def remove_twist(
     offsets: Mapping[str, Array],
     carried: Mapping[str, Array] = MappingProxyType({}),
 ) -> Motion:
-    """Take offsets out of chains, and out of limbs; frames with offset 0 keep their bits.
+    """Remove offsets from chains and limbs; frames with offset 0 keep their bits.
 
-    offsets: radians, (frames,), by name; carried: the part of a limb's in which its end turned
-    along, and of a chain's in which C rolled along. Of a chain, q'_P = q_P ⊗ R_a(−offset) and, for
-    every child X of P, q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X: all global rotations below P stay, and all joint
-    positions but those of children beside the axis (:func:`children_off_axis`). Where C rolled
-    along, q'_C ⊗ R_b(−carried) turns it back about its own bone: G's joint stays, and what hangs on
-    C turns back with it. Of a limb, q'_P = R_u(−offset) ⊗ q_P about its line u in the frame of P's
-    parent; E keeps its place, and its global rotation but for what it was carried; C keeps its own
-    rotation and moves. Corrections commute: no twist moves a limb's line in the room.
+    offsets: radians, (frames,), by name; carried: the part of a limb's offset in which its end
+    turned along, and of a chain's offset in which C rolled along.
+
+    Chains: q'_P = q_P ⊗ R_a(−offset) and, for every child X of P, q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X. All
+    global rotations below P are unchanged, and all joint positions except those of children off
+    the axis (:func:`children_off_axis`). If C rolled along, q'_C ⊗ R_b(−carried) turns it back
+    about its own bone: G's joint does not move, and everything below C turns back with it.
+
+    Limbs: q'_P = R_u(−offset) ⊗ q_P about the limb's line u in the frame of P's parent. E keeps its
+    position, and its global rotation except for the carried part; C keeps its own rotation and
+    moves. Corrections commute: no twist moves a limb's line in the room.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -238,7 +241,7 @@ def remove_twist(
         parent = rotations[at, chain.parent]
         back = quaternion_from_axis_angle(axis, -offset[at])
         rotations[at, chain.parent] = normalise(multiply(parent, back))
-        # q'_P⁻¹ ⊗ q_P = R_a(offset), whatever q_P is.
+        # q'_P⁻¹ ⊗ q_P = R_a(offset) for any q_P.
         ahead = quaternion_from_axis_angle(axis, offset[at])
         for child in motion.skeleton.children[chain.parent]:
             rotations[at, child] = normalise(multiply(ahead, rotations[at, child]))
@@ -248,7 +251,7 @@ def remove_twist(
 
 
 def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Array) -> None:
-    """Turn C back about its own bone by what it rolled along with P: G's joint stays."""
+    """Turn C back about its own bone by its roll along with P; G's joint does not move."""
     arm = chain.arm if chain.arm.ndim == 1 else chain.arm[at]
     back = quaternion_from_axis_angle(arm, -rolled[at])
     rotations[at, chain.child] = normalise(multiply(rotations[at, chain.child], back))
@@ -257,7 +260,7 @@ def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Arr
 def _turn_helper(
     motion: Motion, rotations: Array, helper: Helper, at: NDArray[np.intp], offset: Array
 ) -> None:
-    """Turn a helper back about the bone it lies in; what hangs on it keeps its orientation."""
+    """Turn a helper back about its bone; joints below it keep their orientation."""
     axis = helper.axis if helper.axis.ndim == 1 else helper.axis[at]
     before = rotations[at, helper.parent]
     after = normalise(multiply(quaternion_from_axis_angle(axis, -offset), before))
@@ -277,9 +280,9 @@ def _turn_limb(
 ) -> None:
     """Turn a limb back about its line in the frames `at`, and its end forward by `kept`.
 
-    The line is told in the frame of P's parent as it is by now: no correction of a twist moves a
-    joint, but one of the chain above turns that frame. A folded limb, whose end lies on its first
-    joint, has no line and stays.
+    The line is in the current frame of P's parent: no correction of a twist moves a joint, but a
+    correction of the chain above turns that frame. A folded limb, whose end is on its first joint,
+    has no line and is not turned.
     """
     _, to_end = places(motion.at(at).with_rotations(rotations[at]), limb)
     length = np.linalg.norm(to_end, axis=1)
@@ -291,7 +294,7 @@ def _turn_limb(
         above = multiply(above, rotations[at, joint])
     back = quaternion_from_axis_angle(line, -offset)
     ahead = quaternion_from_axis_angle(rotate(conjugate(above), line), kept)
-    # An end that went along keeps its bits, and so its text.
+    # An end that turned along keeps its bits, and so its text.
     for joint, turn, by in ((limb.parent, back, offset), (limb.end, ahead, kept)):
         turned = np.flatnonzero(by)
         frames = at[turned]
@@ -299,10 +302,10 @@ def _turn_limb(
 
 
 def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
-    """Unit axis to turn about in the frames `at`, (3,) or (n, 3).
+    """Return the unit axis to turn about in the frames `at`, (3,) or (n, 3).
 
-    With position channels the child's very place in each frame, though it vary by less than the
-    1° that detection passes over: turning about a mean would move the child.
+    With position channels it points to the child's exact position in each frame, even if that
+    varies by less than the 1° that detection ignores: turning about a mean would move the child.
     """
     if chain.child in motion.positioned:
         place = motion.translation(chain.child)[at]
@@ -312,12 +315,12 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
 
 
 def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
-    """Children of P beside the bone axis, whose place a correction moves.
+    """Return children of P off the bone axis, whose position a correction changes.
 
     Distance from the axis by joint name, in the file's unit; empty for an ordinary limb.
     """
     out: dict[str, float] = {}
-    if isinstance(chain, Limb):  # its children go with it, as the limb goes
+    if isinstance(chain, Limb):  # a limb's children move with it, as intended
         return out
     skeleton = motion.skeleton
     axis = np.atleast_2d(chain.axis)

@@ -1,4 +1,4 @@
-"""A frame taken apart as [Choi26 §3] does, quantity by quantity, captured or altered."""
+"""Decompose a frame into the quantities of [Choi26 §3], captured or altered."""
 
 from twistcore.analysis.decomposition.altered_frame import WhatIf, altered, staged
 from twistcore.analysis.decomposition.frame_correction import FrameCorrection, correct_frame

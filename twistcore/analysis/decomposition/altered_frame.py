@@ -1,4 +1,4 @@
-"""A frame as it might be: what a person alters in it, and the one-frame motion it then is."""
+"""An altered frame: the changes that a person makes to it, and the resulting one-frame motion."""
 
 from __future__ import annotations
 
@@ -28,13 +28,14 @@ from twistcore.skeleton.rotation import (
 
 @dataclass(frozen=True)
 class WhatIf:
-    """How a frame is altered; angles in radians, None: as captured.
+    """The alterations of a frame; angles in radians, None: as captured.
 
-    twist: by which P is twisted about its bone; counter: C turns back by as much, else it goes
-    along; toward: the unit vector w that the bone is pointed to, in the coordinates that P's
-    rotation is given in; swing: the angle α between a and w, set after `toward`; bend: the angle
-    between v and a; nudge: by which the bone and v are tipped sideways, out of the planes in which
-    α and the bend are measured; applied: the share, 0…1, of offset(t) that is taken off (Eq. 15).
+    twist: the angle by which P is twisted about its bone; counter: True if C turns back by as much,
+    False if it turns along; toward: the unit vector w that the bone points to, in the coordinates
+    of P's rotation; swing: the angle α between a and w, set after `toward`; bend: the angle between
+    v and a; nudge: the angle by which the bone and v are tipped sideways, out of the planes in
+    which α and the bend are measured; applied: the share, 0…1, of offset(t) that is removed (Eq.
+    15).
     """
 
     twist: float = 0.0
@@ -47,7 +48,7 @@ class WhatIf:
 
     @property
     def changes(self) -> bool:
-        """Whether anything is other than captured."""
+        """True if anything differs from the captured frame."""
         return self != WhatIf(counter=self.counter)
 
 
@@ -60,12 +61,12 @@ def altered(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Motion:
-    """One frame of the motion, altered; a Motion of length 1.
+    """Return one frame of the motion, altered, as a Motion of length 1.
 
-    First bend, swing and nudge, which leave the twist's own quaternion alone, then the twist. With
-    `counter` every child of P turns back, which is what a twist error does (Eq. 14). Then as much
-    of `offset`, radians, is taken off as the what-if applies. stage: how much of P's rotation is
-    there, the children carried: 0 none, 1 the whole swing, 2 the whole twist on top of it.
+    Bend, swing and nudge come first, which do not change the twist's own quaternion, then the
+    twist. With `counter` every child of P turns back, as in a twist error (Eq. 14). Then the share
+    of `offset`, radians, that the alterations apply is removed. stage: how much of P's rotation
+    there is, with the children carried: 0 none, 1 the whole swing, 2 also the whole twist.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))
@@ -86,7 +87,7 @@ def altered(
 
 
 def staged(q: Array, axis: Array, stage: float) -> Array:
-    """A rotation on its way from none, by its swing (stage 0…1), to all of it (1…2), (4,)."""
+    """Return a rotation from none, by its swing (stage 0…1), to all of it (1…2), (4,)."""
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     part = quaternion_from_axis_angle(normal, float(np.clip(stage, 0.0, 1.0)) * angle)
@@ -95,13 +96,13 @@ def staged(q: Array, axis: Array, stage: float) -> Array:
 
 
 def _swing_turn(swing: Array) -> tuple[Array, float]:
-    """The unit normal of a swing, zeros where it has none, and its angle in [0, π]."""
+    """Return the unit normal of a swing, zeros if there is none, and its angle in [0, π]."""
     vector = swing[1:] * (1.0 if swing[0] >= 0.0 else -1.0)
     return direction(vector), float(2.0 * np.arctan2(np.linalg.norm(vector), abs(swing[0])))
 
 
 def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
-    """P's rotation with another swing and the same twist, tipped by the nudge."""
+    """Return P's rotation with another swing and the same twist, tipped by the nudge."""
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     if what_if.toward is not None:
@@ -118,7 +119,7 @@ def _swung(q: Array, axis: Array, what_if: WhatIf) -> Array:
 
 
 def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
-    """C's rotation with another angle between v and a, tipped by the nudge."""
+    """Return C's rotation with another angle between v and a, tipped by the nudge."""
     v = rotate(q, chain.arm)
     normal = direction(np.cross(chain.axis, v))
     if not normal.any():
@@ -130,5 +131,5 @@ def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
 
 
 def _tip(tip: Array, normal: Array, angle: float) -> Array:
-    """The rotation that moves a unit vector by so much towards another, square to it."""
+    """Return the rotation of a unit vector by an angle towards another, perpendicular one."""
     return quaternion_from_axis_angle(np.cross(tip, normal), angle)

@@ -1,4 +1,4 @@
-"""What is taken off one frame of one chain: err(t), offset(t) and Eq. 14-15 of [Choi26 §3.3]."""
+"""The correction of one frame of one chain: err(t), offset(t) and Eq. 14-15 of [Choi26 §3.3]."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from twistcore.skeleton.rotation import Array, geodesic_angle, multiply, wrap
 
 @dataclass(frozen=True, eq=False)
 class FrameCorrection:
-    """Of a frame before anything is taken off, and of what is; quaternions (4,), radians.
+    """A frame before the correction, and the correction; quaternions (4,), radians.
 
-    before: the quantities from which it is detected, with the threshold tau; err: err(t), 0 without
-    an event; offset_before: offset(t−1), the paper's running sum; whole: the offset of which a
-    share is taken off, in (−π, π]; applied: that share, 0…1; q_parent, q_child: before;
+    before: the quantities from which the error is detected, with the threshold tau; err: err(t), 0
+    without an event; offset_before: offset(t−1), the paper's running sum; whole: the offset of
+    which a share is removed, in (−π, π]; applied: that share, 0…1; q_parent, q_child: before;
     parent_after, child_after: q'_P and q'_C.
     """
 
@@ -42,12 +42,12 @@ class FrameCorrection:
 
     @property
     def taken(self) -> float:
-        """What is taken off P's twist."""
+        """The angle that is removed from P's twist."""
         return self.applied * self.whole
 
     @property
     def difference(self) -> float:
-        """The angle between q_P q_C and q'_P q'_C, which are to be equal [Choi26 Eq. 14]."""
+        """The angle between q_P q_C and q'_P q'_C, which must be equal [Choi26 Eq. 14]."""
         before = multiply(self.q_parent, self.q_child)
         return float(geodesic_angle(before, multiply(self.parent_after, self.child_after)))
 
@@ -62,10 +62,10 @@ def correct_frame(
     offset_before: float,
     own: float | None = None,
 ) -> FrameCorrection:
-    """Detect with τ in a frame, as captured or altered, and take off what the what-if applies.
+    """Detect with τ in a frame, as captured or altered, and apply the what-if's correction.
 
-    offset_before: offset(t−1), radians; own: the offset to be taken off, of an interval that is
-    known; None: offset(t).
+    offset_before: offset(t−1), radians; own: the offset to remove, of a known interval; None:
+    offset(t).
     """
     untouched = replace(what_if, applied=0.0)
     before = decompose(motion, chain, frame, untouched if untouched.changes else None)

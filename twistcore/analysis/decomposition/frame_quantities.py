@@ -1,7 +1,7 @@
-"""One frame of one chain, quantity by quantity: Eq. 1-13 of [Choi26 §3], for those who learn it.
+"""One frame of one chain, quantity by quantity: Eq. 1-13 of [Choi26 §3], for learners.
 
-:func:`twistcore.skeleton.signals.twist_signals` gives the same angles for a whole clip at once.
-Here every vector and quaternion on the way is kept.
+:func:`twistcore.skeleton.signals.twist_signals` returns the same angles for a whole clip at once.
+This module keeps every intermediate vector and quaternion.
 """
 
 from __future__ import annotations
@@ -33,13 +33,12 @@ class Decomposition:
     """The quantities of Eq. 1-13 at one frame; vectors (3,), quaternions (4,), angles in radians.
 
     a: the bone in P's coordinates; q: P's rotation, its sign such that q = swing ⊗ twist; w: a
-    turned by q; n: the swing's unit normal, zeros where it has none; alpha: the swing's angle,
-    [0, π]; swing, twist: the two factors; theta_p, dtheta_p: the twist and its change;
-    swing_reliability, swing_reliability_before: 0 where θp is undefined, of this frame and the one
-    before; v: C→G in P's coordinates; across: v⊥;
-    v_before, across_before: those of the frame before; v_ideal: v as it were if C had kept its
-    azimuth (Fig. 2); dtheta_c: the azimuth's change; azimuth_reliability: ‖v⊥‖, 0 where Δθc is
-    undefined; bend: the angle between v and a; strength: m.
+    turned by q; n: the swing's unit normal, zeros without one; alpha: the swing's angle, [0, π];
+    swing, twist: the two factors; theta_p, dtheta_p: the twist and its change; swing_reliability,
+    swing_reliability_before: 0 if θp is undefined, of this frame and the one before; v: C→G in P's
+    coordinates; across: v⊥; v_before, across_before: those of the frame before; v_ideal: v if C had
+    kept its azimuth (Fig. 2); dtheta_c: the azimuth's change; azimuth_reliability: ‖v⊥‖, 0 if Δθc
+    is undefined; bend: the angle between v and a; strength: m.
     """
 
     a: Array
@@ -71,28 +70,28 @@ class Decomposition:
 
     @property
     def swing_is_one(self) -> bool:
-        """Whether q has one swing: where w points against a it has many pairs (n, θp)."""
+        """True if q has one swing; if w points against a there are many pairs (n, θp)."""
         return self.swing_reliability > UNDEFINED
 
     @property
     def n_is_defined(self) -> bool:
-        """Whether a × w has a direction [Choi26 Eq. 4]: neither without a swing nor at 180°."""
+        """True if a × w has a direction [Choi26 Eq. 4]: neither without a swing nor at 180°."""
         return self.swing_is_one and bool(self.n.any())
 
     @property
     def dtheta_p_is_defined(self) -> bool:
-        """Whether θp is, in this frame and the one before."""
+        """True if θp is defined, in this frame and the one before."""
         return self.swing_is_one and self.swing_reliability_before > UNDEFINED
 
     @property
     def dtheta_c_is_defined(self) -> bool:
-        """Whether v⊥ has a direction, in this frame and the one before: no limb is straight."""
+        """True if v⊥ has a direction, in this frame and the one before: no limb is straight."""
         before = float(np.linalg.norm(self.across_before))
         return min(self.azimuth_reliability, before) > UNDEFINED
 
     @property
     def strength_is_defined(self) -> bool:
-        """Whether Δθp·Δθc and m are."""
+        """True if Δθp·Δθc and m are defined."""
         return self.dtheta_p_is_defined and self.dtheta_c_is_defined
 
 
@@ -105,7 +104,7 @@ def decompose(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Decomposition:
-    """The quantities of a chain at a frame, altered or as captured, against the frame before.
+    """Return the quantities of a chain at a frame, altered or as captured, from the frame before.
 
     offset, stage: see :func:`altered`. Frame 0 is compared with itself as captured, so that its
     increments are 0.
@@ -157,6 +156,6 @@ def decompose(
 
 
 def _across(v: Array, axis: Array) -> Array:
-    """v⊥ = v − (v·a)a [Choi26 Eq. 11]."""
+    """Return v⊥ = v − (v·a)a [Choi26 Eq. 11]."""
     across: Array = v - float(v @ axis) * axis
     return across

@@ -1,4 +1,4 @@
-"""The same rotation written otherwise: its factors in the other order, −q, the file's angles."""
+"""Other forms of the same rotation: factors in the other order, −q, the file's angles."""
 
 from __future__ import annotations
 
@@ -10,31 +10,31 @@ from numpy.typing import ArrayLike
 from twistcore.formats.bvh.euler_branch import continuous_angles
 from twistcore.skeleton.rotation import Array, conjugate, multiply, swing_twist
 
-LOCK = float(np.radians(5.0))  # of the first axis from the last: two channels do nearly the same
+LOCK = float(np.radians(5.0))  # between first and last axis: the two channels do nearly the same
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """q = twist ⊗ swing', each (4,): the same twist about a as in swing ⊗ twist, another swing.
+    """Return q = twist ⊗ swing', each (4,): the twist about a of swing ⊗ twist, another swing.
 
-    Its angle is the same; its normal is that of the swing turned back by the twist.
+    The swing's angle is the same; its normal is the normal of the swing turned back by the twist.
     """
     _, twist = swing_twist(q, axis)
     return twist, multiply(conjugate(twist), q)
 
 
 def unwrapped_twist(q: ArrayLike, axis: Array) -> float:
-    """2·atan2(v·a, w) as it comes, radians in (−2π, 2π]: of −q a full turn off that of q."""
+    """Return 2·atan2(v·a, w) without wrapping, radians in (−2π, 2π]: −q is a full turn off q."""
     q = np.asarray(q, dtype=np.float64)
     return float(2.0 * np.arctan2(q[1:] @ axis, q[0]))
 
 
 @dataclass(frozen=True, eq=False)
 class EulerChannels:
-    """A rotation in the angles that a BVH has of it.
+    """A rotation in the angles of a BVH.
 
     order: the axes in the file's order, such as 'ZYX'; angles: radians, (3,); between: the angle
-    from the first axis to the last as the middle angle has turned it, [0, π/2]: at 0 they turn
-    about the same line (gimbal lock).
+    from the first axis to the last as turned by the middle angle, [0, π/2]: at 0 they turn about
+    the same line (gimbal lock).
     """
 
     order: str
@@ -43,12 +43,12 @@ class EulerChannels:
 
     @property
     def locked(self) -> bool:
-        """Whether the first and the last axis nearly coincide."""
+        """True if the first and the last axis nearly coincide."""
         return self.between < LOCK
 
 
 def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
-    """The angles of q, (4,), about three axes: of all that mean it those beside `near`, (3,)."""
+    """Return the angles of q, (4,), about three axes, the solution nearest to `near`, (3,)."""
     angles = continuous_angles(order, q[None], near[None], near, None)[0]
     between = float(np.arctan2(abs(np.cos(angles[1])), abs(np.sin(angles[1]))))
     return EulerChannels(order, angles, between)

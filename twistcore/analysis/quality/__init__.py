@@ -1,1 +1,1 @@
-"""What can be told of a motion without a truth. None of it is an error."""
+"""Measures of a motion without ground truth. None of them is an error."""

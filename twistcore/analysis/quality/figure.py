@@ -1,4 +1,4 @@
-"""What can be told of a whole figure without a truth: jitter, foot slide, deviation.
+"""Measures of a whole figure without ground truth: jitter, foot slide, deviation.
 
 Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
 """
@@ -21,11 +21,11 @@ CONTACT_MM = 30.0
 
 @dataclass(frozen=True)
 class FigureQuality:
-    """What can be told without a truth; none of it is an error.
+    """Measures without ground truth; none of them is an error.
 
     deviation: mean distance from the input, mm, root-aligned, or None for the input itself; jitter:
-    mean size of the third difference, mm a frame³; foot_slide: per cent of frame pairs, contact
-    taken from the motion itself.
+    mean size of the third difference, mm a frame³; foot_slide: per cent of frame pairs, with
+    contact determined from the motion itself.
     """
 
     deviation: float | None
@@ -34,7 +34,7 @@ class FigureQuality:
 
 
 def quality(places: Array, given: Array | None = None) -> FigureQuality:
-    """Evidence of quality of positions (frames, 24, 3) in mm; given: the input to compare with."""
+    """Return the quality of positions (frames, 24, 3) in mm; given: the input to compare with."""
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
         None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
@@ -46,7 +46,7 @@ def quality(places: Array, given: Array | None = None) -> FigureQuality:
 def quality_before_and_after(
     before: Motion, after: Motion, unit: float | None = None
 ) -> tuple[FigureQuality, FigureQuality] | None:
-    """Jitter, foot slide and deviation at 25 Hz in mm; None where the 24 joints are not there."""
+    """Return jitter, foot slide and deviation at 25 Hz in mm; None without the 24 joints."""
     try:
         topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
     except TwistError:
@@ -57,7 +57,7 @@ def quality_before_and_after(
 
 
 def figure_quality(motion: Motion) -> FigureQuality | None:
-    """Of a motion by itself, at 25 Hz in mm; None where the 24 joints are not there."""
+    """Return the quality of a motion by itself, at 25 Hz in mm; None without the 24 joints."""
     try:
         topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)
     except TwistError:
@@ -67,9 +67,9 @@ def figure_quality(motion: Motion) -> FigureQuality | None:
 
 
 def in_contact(places: Array) -> NDArray[np.bool_]:
-    """Feet on the ground, (frames, 2): ankle and toe below a low height of their own + 3 cm.
+    """Return where feet are grounded, (frames, 2): ankle and toe below their low height + 3 cm.
 
-    That height is the 2nd percentile over the clip, of each foot's ankle and toe apart.
+    That height is the 2nd percentile over the clip, separately for each foot's ankle and toe.
     """
     out = np.ones((len(places), 2), dtype=np.bool_)
     for foot in range(2):
@@ -80,7 +80,7 @@ def in_contact(places: Array) -> NDArray[np.bool_]:
 
 
 def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
-    """Per cent of frame pairs in which a foot on the ground moves ≥ 20 mm level, feet summed."""
+    """Return per cent of frame pairs in which a grounded foot moves ≥ 20 mm level, feet summed."""
     slides = 0
     for foot in range(2):
         middle = 0.5 * (places[:, ANKLES[foot]] + places[:, TOES[foot]])[:, [0, 2]]
@@ -90,19 +90,19 @@ def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
 
 
 def root_aligned(places: Array) -> Array:
-    """Places with the root in the origin."""
+    """Return the positions with the root at the origin."""
     return places - places[:, :1]
 
 
 def mean_distance(a: Array, b: Array) -> float:
-    """Mean distance of places (…, 3), 0 where there are none."""
+    """Return the mean distance of positions (…, 3), 0 without any."""
     return float(np.linalg.norm(a - b, axis=-1).mean()) if len(a) else 0.0
 
 
 def _places_mm(motion: Motion, joints: NDArray[np.int64], times: Array, scale: float) -> Array:
     low = np.floor(times).astype(np.intp)
     high = np.minimum(low + 1, motion.frames - 1)
-    # Of most captures half of the frames lie next to no sample.
+    # In most captures half of the frames are next to no sample.
     below, above = (forward_kinematics(motion.at(k))[1][:, joints] for k in (low, high))
     share = (times - low)[:, None, None]
     return 1000.0 * scale * (below + share * (above - below))

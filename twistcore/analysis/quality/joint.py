@@ -1,6 +1,6 @@
-"""What can be told of every joint without a truth: jitter, speed, jumps of numbers, foot slide.
+"""Measures of every joint without ground truth: jitter, speed, jumps of numbers, foot slide.
 
-None of it is an error. The whole figure's numbers are in `figure`.
+None of them is an error. The measures of the whole figure are in `figure`.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ from twistcore.skeleton.people import find_people, joint_names
 from twistcore.skeleton.rotation import Array, conjugate, logarithm, multiply
 
 SLIDE_SPEED = 0.001 * SLIDE_MM / NETWORK_DT  # m/s: 20 mm between two frames of 25 Hz
-_SHORTEST = 4  # frames that have a third difference
-_TALL = 1.75  # metres: a person, where a clip does not say how long its unit is
+_SHORTEST = 4  # frames needed for a third difference
+_TALL = 1.75  # metres: a person, if a clip does not give the length of its unit
 _JUMP = 90.0  # degrees by which a written angle moves more than the joint turns
 
 
 @dataclass(frozen=True, eq=False)
 class JointQuality:
-    """Evidence of every joint over time; NaN where there is no value, as in a T-pose at the start.
+    """Measures of every joint over time; NaN without a value, as in a T-pose at the start.
 
     jitter: |third difference| of the local rotation, degrees a frame³, (frames, joints), at the
     second of the four frames; speed: local angular speed, degrees/s, on the way to a frame; excess:
-    by how much the largest step of a written Euler angle exceeds what the joint turned on the way
-    to a frame, degrees, 0 or more; flipped: the frame's quaternion, made of these angles, lies in
-    the other hemisphere than the one before; slide: level speed of a foot's joint while it is on
-    the ground, m/s; feet: joints that have it.
+    by how much the largest step of a written Euler angle exceeds the joint's turn on the way to a
+    frame, degrees, 0 or more; flipped: True if the frame's quaternion, made of these angles, is in
+    another hemisphere than the one before; slide: level speed of a foot's joint while it is on the
+    ground, m/s; feet: the foot joints.
     """
 
     jitter: Array
@@ -48,7 +48,7 @@ class JointQuality:
 
     @property
     def usual_jitter(self) -> Array:
-        """Median, degrees a frame³, (joints,): a twist error's edges are no jitter."""
+        """Median, degrees a frame³, (joints,): the edges of a twist error do not affect it."""
         known = self.jitter[np.isfinite(self.jitter).all(axis=1)]
         if not len(known):
             return np.zeros(self.jitter.shape[1])
@@ -56,13 +56,13 @@ class JointQuality:
 
     @property
     def top_speed(self) -> Array:
-        """Degrees/s, (joints,)."""
+        """The top speed, degrees/s, (joints,)."""
         top: Array = np.nan_to_num(self.speed).max(axis=0)
         return top
 
     @property
     def jumps(self) -> NDArray[np.int64]:
-        """Frames at which the numbers jump by > 90° or flip and the pose does not; (joints,)."""
+        """Number of frames where numbers jump by > 90° or flip but the pose does not; (joints,)."""
         far = np.nan_to_num(self.excess) > _JUMP
         count: NDArray[np.int64] = (far | self.flipped).sum(axis=0)
         return count
@@ -77,10 +77,10 @@ class JointQuality:
 
 
 def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
-    """Evidence of a clip's joints; positions: global, (frames, joints, 3), the file's length unit.
+    """Return measures of a clip's joints; positions: global, (frames, joints, 3), file's unit.
 
-    up: the axis that points up. Lengths are metres where the unit is known or the skeleton looks
-    like one of CMU's, else those of a figure of 1.75 m.
+    up: the axis that points up. Lengths are in metres if the unit is known or the skeleton looks
+    like one of CMU's; if not, they are relative to a figure of 1.75 m.
     """
     motion = clip.motion
     frames, joints = positions.shape[:2]
@@ -109,7 +109,7 @@ def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
 
 
 def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
-    """Ankles and toes, by their names."""
+    """Return ankles and toes, by their names."""
     stems = {*FEET, *TOES}
     return tuple(
         k
@@ -119,7 +119,7 @@ def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
 
 
 def _slide(places: Array, dt: float, up: int) -> Array:
-    """Level speed (frames,) on the way to a frame, m/s, NaN where the joint is off the ground."""
+    """Return level speed (frames,) on the way to a frame, m/s; NaN if the joint is in the air."""
     height = places[:, up]
     low = height < np.percentile(height, 2.0) + 0.001 * CONTACT_MM
     level = np.delete(places, up, axis=1)

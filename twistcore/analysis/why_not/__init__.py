@@ -1,7 +1,7 @@
-"""Why nothing is found at a frame: the detectors' own numbers, in one sentence.
+"""The reason why nothing is found at a frame: the detectors' own numbers, in one sentence.
 
 A peak of the strength above τ without an interval always has a reason, and no reason contradicts
-the curve: 'below τ' is said below τ only.
+the curve: 'below τ' is given below τ only.
 """
 
 from twistcore.analysis.why_not.frames import peaks_without_interval, unexplained_peaks, why_not

@@ -1,4 +1,4 @@
-"""Why the consistency detector has no interval at a frame."""
+"""The reason why the consistency detector has no interval at a frame."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from twistcore.skeleton.chain import Chain
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import wrap
 
-ONE_JOINT = 0.25  # of the larger turn: the other joint does not answer it
-UNDONE = 4.0  # σ by which an increment differs from what is left of it: an image was taken out
-_NEAR = 4  # frames on either side that tell how a joint turns anyway
+ONE_JOINT = 0.25  # of the larger turn: with less, the other joint does not respond
+UNDONE = 4.0  # σ by which an increment differs from its residual if an image was removed
+_NEAR = 4  # frames on either side that show how a joint turns anyway
 _EACH = 0.5 * PRIOR  # nats that each of two edges must bring
 
 
 @dataclass(frozen=True)
 class _Edge:
-    """A reading of an edge in its table: frames [start, stop), what turned, radians."""
+    """A reading of an edge in its table: frames [start, stop), the joints' turns, radians."""
 
     table: PairTable
     index: int
@@ -48,9 +48,9 @@ def no_counter_twist(
     edges_in: EdgesIn,
     chains: Sequence[Chain],
 ) -> Reason:
-    """Why no interval has its edge at a frame.
+    """Return why no interval has its edge at a frame.
 
-    edges_in: of others; chains: all that were analysed.
+    edges_in: finds edges of other chains and limbs; chains: all that were analysed.
     """
     t, own = place.frame, analysis.chains[place.chain.name]
     if analysis.cut[t]:
@@ -80,7 +80,7 @@ def no_counter_twist(
 
 
 def _motion(place: AskedFrame, interval: Interval) -> Reason:
-    """The joints turn against each other, but all the evidence speaks for motion."""
+    """Return the reason if both joints counter-turn, but the evidence says motion."""
     told = interval.evidence or {}
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
@@ -97,7 +97,7 @@ def _motion(place: AskedFrame, interval: Interval) -> Reason:
 
 
 def _cut(place: AskedFrame, cut: Mask) -> str:
-    """What stands at a frame that no motion leads into."""
+    """Describe a frame that no motion leads into."""
     t = place.frame
     low, high = t, t + 1
     while low and cut[low - 1]:
@@ -120,14 +120,14 @@ def _below(
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
 ) -> Reason:
-    """The strength is below τ: what keeps it there, where more than τ turns."""
+    """Return the reason for a strength below τ, even if a joint turns by more than τ."""
     own, t = analysis.chains[place.chain.name], place.frame
     c, row = own.limb, own.row
     rx, ry = float(c.rx[row, t]), float(c.ry[row, t])
     sigma_x, sigma_y = float(c.sigma_x[row, t]), float(c.sigma_y[row, t])
     x, y = float(c.x[row, t]), float(c.y[row, t])
     numbers = _degrees(x=x, y=y, residual_x=rx, residual_y=ry, sigma_x=sigma_x, sigma_y=sigma_y)
-    of, error = _whose_image(own, t, place.tau), _error_beside(place, analysis, near, chains)
+    of, error = _whose_image(own, t, place.tau), _error_nearby(place, analysis, near, chains)
     if of and error:
         because = f"{place.joints[of - 1]} only seems to turn, because of {error}"
         return place.reason(Why.IMAGE, because, **numbers)
@@ -139,20 +139,20 @@ def _below(
         return place.reason(Why.UNEQUAL, f"the turns do not cancel ({beyond})", **numbers)
     if min(abs(x), abs(y)) >= place.tau and x * y < 0.0:
         because = (
-            f"{_turns(place, x, y)}, but their motion predicts it to within "
+            f"{_turns(place, x, y)}, but natural motion predicts this to within "
             f"{signed_degrees(rx)} and {signed_degrees(ry)} (σ {size(sigma_x)} and {size(sigma_y)})"
         )
         return place.reason(Why.MOTION, because, **numbers)
     return place.reason(Why.BELOW, f"{beyond} more than their motion explains", **numbers)
 
 
-def _error_beside(
+def _error_nearby(
     place: AskedFrame,
     analysis: ConsistencyAnalysis,
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
 ) -> str:
-    """The error of another that turns a joint of the chain at the frame; '' for none."""
+    """Describe the error of another chain that turns a joint at the frame; '' for none."""
     if near:
         interval, other = near[0]
         return place.error(interval, other)
@@ -171,7 +171,7 @@ def _error_beside(
 
 
 def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
-    """Whose turn at a frame was undone as an image, 1 the parent's, 2 the child's; 0 none."""
+    """Return whose turn at a frame was undone as an image: 1 the parent's, 2 the child's, or 0."""
     c, row = own.limb, own.row
     around = slice(max(t - _NEAR, 1), t + _NEAR + 1)
     for joint, (v, r, s) in enumerate(
@@ -188,7 +188,7 @@ def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
 
 
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
-    """The reading past τ that the curve has at the frame, else the clearest over it."""
+    """Return the reading above τ that the curve shows at the frame, else the clearest over it."""
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
     if not len(at):
@@ -210,7 +210,7 @@ def _image(place: AskedFrame, near: Sequence[tuple[Interval, Chain]], edge: _Edg
 
 
 def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
-    """A frame past τ in a run that as a whole is not."""
+    """Return the reason for a frame above τ in a run that is below τ as a whole."""
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
     if not len(at):
@@ -222,7 +222,7 @@ def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
 
 
 def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
-    """One joint alone, two that do not cancel, or motion: what is no counter-twist at all."""
+    """Return the reason if one joint turns alone, if two do not cancel, or if it is motion."""
     turns = _turns(place, edge.x, edge.y)
     span = place.span(edge.start, edge.stop) if edge.stop - edge.start > 1 else ""
     sizes = abs(edge.x), abs(edge.y)
@@ -256,7 +256,7 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
 
 
 def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
-    """A clear jump: no other takes it back, or one does that serves another interval."""
+    """Return the reason for a clear jump without a partner, or with one in another interval."""
     e, numbers = edge.table.edges, _numbers(edge)
     turns = _turns(place, edge.x, edge.y)
     passing = {k: g for k, g in edge.table.partners(edge.index).items() if _passes(place, e, k)}
@@ -313,7 +313,7 @@ def _peak(place: AskedFrame, edges: Edges, k: int) -> str:
 
 
 def _turns(place: AskedFrame, x: float, y: float) -> str:
-    """What both joints do."""
+    """Describe the turns of both joints."""
     parent, child = place.joints
     return f"{parent} {signed_degrees(x)}, {child} {signed_degrees(y)}"
 

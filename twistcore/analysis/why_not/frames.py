@@ -1,4 +1,4 @@
-"""Frames of chains and limbs, each asked why nothing is found there."""
+"""The reason why nothing is found at a frame of a chain or limb."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from twistcore.skeleton.limb import Limb
 from twistcore.skeleton.motion import Skeleton
 from twistcore.skeleton.signals import TwistSignals
 
-_ENOUGH = 0.5  # of a strength: by so much a soft error must change to account for it
+_ENOUGH = 0.5  # of a strength: a soft error must change by this share to account for it
 
 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
-    """Why no interval has its edge at a frame of a chain or limb.
+    """Return why no interval has its edge at a frame of a chain or limb.
 
-    found: the intervals that there are, such as a review's, with their τ; first: what people call
-    the clip's first frame, for the sentence alone. TwistError for a name that the clip lacks.
+    found: the existing intervals, such as a review's, with their τ; first: the number of the clip's
+    first frame in the sentence. TwistError for a name that the clip lacks.
     """
     clip = found.analysis
     chain, tau = clip.chain(name), found.tau[name]
@@ -62,7 +62,7 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
 
 
 def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
-    """Why m(t) of the paper's detector is no event: any event opens an interval."""
+    """Return why m(t) of the paper's detector is no event: any event opens an interval."""
     p, c = float(signals.dtheta_p[place.frame]), float(signals.dtheta_c[place.frame])
     parent, child = place.joints
     numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
@@ -81,7 +81,7 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
 
 
 def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
-    """Why a helper has no edge at a frame; own: its turn that nothing explains, radians."""
+    """Return why a helper has no edge at a frame; own: its unexplained turn, radians."""
     helper, driver = place.joints
     if place.strength < place.tau:
         return place.reason(Why.BELOW, f"{helper} does not jump about its bone")
@@ -93,7 +93,7 @@ def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
 def _in_notation(
     place: AskedFrame, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
 ) -> Reason:
-    """The reason as the kept frames have it, or all frames where linear keys do not tell it."""
+    """Return the reason by the kept frames, or by all frames if linear keys do not show it."""
     kept, frame = analysis.kept, place.frame
     at = kept.of(frame)
     if analysis.fine is not None:
@@ -116,12 +116,12 @@ def _in_notation(
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """The reason of every one of :func:`unexplained_peaks`; first: as :func:`why_not` has it."""
+    """Return the reasons of :func:`unexplained_peaks`; first: as in :func:`why_not`."""
     return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
 
 
 def unexplained_peaks(found: Detection, name: str) -> list[int]:
-    """Frames of all peaks of the strength past τ that are in no interval and at no edge of one.
+    """Return frames of peaks of the strength above τ outside intervals and their edges.
 
     A peak is the highest frame, the first of equals, of a run of frames at τ and above.
     """
@@ -129,7 +129,8 @@ def unexplained_peaks(found: Detection, name: str) -> list[int]:
     past = np.concatenate([[False], strength >= found.tau[name], [False]])
     borders = np.flatnonzero(past[1:] != past[:-1]).reshape(-1, 2)
     peaks = [a + int(np.argmax(strength[a:b])) for a, b in borders.tolist()]
-    covered = np.zeros(len(strength), dtype=np.bool_)  # asked of each peak it would be quadratic
+    # checking each peak separately would be quadratic
+    covered = np.zeros(len(strength), dtype=np.bool_)
     for i in found:
         if i.chain == name:
             covered[max(0, i.start - BESIDE) : i.stop + BESIDE + 1] = True
@@ -141,7 +142,7 @@ def _covers(interval: Interval, frame: int) -> bool:
 
 
 def _at(found: Detection, name: str, frame: int) -> Interval | None:
-    """The interval of a chain or limb that a frame is in, else beside; the shortest of several."""
+    """Return the interval of a chain or limb at a frame, or next to it; the shortest of several."""
     there = [i for i in found if i.chain == name and _covers(i, frame)]
     return min(there, key=lambda i: (not i.start <= frame < i.stop, i.frames), default=None)
 
@@ -169,9 +170,9 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
 def _edges_near(
     found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Intervals of others that turn a joint of the chain and have an edge at [start, stop).
+    """Return intervals of others that turn a joint of the chain and have an edge at [start, stop).
 
-    Soft ones also where they change there by enough for what the strength tells of.
+    Soft ones are included where they change there by enough to account for the strength.
     """
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
     skeleton = found.analysis.motion.skeleton
@@ -183,17 +184,18 @@ def _edges_near(
         at |= i.soft_ended and _change(i, start, stop) >= _ENOUGH * strength
         if other is not None and not i.kind.of_capture and at and own & _wrong(i, other, skeleton):
             near.append((i, other))
-    return sorted(near, key=lambda pair: pair[0].kind == Kind.LONE_JUMP)  # what explains it first
+    # the best explanation first
+    return sorted(near, key=lambda pair: pair[0].kind == Kind.LONE_JUMP)
 
 
 def _change(interval: Interval, start: int, stop: int) -> float:
-    """How far an offset goes over frames [start, stop) and those beside, radians."""
+    """Return the change of an offset over frames [start, stop) and the next ones, radians."""
     low, high = (min(max(t - interval.start, 0), interval.frames) for t in (start - 2, stop + 1))
     return float(np.ptp(interval.offset[low:high])) if low < high else 0.0
 
 
 def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
-    """Names of the joints that an error of a chain or limb turns."""
+    """Return the names of the joints that an error of a chain or limb turns."""
     if not interval.repairable:
         return {interval.joint}
     joints = chain.changed_joints(skeleton) if isinstance(chain, Limb) else _turned(chain)
@@ -201,7 +203,7 @@ def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
 
 
 def _turned(chain: Chain) -> tuple[int, ...]:
-    """The joints whose turns tell of an error."""
+    """Return the joints whose turns show an error."""
     if isinstance(chain, Limb):
         return chain.parent, chain.child, chain.end
     return chain.parent, chain.child

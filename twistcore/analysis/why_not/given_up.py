@@ -16,30 +16,30 @@ BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
 
 @dataclass(frozen=True, eq=False)
 class SoftErrors:
-    """What is given up in a chain, and the soft errors of it and its neighbours that stand."""
+    """The intervals given up in a chain, and the soft errors of it and its neighbours."""
 
     place: AskedFrame
     analysis: ConsistencyAnalysis
     chains: Sequence[Chain]
 
     def given_up(self) -> Iterator[Interval]:
-        """Intervals between jumps of the chain at τ that soft errors stand for."""
+        """Return intervals between jumps of the chain at τ that soft errors replace."""
         own = self.analysis.chains[self.place.chain.name]
         return (i for i in own.between_edges(self.place.tau) if own.gives_way(i))
 
     def with_edge_in(self, start: int, stop: int) -> Interval | None:
-        """The first that is given up and has an edge in or beside frames [start, stop)."""
+        """Return the first given-up interval with an edge at or next to [start, stop)."""
         near = range(start - BESIDE, stop + BESIDE)
         return next((i for i in self.given_up() if i.start in near or i.stop in near), None)
 
     def instead_of(
         self, given: Interval | None, numbers: Mapping[str, Any], what: str = "it"
     ) -> Reason:
-        """The reason: what explains more than an interval that was given up, or than any.
+        """Return the reason: a better explanation than an interval that was given up, or than any.
 
-        what: is an edge of it.
+        what: the subject that is an edge of it.
         """
-        place, found = self.place, list(self._standing())
+        place, found = self.place, list(self._soft_errors())
         low, high = (given.start, given.stop) if given else (place.frame, place.frame)
         would_be = f"{what} would be an edge of {place.named(given) if given else 'an interval'}"
         if not found:
@@ -54,8 +54,8 @@ class SoftErrors:
         because = f"{would_be}, but {place.error(interval, chain)} explains more"
         return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
 
-    def _standing(self) -> Iterator[tuple[Interval, Chain]]:
-        """Those of the chain first."""
+    def _soft_errors(self) -> Iterator[tuple[Interval, Chain]]:
+        """Yield soft errors above τ with their chains, those of this chain first."""
         chain = self.place.chain
         joints = {chain.parent, chain.child}
         near = [c for c in self.chains if joints & {c.parent, c.child}]
@@ -66,7 +66,7 @@ class SoftErrors:
 
 
 def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
-    """Where the curve at a frame is the size of a whole error: it is below τ."""
+    """Return the reason for a soft error below τ whose peak is at the frame; None without one."""
     for s in own.standing:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)

@@ -1,4 +1,4 @@
-"""Why no flip of a limb has its edge at a frame."""
+"""The reason why no flip of a limb has its edge at a frame."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from twistcore.skeleton.rotation import wrap
 
 
 def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
-    """Why no flip has its edge at a frame; edges_in: of others."""
+    """Return why no flip has its edge at a frame; edges_in: finds edges of other chains, limbs."""
     t = place.frame
     numbers: dict[str, Any] = {
         "turn_deg": math.degrees(flips.departures[t]),
@@ -70,7 +70,7 @@ def _below(
 def _left(
     place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
-    """A jump past τ that stays: what it costs so, and what the best flip with it would."""
+    """Return the reason for a jump above τ that is left, with the costs."""
     left = flips.left(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
     if left.run is None:
@@ -103,7 +103,7 @@ def _no_partner(
     jump: Jump,
     numbers: dict[str, Any],
 ) -> Reason:
-    """No other jump within reach closes it."""
+    """Return the reason for a jump that no other jump within reach closes."""
     reach = LONGEST * flips.fps
     others = [
         (abs(float(wrap(j.turn + jump.turn))), j)

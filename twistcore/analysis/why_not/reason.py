@@ -1,4 +1,4 @@
-"""What a frame is answered with: one word, one sentence, and the numbers that it is made of."""
+"""The reason for a frame: one word, one sentence, and the numbers in it."""
 
 from __future__ import annotations
 
@@ -15,37 +15,38 @@ from twistcore.skeleton.notation import DistinctFrames
 
 
 class Why(StrEnum):
-    """Why a frame is no edge of an interval, in a word; as files have it."""
+    """Why a frame is no edge of an interval, in one word, as files have it."""
 
     INTERVAL = "interval"  # it is in one, or at its edge
-    MOVED = "moved"  # the detector has one here, which the review has elsewhere
+    MOVED = "moved"  # the detector has one here, which was moved in the review
     BELOW = "below tau"
     CUT = "cut"  # all joints jump at once: a T-pose, a cut
     SHORT = "short piece"  # too few frames between two cuts
     IMAGE = "image"  # an error of another chain or limb turns a joint of this one
     ONE_JOINT = "one joint"
     UNEQUAL = "unequal"  # both turn, but do not cancel
-    MOTION = "motion"  # predicted so, within what the motion departs by
+    MOTION = "motion"  # predicted by motion, within its usual departures
     NO_PARTNER = "no partner"
-    OTHER = "other interval"  # its partner serves an interval that explains more
+    OTHER = "other interval"  # its partner belongs to an interval that explains more
 
 
 _FRAMES = ("start", "stop", "partner")  # numbers that are frames
 
-# The cause lies elsewhere or is named already: nothing for a person to look at twice.
+# The cause is elsewhere or is already named: a person need not look at it again.
 _SETTLED = frozenset({Why.INTERVAL, Why.MOVED, Why.BELOW, Why.CUT, Why.SHORT, Why.IMAGE})
 
 
-# Intervals of others that turn a joint of the chain and have an edge in frames [start, stop).
+# Returns intervals of others that turn a joint of the chain and have an edge in [start, stop).
 EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 
 
 @dataclass(frozen=True)
 class Reason:
-    """Why no interval has its edge at a frame of a chain or limb.
+    """The reason why no interval has its edge at a frame of a chain or limb.
 
-    strength, tau: radians, strength as the curve has it at the frame; text: the sentence; numbers:
-    by name as JSON has them, angles in degrees; suspicious: past τ, and a person should look.
+    strength, tau: radians, strength as the curve shows it at the frame; text: the sentence;
+    numbers: by name as in JSON, angles in degrees; suspicious: True above τ if a person should
+    look.
     """
 
     chain: str
@@ -58,7 +59,7 @@ class Reason:
     suspicious: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        """The reason by name; frames from 0, degrees."""
+        """Return the reason by name; frames from 0, degrees."""
         return {
             "chain": self.chain,
             "frame": self.frame,
@@ -73,10 +74,10 @@ class Reason:
 
 @dataclass(frozen=True)
 class AskedFrame:
-    """A frame that is asked about.
+    """A frame whose reason is wanted.
 
-    joints: names of the chain's parent and child; first: what people call the clip's first frame;
-    kept: the frames that are counted, where not all of the clip's are.
+    joints: names of the chain's parent and child; first: the number of the clip's first frame;
+    kept: the frames that are counted, if not all of the clip's.
     """
 
     chain: Chain
@@ -89,11 +90,11 @@ class AskedFrame:
     kept: DistinctFrames | None = None
 
     def in_clip(self, frame: int) -> int:
-        """A frame as the clip counts it, from 0."""
+        """Return a frame as the clip counts it, from 0."""
         return frame if self.kept is None else self.kept.end(frame)
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
-        """The sentence: the strength against τ as the curve has it, then the cause."""
+        """Return the reason with its sentence: strength and τ as in the curve, then the cause."""
         strength, tau = distinct_sizes(self.strength, self.tau)
         past = self.strength >= self.tau
         here = self.called(self.frame)
@@ -117,24 +118,24 @@ class AskedFrame:
         )
 
     def called(self, frame: int) -> str:
-        """A frame as people count."""
+        """Return a frame with the number that people see."""
         return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:
-        """Frames [start, stop) as tables have them: 'frames 323–329', up to 329."""
+        """Return frames [start, stop) as in tables: 'frames 323–329', up to 329."""
         if stop - start == 1:
             return self.called(start)
         return f"frames {self.in_clip(start) + self.first}–{self.in_clip(stop) + self.first}"
 
     def named(self, interval: Interval) -> str:
-        """An interval, or what has no offset by its kind and joint."""
+        """Describe an interval, by its kind and joint if it has no offset."""
         span, size = self.span(interval.start, interval.stop), signed_degrees(interval.shown)
         if named := interval.kind.info.named:
             return named.format(span=span, size=size, joint=interval.joint)
-        return f"the interval of {span} ({size})"
+        return f"the interval in {span} ({size})"
 
     def error(self, interval: Interval, other: Chain) -> str:
-        """What is wrong with another chain or limb."""
+        """Describe the error of another chain or limb."""
         if not interval.repairable:
             return self.named(interval)
         span = self.span(interval.start, interval.stop)
@@ -142,17 +143,17 @@ class AskedFrame:
 
 
 def signed_degrees(angle: float) -> str:
-    """Radians as '+1.2°'."""
+    """Return radians as '+1.2°'."""
     return f"{math.degrees(angle):+.1f}°".replace("-", "−")
 
 
 def size(angle: float, digits: int = 1) -> str:
-    """Radians as '1.2°', without a sign."""
+    """Return radians as '1.2°', without a sign."""
     return f"{abs(math.degrees(angle)):.{digits}f}°"
 
 
 def distinct_sizes(one: float, other: float) -> tuple[str, str]:
-    """Two sizes in as many digits as tell them apart."""
+    """Return two sizes with as many digits as distinguish them."""
     for digits in range(1, 6):
         said = size(one, digits), size(other, digits)
         if said[0] != said[1]:

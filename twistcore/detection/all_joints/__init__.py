@@ -1,1 +1,1 @@
-"""Errors of single joints, wherever they are in the body: spikes, jumps, and steps of the body."""
+"""Errors of single joints anywhere in the body: spikes and jumps, and steps of the whole body."""

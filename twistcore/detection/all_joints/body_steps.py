@@ -1,4 +1,4 @@
-"""Steps of the whole body, and jumps of places: what no single joint is to blame for."""
+"""Steps of the whole body, and jumps in position, which no single joint causes."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ from twistcore.skeleton.rotation import Array
 Mask = NDArray[np.bool_]
 
 SHARE, FEWEST = 0.3, 5  # of the joints that move, and joints, that step at once
-_TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1  # as much as around it, and degrees of what is off a step
+_TIMES, _LEAST, _FLOOR = 6.0, 0.5, 0.1  # times as much as around it; degrees off the motion's pace
 _SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which this is expected, degrees
-_AROUND = 0.08  # seconds of a block whose median is usual
+_AROUND = 0.08  # seconds of a block whose median is the usual value
 _MOVES = 0.02  # degrees a frame
-_SHOWS = 2.0  # degrees: what steps by less at the median is hardly seen
-_EDGE = 4  # frames at the ends, and behind a first pose
+_SHOWS = 2.0  # degrees: steps with a smaller median are hardly visible
+_EDGE = 4  # frames at the ends, and after a first pose
 
-PLACE, PLACE_SLOW = 0.02, 0.05  # of the height, off the way between the neighbours
+PLACE, PLACE_SLOW = 0.02, 0.05  # of the height, off the path between the neighbours
 _PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
 
 
 @dataclass(frozen=True)
 class BodyStep:
-    """A frame, or a few in a row, into which a share of the joints step, by degrees at most."""
+    """A frame or a few in a row into which a share of the joints step by at most some degrees."""
 
     start: int
     stop: int
@@ -40,7 +40,7 @@ class BodyStep:
 
 @dataclass(frozen=True)
 class PlaceStep:
-    """Frames [start, stop) in which a joint's place is off, as a share of the height."""
+    """Frames [start, stop) in which a joint's position is off, as a share of the height."""
 
     joint: int
     start: int
@@ -50,10 +50,11 @@ class PlaceStep:
 
 @once_a_motion
 def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
-    """Return the steps of the whole body by start, in frames of the clip as it is written.
+    """Return the steps of the whole body by start, in frames of the clip as written.
 
-    A joint steps where its turn is off the middle of those before and behind by more than is usual
-    around it. None at the ends of a clip, where it begins in another pose or blends into one.
+    A joint steps if its turn differs from the mean of the turns before and after by more than is
+    usual nearby. Steps at the ends of a clip, which begins in another pose or blends into one, do
+    not count.
     """
     if (held := without_held(motion)) is not None:
         found = body_steps(held.motion)
@@ -80,7 +81,7 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
         return ()
     usual = _usual_around(off, suspected, max(8, 2 * round(_AROUND * motion.fps)))
     over = off[suspected] > np.maximum(_TIMES * np.maximum(usual, _FLOOR), least)
-    # Where a step is, the frames beside it are off the middle as well: it is the largest.
+    # The frames next to a step are off the mean as well: the step is the largest.
     over &= step[suspected] >= np.maximum(step[suspected - 1], step[suspected + 1])
     many = over.sum(axis=1) >= wanted
     stepping = np.zeros(motion.frames, dtype=bool)
@@ -97,7 +98,7 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
 
 
 def _steps(rotations: Array) -> Array:
-    """Degrees that joints turn on the way into a frame, (frames, joints)."""
+    """Return the degrees that joints turn on the way into a frame, (frames, joints)."""
     step = np.zeros(rotations.shape[:2])
     cosine = np.abs(np.einsum("tji,tji->tj", rotations[1:], rotations[:-1]))
     step[1:] = np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0)))
@@ -105,7 +106,7 @@ def _steps(rotations: Array) -> Array:
 
 
 def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
-    """Medians of blocks of frames, the calmest of those that a frame is in and next to, (n, k)."""
+    """Return the calmest median among each frame's block and the next ones, (n, k)."""
     blocks = max(len(off) // width, 1)
     wanted = np.unique(np.clip(frames[:, None] // width + np.arange(-1, 2), 0, blocks - 1))
     usual = {b: np.median(off[b * width : (b + 1) * width], axis=0) for b in wanted.tolist()}
@@ -114,10 +115,10 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
 
 
 def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
-    """Return where the places of roots, and of all joints with position channels, jump; by start.
+    """Return jumps in position of roots, and of all joints with position channels, by start.
 
-    motion: without held frames; counted: frames into which a step counts, (frames,). A place that
-    is off for a frame or two and comes back is one find.
+    motion: without held frames; counted: frames into which a step counts, (frames,). A position
+    that is off for a frame or two and comes back counts once.
     """
     frames = motion.frames
     if frames < 4 * _REACH or not motion.positioned:
@@ -127,7 +128,7 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
     floor = _PLACE_FLOOR * height
     change = np.diff(motion.positions, axis=0)
     off = np.zeros((frames, len(motion.positioned)))
-    # A step: the way into a frame against that before and that behind, which is nearer.
+    # A step: the change into a frame compared with the nearer of the changes before and after.
     turned = np.linalg.norm(np.diff(change, axis=0), axis=2)
     off[2:-1] = np.minimum(turned[:-1], turned[1:])
     found = []
@@ -145,6 +146,6 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
 
 
 def _stands_out(off: Array, t: int, floor: float) -> bool:
-    """True if a place is off in a frame by far more than around it."""
+    """True if a position is off in a frame by far more than nearby."""
     around = np.concatenate([off[max(t - _REACH, 2) : t - 2], off[t + 3 : t + 1 + _REACH]])
     return bool(off[t] > _PLACE_TIMES * max(median(around), floor))

@@ -1,7 +1,7 @@
-"""Spikes, jumps of joints and places, and body steps as intervals of the nearest chains.
+"""Spikes, jumps of joints and in position, and body steps as intervals of the nearest chains.
 
-A joint of no chain is listed with the chain next to it: fingers with the forearm's, toes with the
-shin's, the spine with the first chain that hangs on it.
+A joint outside the chains is listed with the nearest chain: fingers with the forearm, toes with the
+shin, the spine with the first chain that hangs on it.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ from twistcore.skeleton.rotation import Array
 
 Mask = NDArray[np.bool_]
 
-_NUMBERS = 1 << 17  # frames times joints that are looked at together
+_NUMBERS = 1 << 17  # frames times joints in a block
 _BESIDE = 3  # frames next to the edge of a known error
-_LEFT = 0.5  # of a step: if less is left the correction of another find takes it away
-_MORE = 4.0  # times as far as the whole body steps: a find of its own
+_LEFT = 0.5  # of a step: if less remains, the correction of another error removes it
+_MORE = 4.0  # times as far as the whole body steps: listed separately
 _LAST_BONES = ("ForeArm", "Leg")
 
 
@@ -54,7 +54,7 @@ def find_joint_jumps(search: KindSearch) -> Found:
 
 
 def find_place_jumps(search: KindSearch) -> Found:
-    """Return the jumps of places by chain name."""
+    """Return the jumps in position by chain name."""
     motion = search.motion
     if (held := without_held(motion)) is not None:
         motion = held.motion
@@ -71,7 +71,7 @@ def find_place_jumps(search: KindSearch) -> Found:
 
 
 def find_body_steps(search: KindSearch) -> Found:
-    """Return the steps of the whole body, a row each, with the first of the chosen chains."""
+    """Return the steps of the whole body, each as an interval of the first chosen chain."""
     if not search.chosen:
         return {}
     chain, skeleton = search.chosen[0], search.motion.skeleton
@@ -92,14 +92,14 @@ def find_body_steps(search: KindSearch) -> Found:
 
 @dataclass(frozen=True)
 class _JointSteps:
-    """What was found in all joints, in frames of the clip as it is written."""
+    """The spikes and jumps of all joints, in frames of the clip as written."""
 
     spikes: tuple[JointStep, ...]
     jumps: tuple[JointStep, ...]
 
 
 def _joint_steps(search: KindSearch) -> _JointSteps:
-    """Spikes and jumps of all joints that nothing else explains."""
+    """Return spikes and jumps of all joints that no other error explains."""
     motion, held = search.motion, without_held(search.motion)
     if motion.frames < 4 * _BESIDE or not search.chains:
         return _JointSteps((), ())
@@ -123,7 +123,7 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
 
 
 def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
-    """Return the least that counts of each joint; joints without three rotations never do."""
+    """Return the least spike and jump of each joint; joints without three rotations have none."""
     small = toes_and_fingers(motion.skeleton, chains)
     step = math.degrees(motion.angle_step)
     limits = StepLimits.of(len(motion.skeleton), motion.fps, small, step)
@@ -133,7 +133,7 @@ def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
 
 
 def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], list[JointStep]]:
-    """Spikes and jumps, a block of frames at a time: what is made of one is not kept."""
+    """Return spikes and jumps, computed in blocks of frames to save memory."""
     cut, parents = find_cuts(motion), motion.skeleton.parents
     calm = ~cut
     for k in range(1, limits.longest + 1):  # no cut within a spike
@@ -154,9 +154,9 @@ def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], lis
 
 @dataclass(frozen=True)
 class _Others:
-    """Other finds that may explain a step of a joint.
+    """Other errors that may explain a step of a joint.
 
-    errors: those that can be repaired, by joint that they turn; of_joints: frames of lone jumps
+    errors: the correctable ones, by joint that they turn; of_joints: frames of lone jumps
     and of noise, by joint; of_body: degrees of body steps, (frames,), 0 elsewhere.
     """
 
@@ -167,7 +167,7 @@ class _Others:
 
     @staticmethod
     def of(search: KindSearch) -> _Others:
-        """Return those of a clip."""
+        """Return the other errors of a clip."""
         motion = search.motion
         frames, index = motion.frames, {name: j for j, name in enumerate(motion.skeleton.names)}
         errors: dict[int, list[Interval]] = {}
@@ -188,7 +188,7 @@ class _Others:
         return _Others(search, errors, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
-        """True if another find is about the same, or one whose correction takes the step away."""
+        """True if another error is at the same place, or if its correction removes the step."""
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
         if step.degrees < _MORE * self.of_body[at].max() or (own is not None and own[at].any()):
             return True
@@ -280,7 +280,7 @@ def _as_written(step: JointStep, held: DistinctFrames | None) -> JointStep:
 
 
 def _written(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
-    """Frames [start, stop) among those that differ as the clip has them."""
+    """Return frames [start, stop) of distinct frames in frames of the clip."""
     return (start, stop) if held is None else (held.begin(start), held.end(stop))
 
 
@@ -291,9 +291,9 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain that lists each joint: its own, or the one next to it in the body.
+    """Return the chain that lists each joint: its own, or the nearest one in the body.
 
-    A joint that no chain is connected with has none.
+    A joint that is connected to no chain has none.
     """
     owner = lone_jumps.chain_of_joint(chains)
     below: dict[int, tuple[int, Chain]] = {}  # the nearest chain that hangs on a joint
@@ -314,7 +314,7 @@ def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
 
 
 def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
-    """Joints below the hands and feet that chains end in."""
+    """Return the joints below the hands and feet in which chains end."""
     last = {c.child for c in chains if c.ends and c.segment in _LAST_BONES}
     last = last or {c.child for c in chains} - {c.parent for c in chains}
     small: set[int] = set()
@@ -325,7 +325,7 @@ def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
 
 
 def reach(skeleton: Skeleton, joint: int) -> float:
-    """How far the farthest joint or end below a joint is in the rest pose, of the height."""
+    """Return the distance from a joint to the farthest joint or end below it, of the height."""
     place = {joint: np.zeros(3)}
     for below in range(joint + 1, len(skeleton)):  # a parent comes before its children
         if (above := int(skeleton.parents[below])) in place:

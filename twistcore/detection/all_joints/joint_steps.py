@@ -1,9 +1,9 @@
 """Spikes and jumps of single joints, in any direction.
 
-A *spike* leaves its place for a frame or a few and comes back: every frame of it is off the way
-from the frame before to the frame behind. A *jump* is one step between calm frames. Both are
-compared with what the same joint does around them, over the same number of frames, so that a fast
-movement is none.
+A *spike* leaves its place for a frame or a few and comes back: each of its frames is off the path
+from the frame before to the frame after. A *jump* is one step between calm frames. Both are
+compared with the motion of the same joint nearby over the same number of frames, so that a fast
+movement does not count.
 """
 
 from __future__ import annotations
@@ -19,24 +19,26 @@ from twistcore.skeleton.rotation import Array, multiply
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-LONGEST, MOST = 0.03, 3  # seconds and frames of a spike; two frames at any rate
-_SLOW = 45.0  # frames a second below which a frame proves little
-SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0  # degrees: at 30 Hz, and of toes and fingers
+LONGEST, MOST = 0.03, 3  # seconds and frames of a spike; at least two frames
+_SLOW = 45.0  # frames a second below which a single frame proves little
+# degrees: usually, at 30 Hz, and for toes and fingers
+SPIKE, SPIKE_SLOW, SPIKE_SMALL = 10.0, 20.0, 35.0
 JUMP, JUMP_SLOW, JUMP_SMALL = 30.0, 45.0, 60.0
-# Of the spike: so far apart are the frames before and behind it. In a jump that is 2.
+# Of the spike: the frames before and after it may be so far apart. For a jump it is 2.
 _BACK, _NEARLY = 0.4, 1.0
-_TIMES, _CLEARLY = 8.0, 20.0  # as far off as usual around it; if it hardly comes back
-_FLOOR = 0.3  # degrees: less is usual in any joint
+_TIMES, _CLEARLY = 8.0, 20.0  # times as far off as usual nearby; if it hardly comes back
+_FLOOR = 0.3  # degrees: every joint moves by that much
 _CALM = 3.0  # times the largest step around a jump
 _REACH, _NEAR = 10, 3  # frames around a spike, and around a jump
-_ALONE, _ABOVE = 0.5, 3  # of it is left in the frames above: the joint makes up for none of them
-_EDGE = 3  # frames at each end of a clip that nothing is compared with
-_TOGETHER = 2048  # finds that are looked at at once
+# that share of it remains in the frames of joints above: the joint compensates none of them
+_ALONE, _ABOVE = 0.5, 3
+_EDGE = 3  # frames at each end of a clip that are not compared
+_TOGETHER = 2048  # candidates in a block
 
 
 @dataclass(frozen=True)
 class JointStep:
-    """Frames [start, stop) in which a joint is off by some degrees; usual: of it around them."""
+    """Frames [start, stop) in which a joint is off by some degrees; usual: its motion nearby."""
 
     joint: int
     start: int
@@ -47,7 +49,7 @@ class JointStep:
 
 @dataclass(frozen=True)
 class StepLimits:
-    """The least that counts of each joint, degrees, (joints,), and the noise of the notation."""
+    """The least spike and jump of each joint, degrees, (joints,), and the noise of the notation."""
 
     spike: Array
     jump: Array
@@ -56,7 +58,7 @@ class StepLimits:
 
     @staticmethod
     def of(joints: int, fps: float, small: set[int], angle_step: float = 0.0) -> StepLimits:
-        """Return those of a clip; small: its toes and fingers; angle_step: degrees."""
+        """Return the limits for a clip; small: its toes and fingers; angle_step: degrees."""
         slow = fps < _SLOW
         spike = np.full(joints, SPIKE_SLOW if slow else SPIKE)
         jump = np.full(joints, JUMP_SLOW if slow else JUMP)
@@ -67,14 +69,14 @@ class StepLimits:
 
 
 def margin(limits: StepLimits) -> int:
-    """Frames around a block that its first and last finds are compared with."""
+    """Return the frames around a block that its first and last steps are compared with."""
     return _REACH + limits.longest + 2
 
 
 def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
     """Return the spikes of all joints by start.
 
-    rotations: (frames, joints, 4); counted: frames that a spike may begin in, (frames,).
+    rotations: (frames, joints, 4); counted: frames in which a spike may begin, (frames,).
     """
     found: list[JointStep] = []
     moves = _steps_over(rotations, 0.5 * limits.spike)
@@ -93,7 +95,7 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
 
 
 def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
-    """How far a joint is off in the frames of a spike, or steps in a jump's, in another motion.
+    """Return how far a joint is off in a spike's frames, or steps in a jump's, in another motion.
 
     step: with frames of these rotations, (frames, joints, 4).
     """
@@ -107,7 +109,7 @@ def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> flo
 def _spikes_at(
     q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
 ) -> list[JointStep]:
-    """Those of some candidates, (n,) each, that are spikes over n frames."""
+    """Return the candidates, (n,) each, that are spikes over n frames."""
 
     def own(t: Index) -> Array:
         return q[t, joint]
@@ -162,7 +164,7 @@ def _jumps_at(
 
 
 def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: int) -> Array:
-    """Rotations of joints in the frame of an ancestor, the room's where there is none, (n, 4)."""
+    """Return rotations of joints in the frame of an ancestor, or of the room, (n, 4)."""
     turned, above = q[t, joint], parents[joint]
     for _ in range(levels):
         has = above >= 0
@@ -172,7 +174,7 @@ def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: in
 
 
 def _steps_over(rotations: Array, least: Array) -> Mask:
-    """Where a joint turns by more than `least` degrees into a frame, (frames, joints)."""
+    """Return where a joint turns by more than `least` degrees into a frame, (frames, joints)."""
     over = np.zeros(rotations.shape[:2], dtype=bool)
     cosine = np.einsum("tji,tji->tj", rotations[1:], rotations[:-1])
     over[1:] = np.abs(cosine) < np.cos(np.radians(0.5 * least))
@@ -180,14 +182,14 @@ def _steps_over(rotations: Array, least: Array) -> Mask:
 
 
 def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
-    """How far all of n frames are off the way between their neighbours, degrees: the least."""
+    """Return how far n frames are off the path between their neighbours, degrees: the least."""
     before, behind = of(start - 1), of(start + n)
     every = [_angle(of(start + k), _between(before, behind, (k + 1) / (n + 1))) for k in range(n)]
     return np.asarray(np.min(every, axis=0))
 
 
 def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
-    """The median of the same departures around some spikes, degrees."""
+    """Return the median of such departures around some spikes, degrees."""
     ahead = np.arange(-_REACH, -n)[:, None] + start
     behind = np.arange(n + 1, _REACH + 1)[:, None] + start
     last = len(q) - n - 1
@@ -202,20 +204,20 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 
 
 def _between(a: Array, b: Array, share: float) -> Array:
-    """A rotation on the way from a to b, (…, 4); they are near each other."""
+    """Return a rotation on the way from a to b, (…, 4); they are close to each other."""
     same = np.einsum("...i,...i->...", a, b)[..., None] >= 0.0
     sum_ = (1.0 - share) * a + share * np.where(same, b, -b)
     return np.asarray(sum_ / np.linalg.norm(sum_, axis=-1, keepdims=True))
 
 
 def _angle(a: Array, b: Array) -> Array:
-    """Angle between rotations, degrees, (…, 4) → (…)."""
+    """Return the angle between rotations, degrees, (…, 4) → (…)."""
     cosine = np.abs(np.einsum("...i,...i->...", a, b))
     return np.asarray(np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0))))
 
 
 def _without_overlaps(found: list[JointStep]) -> list[JointStep]:
-    """Spikes without those that share frames with a larger one of their joint; by start."""
+    """Return the spikes that overlap no larger one of their joint, by start."""
     kept: dict[int, list[JointStep]] = {}
     for one in sorted(found, key=lambda s: -s.degrees):
         own = kept.setdefault(one.joint, [])

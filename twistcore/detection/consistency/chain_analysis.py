@@ -1,4 +1,4 @@
-"""What the consistency detector knows of chains, before any τ."""
+"""The consistency detector's analysis of chains, before a threshold is chosen."""
 
 from __future__ import annotations
 
@@ -34,21 +34,21 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# Of the larger of the sums of rx and ry over an edge, the smaller: an error turns both joints.
-# Where no edge of an interval shows so in both, one joint jumps alone: that is only shown.
+# The ratio of the smaller to the larger sum of rx and ry over an edge: an error turns both joints.
+# If no edge of an interval reaches it in both, one joint jumps alone, which is only shown.
 SHOWN_IN_BOTH = 0.35
-# Nats below which an interval is only shown where angles are rounded: a wide σ lets two small jumps
-# of natural motion close, and the confidence, fitted on fine captures, takes that for a good sign.
+# Nats below which an interval is only shown if angles are rounded: a wide σ lets two small jumps of
+# natural motion close, and the confidence, fitted on fine captures, takes that for a good sign.
 ROUNDED_GAIN = 5.0
 _FOLLOWS = ("its edges", "its events", "every frame")
 SMALLEST_TAU = float(np.radians(1.5))
-_BACKGROUNDS = 2  # kept: what they derive is as long as the clip
-TAU_IN_SIGMA = 6.0  # an automatic τ: where natural motion's own σ would fill the table, higher
+_BACKGROUNDS = 2  # kept at a time: their derived arrays are as long as the clip
+TAU_IN_SIGMA = 6.0  # an automatic τ: higher where σ of natural motion itself would fill the table
 
 
 @dataclass(frozen=True, eq=False)
-class Standing:
-    """An interval that no τ makes anew; τ is compared with its strength, at frame `peak`."""
+class FixedInterval:
+    """An interval that does not depend on τ; τ is compared with its strength, at frame `peak`."""
 
     interval: Interval
     strength: float
@@ -57,12 +57,12 @@ class Standing:
 
 @dataclass(frozen=True, eq=False)
 class ChainAnalysis:
-    """What is known of one chain before any τ.
+    """The analysis of one chain before a threshold is chosen.
 
-    standing: errors of straight limbs, whose jumps no table has, and soft ones; instead: frames
-    [low, high) in which soft errors stand for what jumps, and `replaced`, would explain; left:
-    frames [low, high) of its limb that the search for soft errors did not look at, its budget
-    spent; rounded: whether the clip's angles are written in coarse steps.
+    standing: errors of straight limbs, whose jumps are in no table, and soft ones; instead: frames
+    [low, high) in which soft errors replace intervals between jumps, those in `replaced`; left:
+    frames [low, high) of its limb that the search for soft errors did not reach within its budget;
+    rounded: True if the clip's angles are written in coarse steps.
     """
 
     name: str
@@ -71,16 +71,17 @@ class ChainAnalysis:
     row: int
     edges: Edges
     step: Mask
-    tables: tuple[PairTable, ...]  # one a segment between cuts
-    standing: tuple[Standing, ...] = ()
+    tables: tuple[PairTable, ...]  # one for each segment between cuts
+    standing: tuple[FixedInterval, ...] = ()
     instead: tuple[tuple[int, int], ...] = ()
     left: tuple[tuple[int, int], ...] = ()
     rounded: bool = False
-    _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)  # τ moves: most stay
+    # as τ moves most intervals stay
+    _known: dict[tuple[int, Pair], Interval] = field(default_factory=dict)
     _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
 
     def automatic_tau(self) -> float:
-        """τ of :func:`automatic_tau`, radians."""
+        """Return τ of :func:`automatic_tau`, radians."""
         return self._automatic_tau
 
     @cached_property
@@ -88,7 +89,7 @@ class ChainAnalysis:
         return automatic_tau(self.limb, self.row)
 
     def strength(self) -> Array:
-        """|d| at events, the |jump| of an edge at its peak, else 0; radians, (frames,)."""
+        """Return |d| at events, the |jump| of an edge at its peak, else 0; radians, (frames,)."""
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
         for s in self.standing:
@@ -96,29 +97,30 @@ class ChainAnalysis:
         return curve
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Intervals at τ radians, by start."""
+        """Return the intervals at τ radians, by start."""
         found = [i for i in self.between_edges(tau) if not self.gives_way(i)]
         past = [s.interval for s in self.standing if s.strength >= tau]
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
 
     def gives_way(self, interval: Interval) -> bool:
-        """Whether soft errors stand for an interval between jumps."""
+        """True if soft errors replace an interval between jumps."""
         return any(_meet(interval, frames) for frames in self.instead)
 
     def with_soft(
-        self, soft: Sequence[Standing], instead: Sequence[tuple[int, int]]
+        self, soft: Sequence[FixedInterval], instead: Sequence[tuple[int, int]]
     ) -> ChainAnalysis:
-        """The same with soft errors; `instead`: frames in which these stand for all else."""
+        """Return the analysis with soft errors; `instead`: where they replace all else."""
         kept = (
             s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
         )
         return replace(self, standing=(*kept, *soft), instead=tuple(instead))
 
     def between_edges(self, tau: float) -> tuple[Interval, ...]:
-        """Intervals that jumps are paired into at τ radians, by start."""
+        """Return the intervals that jumps are paired into at τ radians, by start."""
         found: list[Interval] = []
         for table in self.tables:
-            # τ matters by the edges it lets pass, and of sorted jumps their number says which.
+            # Only the edges that τ lets pass matter, and as jumps are sorted, their number
+            # identifies them.
             passing = int((np.abs(table.edges.jump) >= tau).sum())
             if not passing:
                 continue
@@ -129,7 +131,7 @@ class ChainAnalysis:
         return tuple(found)
 
     def _solve(self, table: PairTable, tau: float) -> list[Interval]:
-        """Intervals of a segment at τ radians, by start."""
+        """Return the intervals of a segment at τ radians, by start."""
         pairs = best_pairs(table, tau, self.fps)
         applied = len(pairs)
         pairs += unpaired(table, pairs, tau)
@@ -145,7 +147,7 @@ class ChainAnalysis:
         at = [k for k in pair[:2] if k >= 0]
         jumps, sigmas = table.edges.jump[at].tolist(), table.edges.sigma[at].tolist()
         sigma = math.hypot(*sigmas)
-        # At a clip's end one edge tells all: what its pair gains has the price of an end taken off.
+        # At a clip's end there is only one edge: the gain of its pair excludes the price of an end.
         gain = pair.gain if len(at) > 1 else max(pair.gain, float(table.edges.gain[at[0]]))
         margin = math.log(min(abs(j) / s for j, s in zip(jumps, sigmas, strict=True)))
         offset, residual = course.offset, course.residual
@@ -171,11 +173,11 @@ class ChainAnalysis:
 
 @dataclass(frozen=True, eq=False)
 class ConsistencyAnalysis:
-    """All chains before any τ.
+    """The analysis of all chains before a threshold is chosen.
 
-    cut: steps that are no motion, that into frame 0 too, (frames,); own_twist: of the first of two
-    pieces of one bone, as `pieces.own_twist` has it, by chain; witnesses: what the finds of a chain
-    are judged by.
+    cut: steps that are no motion, including the one into frame 0, (frames,); own_twist: of the
+    first of two pieces of one bone, from `pieces.own_twist`, by chain; witnesses: the signals by
+    which intervals of a chain are judged.
     """
 
     chains: Mapping[str, ChainAnalysis]
@@ -184,23 +186,23 @@ class ConsistencyAnalysis:
     witnesses: Mapping[str, Witnesses] = field(default_factory=dict)
     _backgrounds: dict[str, Background] = field(default_factory=dict)  # the latest few
     _judging: threading.RLock = field(default_factory=threading.RLock)
-    # By id: kept alive, with what it is once judged, and whether that is motion.
+    # By id: kept alive, with the judged interval, and whether it is motion.
     _judged: dict[int, tuple[Interval, Interval, bool]] = field(default_factory=dict)
 
     def automatic_tau(self, chain: str) -> float:
-        """max(1.5°, 6·median σ of the chain), radians."""
+        """Return max(1.5°, 6·median σ of the chain), radians."""
         return self.chains[chain].automatic_tau()
 
     def strength(self, chain: str) -> Array:
-        """m_c(t), radians ≥ 0, (frames,)."""
+        """Return m_c(t), radians ≥ 0, (frames,)."""
         return self.chains[chain].strength()
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Intervals of a chain at τ radians, by start, but those that are motion."""
+        """Return the intervals of a chain at τ radians, by start, except natural motion."""
         return tuple(i for i, motion in self._found(chain, tau) if not motion)
 
     def taken_for_motion(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """What would be intervals at τ radians, but that all the evidence speaks for motion."""
+        """Return the intervals at τ radians that are left out because the evidence says motion."""
         return tuple(i for i, motion in self._found(chain, tau) if motion)
 
     def _found(self, chain: str, tau: float) -> Iterator[tuple[Interval, bool]]:
@@ -210,10 +212,10 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """The interval with no more confidence than all the evidence gives it; if it is motion.
+        """Return the interval with its confidence limited by all the evidence, and if it is motion.
 
-        On a straight limb the course itself is the evidence, as long as both bones turn at its
-        ends and no noise is there: little else tells.
+        On a straight limb the course itself is the evidence, as long as both bones turn at its ends
+        and there is no noise: there is hardly any other.
         """
         if interval.chain not in self.witnesses:
             return interval, False
@@ -232,11 +234,11 @@ class ConsistencyAnalysis:
 
     @property
     def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
-        """Frames [low, high) that the search for soft errors did not look at, by chain."""
+        """Frames [low, high) that the search for soft errors did not reach, by chain."""
         return {name: chain.left for name, chain in self.chains.items() if chain.left}
 
     def _background(self, chain: str) -> Background:
-        """The rest of a chain beside its intervals at its automatic τ."""
+        """Return the signals of a chain outside its intervals at its automatic τ."""
         if chain not in self._backgrounds:
             own, known = self.chains[chain], replace(self.witnesses[chain], _series={})
             while len(self._backgrounds) >= _BACKGROUNDS:
@@ -249,9 +251,9 @@ class ConsistencyAnalysis:
 def judged(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
-    """The interval with the smaller of its confidence and what all the evidence gives it.
+    """Return the interval with its confidence, or less if all the evidence gives it less.
 
-    And whether that takes it for motion.
+    Also return whether the evidence takes it for motion.
     """
     found = judgement_of(terms, segment, straight=straight)
     least = tempered(min(interval.confidence or 0.0, found.probability))
@@ -261,9 +263,9 @@ def judged(
 
 
 def tempered(probability: float) -> float:
-    """Return a probability with half its log odds where they are against: doubts overlap.
+    """Return a probability with its log odds halved if they are negative, since doubts overlap.
 
-    Of real finds that had 0.07 two blind judges took a third for errors (docs/atlas.md).
+    Of real intervals with 0.07, two blind judges took a third for errors (docs/atlas.md).
     """
     if not 0.0 < probability < 0.5:
         return probability
@@ -274,7 +276,7 @@ def tempered(probability: float) -> float:
 def _with_judgement(
     explain: Callable[[], dict[str, Any]] | None, found: Judgement
 ) -> dict[str, Any]:
-    """Why an interval was found, and what all the evidence comes to."""
+    """Return why an interval was found, and the result of all the evidence."""
     return {
         **(explain() if explain else {}),
         "evidence": found.score,
@@ -285,7 +287,7 @@ def _with_judgement(
 
 
 def automatic_tau(counter: CounterRotation, row: int) -> float:
-    """max(1.5°, 6·median σ of the chain), radians."""
+    """Return max(1.5°, 6·median σ of the chain), radians."""
     return max(SMALLEST_TAU, TAU_IN_SIGMA * median(counter.sigma[row]))
 
 
@@ -294,7 +296,7 @@ def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
 
 
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
-    """Whether both joints turn at an edge, one way or the other: near ±180° signs say nothing."""
+    """True if both joints turn at an edge, in either direction: near ±180° signs mean nothing."""
     at = row, slice(edges.start[k], edges.stop[k])
     x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
     return min(x, y) >= SHOWN_IN_BOTH * max(x, y)
@@ -303,7 +305,7 @@ def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> boo
 def _explained(
     limb: CounterRotation, row: int, edges: Edges, pair: Pair, course: Course
 ) -> dict[str, Any]:
-    """Why an interval was found; degrees."""
+    """Return why an interval was found; degrees."""
     at = [k for k in pair[:2] if k >= 0]
     return {
         "gain": pair.gain,
@@ -316,7 +318,7 @@ def _explained(
 
 
 def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
-    """Sums over the edge's frames, degrees: x, y as captured, their residuals and scales."""
+    """Return sums over the edge's frames, degrees: x, y as captured, their residuals and scales."""
     start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
     at = row, slice(start, stop)
     sums = {

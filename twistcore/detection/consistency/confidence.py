@@ -11,18 +11,14 @@ import math
 
 INTERCEPT, PER_LOG_GAIN, PER_CLOSING = -3.4892, 2.9625, -0.6089
 PER_MARGIN, PER_LENGTH, PER_BEYOND_TAU = -1.2179, -0.1997, 4.4911
-MOST_CLOSING, MOST_MARGIN = 6.0, 5.0  # beyond, the fit saw nothing new
+MOST_CLOSING, MOST_MARGIN = 6.0, 5.0  # beyond these the fit had no data
 LENGTH_FRAMES = 30.0
 
 
 def confidence(
     gain: float, closing: float, margin: float, frames: int, *, beyond_tau: bool
 ) -> float:
-    """Probability that an interval is right, 0…1.
-
-    gain: of its pair, nats; closing: |residual| in σ; margin: log(|jump| / σ) of its weaker edge;
-    beyond_tau: whether that jump reaches the chain's automatic τ.
-    """
+    """Return the probability that an interval is right, 0…1."""
     score = (
         INTERCEPT
         + PER_LOG_GAIN * math.log(max(gain, 0.5))

@@ -1,4 +1,4 @@
-"""What the consistency detector computes [Method]; it is `detectors/consistency.py`."""
+"""The computations of the detector in `detectors/consistency.py` [Method]."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from twistcore.detection.consistency.chain_analysis import (
     ChainAnalysis,
     ConsistencyAnalysis,
-    Standing,
+    FixedInterval,
     automatic_tau,
 )
 from twistcore.detection.consistency.notated import NotatedAnalysis, is_clear
@@ -48,7 +48,7 @@ LONG = 20_000  # frames
 def analyse_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> ConsistencyAnalysis | NotatedAnalysis:
-    """Everything that does not depend on τ; tell: how far it is."""
+    """Analyse chains as far as that does not depend on τ; tell: called with the progress."""
     if (held := without_held(motion)) is not None:
         own = [c.at(held.first) for c in chains]
         return NotatedAnalysis(held, _analysed(held.motion, own, tell or nobody))
@@ -58,7 +58,7 @@ def analyse_chains(
 
 
 def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) -> NotatedAnalysis:
-    """What jumps in any frame, then what the keys show without that."""
+    """Analyse jumps in any frame, then the keys without those jumps."""
     fine = _analysed(motion, chains, part(tell, 0.0, 0.5), keys)
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -77,7 +77,7 @@ def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) ->
 def _analysed(
     motion: Motion, chains: Sequence[Chain], tell: Tell, keys: Keys | None = None
 ) -> ConsistencyAnalysis:
-    """All chains of a motion; keys: linear ones, between which jumps alone are sought."""
+    """Analyse all chains of a motion; keys: linear ones, between which only jumps are sought."""
     cut = find_cuts(motion)
     segments = segments_between(cut, motion.fps)
     cut[:1] = True
@@ -85,7 +85,8 @@ def _analysed(
     searched: list[_Softened] = []
     people = by_person(chains)
     joints = _joints_by_person(motion.skeleton, people)
-    for person, own in people.items():  # each alone, so that a choice of people changes nothing
+    # each person alone, so that a choice of people changes nothing
+    for person, own in people.items():
         for lines in _alike(_lines(own)):
             count = sum(map(len, lines))
             budget = count / len(own) * budget_of(motion.frames, joints[person])
@@ -107,7 +108,7 @@ def _analysed(
 
 
 def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]]) -> dict[str, int]:
-    """How many joints each person has; chains of nobody in a clip of several have their own."""
+    """Return the number of joints of each person; joints of nobody count for a '' of their own."""
     if not any(people):
         return dict.fromkeys(people, len(skeleton))
     joints = {
@@ -119,21 +120,21 @@ def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]])
 
 @dataclass(frozen=True, eq=False)
 class _Softened:
-    """Chains of alike lines, and what sets in softly in them.
+    """Chains of similar lines, and their soft errors.
 
-    plain: without that, by row; count: of limbs; errors: each with how it stands in its chain;
-    replaced: what is known by jumps and explained by errors that set in softly.
+    plain: without soft errors, by row; count: of limbs; errors: each with its interval in its
+    chain; replaced: intervals between jumps that soft errors explain.
     """
 
     plain: Sequence[ChainAnalysis]
     count: int
-    errors: Sequence[tuple[SoftError, Standing]] = ()
+    errors: Sequence[tuple[SoftError, FixedInterval]] = ()
     replaced: Sequence[Known] = ()
 
     def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
-        """The chains with soft errors; given_up: errors, by number, for which nothing gives way.
+        """Return the chains with soft errors; given_up: errors, by number, that replace nothing.
 
-        True where the error itself is left out, too.
+        The value is True if the error itself is left out, too.
         """
         if not self.errors and not self.replaced:
             return list(self.plain)
@@ -154,10 +155,11 @@ class _Softened:
         ]
 
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
-        """Errors, by number, that all the evidence takes for motion, or for less sure than jumps.
+        """Return errors, by number, that are motion by the evidence, or less sure than jumps.
 
-        True for the latter: they would be listed where the intervals between these jumps are. For
-        motion nothing gives way, and it is left to :meth:`ConsistencyAnalysis.taken_for_motion`.
+        The value is True for the latter: they would be listed over the intervals between these
+        jumps. Errors taken for motion replace nothing and are left to
+        :meth:`ConsistencyAnalysis.taken_for_motion`.
         """
         out = {}
         for k, (error, own) in enumerate(self.errors):
@@ -169,7 +171,7 @@ class _Softened:
         return out
 
     def _surer(self, analysis: ConsistencyAnalysis, chain: ChainAnalysis, error: SoftError) -> bool:
-        """Whether an interval between jumps gives way to an error that it is surer than."""
+        """True if an interval between jumps gives way to an error of higher confidence."""
         if abs(chain.row - error.row) not in (0, self.count):
             return False
         found = chain.intervals(chain.automatic_tau())
@@ -178,7 +180,7 @@ class _Softened:
 
 
 def _meets(count: int, known: Known, error: SoftError) -> bool:
-    """Whether what jumps and what sets in softly overlap in one chain, or in two beside another."""
+    """True if a jump's interval and a soft error overlap in one chain or in neighbouring ones."""
     near = abs(known.row - error.row) in (0, count)
     return near and known.start < error.stop and error.start < known.stop
 
@@ -192,9 +194,9 @@ def _line_analyses(
     budget: float,
     tell: Tell,
 ) -> _Softened:
-    """Lines of equal length: jumps, then straight limbs, then what sets in softly.
+    """Analyse lines of equal length: jumps, then straight limbs, then soft errors.
 
-    budget: of the search for that.
+    budget: of the search for soft errors.
     """
     fps, limbs = motion.fps, _limbs(lines, motion, keys)
     strung = [c for same in zip(*lines, strict=True) for c in same]
@@ -204,7 +206,7 @@ def _line_analyses(
         by_itself = partial(_by_itself, limbs, jumps, row)
         if found := straight_limb(motion, chain, jumps[row], by_itself):
             straight[row] = found
-    if straight:  # an error of one chain shows in those beside it
+    if straight:  # an error of one chain shows in its neighbours
         jumps = find_jumps(
             without_errors(limbs, {r: s.offset for r, s in straight.items()}),
             fps,
@@ -215,10 +217,10 @@ def _line_analyses(
     analyses = []
     for row, chain in enumerate(strung):
         own: Jumps = jumps[row]
-        standing: tuple[Standing, ...] = ()
+        standing: tuple[FixedInterval, ...] = ()
         if row in straight:
             own = straight[row].leaves(own)
-            standing = tuple(_standing_straight(chain.name, e) for e in straight[row].errors)
+            standing = tuple(_fixed_straight(chain.name, e) for e in straight[row].errors)
         analyses.append(
             ChainAnalysis(
                 chain.name,
@@ -238,7 +240,7 @@ def _line_analyses(
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
-    """Increments of a chain without the images of what jumps in those beside it."""
+    """Return the increments of a chain without the images of jumps in its neighbours."""
     beside = (r for r in (row - limbs.count, row + limbs.count) if 0 <= r < len(jumps))
     images = {r: offset for r in beside if (offset := jumps[r].offset()).any()}
     if not images:
@@ -250,10 +252,11 @@ def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, A
 def _with_soft(
     limbs: Limbs, fps: float, cut: Mask, chains: list[ChainAnalysis], budget: float
 ) -> _Softened:
-    """Chains with what sets in softly, beside their intervals at the automatic τ.
+    """Return the chains with soft errors in addition to intervals at the automatic τ.
 
-    It is sought as if the children had turned back in full: what they did not is no error of its
-    own. Where it then stands for such an error itself, nothing is known of that child.
+    The search assumes that the children turned back in full: a part that they did not turn back is
+    not a separate error. If a soft error then replaces such an interval, nothing is known about
+    that child.
     """
     jumps = [
         (c.row, i, any(i is s.interval for s in c.standing))
@@ -279,20 +282,20 @@ def _with_soft(
         for c in chains
     ]
     names = {c.row: c.name for c in chains}
-    errors = [(e, _standing(names[e.row], e)) for e in soft]
+    errors = [(e, _fixed_soft(names[e.row], e)) for e in soft]
     return _Softened(chains, limbs.count, errors, replaced if soft else ())
 
 
-def _standing_straight(chain: str, error: StraightError) -> Standing:
-    # Its transition may reach beyond it, where the curve has no interval.
+def _fixed_straight(chain: str, error: StraightError) -> FixedInterval:
+    # Its transition may extend beyond it, where the curve has no interval.
     peak = min(max(error.peak, error.start), error.stop - 1)
-    return Standing(interval_of(chain, error), error.strength, peak)
+    return FixedInterval(interval_of(chain, error), error.strength, peak)
 
 
-def _standing(chain: str, error: SoftError) -> Standing:
+def _fixed_soft(chain: str, error: SoftError) -> FixedInterval:
     steepest = int(np.abs(np.diff(error.offset, prepend=0.0)).argmax())
     size = float(np.abs(error.offset).max())
-    return Standing(soft_interval(chain, error), size, error.start + steepest)
+    return FixedInterval(soft_interval(chain, error), size, error.start + steepest)
 
 
 def find_jumps(
@@ -311,7 +314,7 @@ def find_jumps(
 
 
 def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> CounterRotation:
-    """Of all limbs at once, which is quicker; of long clips one by one, which takes less memory."""
+    """Return d of all limbs: together, or one by one in long clips to save memory."""
     if limbs.count == 1 or limbs.frames < LONG:
         return counter_rotation(limbs, fps, cut, tell)
     parts = [
@@ -330,7 +333,7 @@ def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> Counte
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
-    """Chains strung together where one's child is the next one's parent."""
+    """Return lines of chains, in each of which one chain's child is the next one's parent."""
     left = list(chains)
     lines: list[list[Chain]] = []
     while left:
@@ -344,7 +347,7 @@ def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
 
 
 def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
-    """Lines of equal length, with or without axes per frame, together."""
+    """Group lines of equal length, with and without axes per frame."""
     kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
     for line in lines:
         kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)
@@ -352,7 +355,7 @@ def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
 
 
 def _limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
-    """Rotations and axes of lines of equal length; keys: linear ones."""
+    """Return rotations and axes of lines of equal length; keys: linear ones."""
     parents = [[line[0].parent for line in lines]]
     children = [[c.child for c in same] for same in zip(*lines, strict=True)]
     joints = motion.rotations.transpose(1, 0, 2)[np.array(parents + children)]

@@ -1,8 +1,8 @@
 """Errors of clips with held frames or linear keys, in the clip's own frames.
 
-Held frames are left out, so that an error begins in the frame in which it appears. Of a clip with
-linear keys the keys are examined, since nothing was captured in between. Errors that jump from one
-frame to the next are sought in all frames first.
+Held frames are left out, so that an error begins in the frame in which it appears. In a clip with
+linear keys only the keys are examined, since the frames in between were not captured. Errors that
+jump from one frame to the next are sought in all frames first.
 """
 
 from __future__ import annotations
@@ -25,29 +25,29 @@ CLEAR = 0.5  # confidence
 
 @dataclass(frozen=True, eq=False)
 class NotatedAnalysis:
-    """What is known of a clip by some of its frames.
+    """The analysis of a clip by some of its frames.
 
-    coarse: of the kept frames; fine: of all frames, jumps alone, None where frames are held.
+    coarse: of the kept frames; fine: of all frames, jumps only, None if frames are held.
     """
 
     kept: DistinctFrames
     coarse: ConsistencyAnalysis
     fine: ConsistencyAnalysis | None = None
-    _known: dict[Interval, Interval] = field(default_factory=dict)  # τ moves: most stay
+    _known: dict[Interval, Interval] = field(default_factory=dict)  # as τ moves most intervals stay
 
     def automatic_tau(self, chain: str) -> float:
-        """τ in radians when nobody names one: the larger of both, and what keys can tell."""
+        """Return the automatic τ, radians: the larger of both, and no less than keys can show."""
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 
     def strength(self, chain: str) -> Array:
-        """m_c(t), radians ≥ 0, (frames,): of kept frames where they are, and of all."""
+        """Return m_c(t) of the kept frames at these, and of all frames, radians ≥ 0, (frames,)."""
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)
         return curve if self.fine is None else np.maximum(curve, self.fine.strength(chain))
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Intervals of a chain at τ radians, by start; what jumps goes before what keys show."""
+        """Return the intervals of a chain at τ radians, by start; jumps take priority over keys."""
         found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]
         if self.fine is not None:
             sharp = self.fine.intervals(chain, tau)
@@ -58,7 +58,7 @@ class NotatedAnalysis:
 
     @property
     def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
-        """Frames [low, high) that the search for soft errors did not look at, by chain."""
+        """Frames [low, high) that the search for soft errors did not reach, by chain."""
         begin, end = self.kept.begin, self.kept.end
         return {
             name: tuple((begin(low), end(high)) for low, high in spans)
@@ -66,7 +66,7 @@ class NotatedAnalysis:
         }
 
     def _in_clip(self, interval: Interval) -> Interval:
-        """An interval of kept frames in the frames of the clip."""
+        """Return an interval of kept frames with the frames of the clip."""
         if interval not in self._known:
             start, stop = self.kept.begin(interval.start), self.kept.end(interval.stop)
             explain = interval.explain and partial(_explained, self.kept, interval)
@@ -81,14 +81,14 @@ class NotatedAnalysis:
         return self._known[interval]
 
     def _only_shown(self, interval: Interval) -> bool:
-        """Whether linear keys are too few for it, as for a mirrored transition between two."""
+        """True if there are too few linear keys for an interval, as for a mirrored transition."""
         if not self.kept.even:
             return False
         return self.kept.too_few or "transition" in (interval.evidence or {})
 
 
 def is_clear(interval: Interval) -> bool:
-    """Whether a jump in all frames goes before what the keys show."""
+    """True if a jump in all frames takes priority over the keys."""
     return not interval.open and (interval.confidence or 0.0) >= CLEAR
 
 
@@ -97,7 +97,7 @@ def _meet(one: Interval, other: Interval) -> bool:
 
 
 def _explained(kept: DistinctFrames, interval: Interval) -> dict[str, Any]:
-    """The evidence with frames of the clip."""
+    """Return the evidence with frames of the clip."""
     evidence = dict(interval.evidence or {})
     if "transition" in evidence:
         evidence["transition"] = kept.end(evidence["transition"])
@@ -107,6 +107,6 @@ def _explained(kept: DistinctFrames, interval: Interval) -> dict[str, Any]:
 
 
 def _edge(kept: DistinctFrames, edge: Mapping[str, Any]) -> dict[str, Any]:
-    """An edge's frames: from the first that changes to the kept frame that is changed in full."""
+    """Return an edge with frames of the clip, up to the kept frame with the whole change."""
     start, stop = kept.begin(edge["start"]), kept.end(edge["stop"] - 1) + 1
     return {**edge, "start": start, "stop": stop}

@@ -1,8 +1,8 @@
-"""Errors between the pieces of one bone: P must show them in its own twist, not in its swing alone.
+"""Errors between the pieces of one bone: P must show them in its own twist, not only in its swing.
 
 A first piece that only swings, as in rigs that give all roll to the last piece, still turns about
-its bone from frame to frame where its swing curves, and the next piece turns back by as much: that
-is how such rigs write natural motion. θp of such a piece does not change; an error δ changes it by
+its bone from frame to frame where its swing curves, and the next piece turns back by as much. Such
+rigs write natural motion that way. θp of such a piece does not change; an error δ changes it by
 exactly δ.
 """
 
@@ -16,12 +16,12 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.motion import Motion
 from twistcore.skeleton.rotation import Array, twist_angle, wrap
 
-_SHOWN = 0.5  # of an interval's steps that P's own twist must show
-_NEAR = 3  # frames on either side whose median is the twist's natural pace
+_SHOWN = 0.5  # of an interval's steps: the share that P's own twist must show
+_NEAR = 3  # frames on either side: their median is the twist's natural pace
 
 
 def own_twist(motion: Motion, chain: Chain) -> Array:
-    """Increments of θp beyond the pace of the frames around, radians, (frames,)."""
+    """Return the increments of θp beyond the pace of nearby frames, radians, (frames,)."""
     angle = twist_angle(motion.rotations[:, chain.parent], chain.axis)
     steps = wrap(np.diff(angle, prepend=angle[:1]))
     padded = np.pad(steps, _NEAR, mode="edge")
@@ -30,7 +30,7 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
 
 
 def shows(twist: Array, interval: Interval) -> bool:
-    """True if P's own twist has at least half of an interval's steps; twist: of `own_twist`."""
+    """True if P's own twist has at least half of an interval's steps; twist: from `own_twist`."""
     level = np.zeros(len(twist) + 1)
     level[interval.start : interval.stop] = interval.offset
     steps = wrap(np.diff(level, prepend=0.0))[: len(twist)]

@@ -1,4 +1,4 @@
-"""Runs of neighbouring chains with errors: which of them together explain a frame best."""
+"""The runs of neighbouring chains with errors that together explain a frame best."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ import numpy as np
 from twistcore.detection.prediction import Index
 from twistcore.skeleton.rotation import Array
 
-SAME = 1e-9  # nats; nothing is preferred for less
+SAME = 1e-9  # nats; smaller differences decide nothing
 
 
 def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float) -> Index:
-    """Indices of the runs that gain most together, in every frame.
+    """Return the indices of the runs that gain most together, in every frame.
 
-    A run changes the joints first…last, and no two that are chosen share one. Where none gains
-    more than 0, it is the best one, if it gains more than −lone. Of equals as long it is the one
-    nearer to the tip, of equals from one joint on the shortest. Arrays (runs,), gain in nats.
+    A run changes the joints first…last, and chosen runs share no joint. If no run gains more than
+    0, the best one is chosen if it gains more than −lone. Of equally long equals the one nearer to
+    the tip wins, of equals from the same joint the shortest. Arrays (runs,), gain in nats.
     """
     worth = np.flatnonzero(gain > SAME)
     together = worth[_disjoint(frame[worth], first[worth], last[worth], gain[worth])]
@@ -27,7 +27,7 @@ def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float)
 
 
 def _disjoint(frame: Index, first: Index, last: Index, gain: Array) -> list[int]:
-    """Of runs that gain > 0 those without a joint in common that gain most together.
+    """Return runs with gain > 0 and no joint in common that gain most together.
 
     Dynamic programming, from the tips to the roots, over each group of runs that overlap.
     """
@@ -39,7 +39,7 @@ def _disjoint(frame: Index, first: Index, last: Index, gain: Array) -> list[int]
     ends = places[np.maximum.accumulate(beyond_) == places].tolist()
     index, gains, beyond = order.tolist(), gain[order].tolist(), beyond_.tolist()
     chosen: list[int] = []
-    value = [0.0] * (len(order) + 1)  # of the runs of a group from here on; 0 behind it
+    value = [0.0] * (len(order) + 1)  # of a group's runs from here on; 0 after it
     taken = [False] * len(order)
     begin = 0
     for end in ends:

@@ -22,26 +22,26 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
-SIGNIFICANT = 4.0  # |d| in σ: natural motion passes in ~1 % of the frames, before any pairing
-AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0  # |wrap(rx + ry)| that still counts as one and the same turn
-LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # a jump in one signal, in σ: no sample to predict from
-# The first pass is to doubt rather than to trust: a clean frame that it leaves out is back in the
-# next round, but a ramp that it takes for motion widens σ until nothing beside it stands out.
+SIGNIFICANT = 4.0  # |d| in σ: natural motion exceeds it in ~1 % of the frames, before any pairing
+AGREE_SHARE, AGREE_SIGMA = 0.4, 3.0  # |wrap(rx + ry)| that still counts as the same turn
+LONE_JUMP, LONE_JUMP_COARSE = 6.0, 8.0  # a jump in one signal, in σ: not a sample to predict from
+# The first pass should doubt rather than trust: a clean frame that it leaves out is back in the
+# next round, but a ramp that it takes for motion widens σ until nothing next to it is conspicuous.
 # 4 → 3, measured on half of CMU: ramp 4 at 30 Hz 90.1 → 97.5 %, rich at 60 Hz 82.2 → 88.3 %.
 SIGNIFICANT_COARSE = 3.0
 COARSE_STEPS = (4, 4, 7, 7)  # frames; 7 sees ramps of 5 frames and edges close together, 4 the rest
 ROUNDS = 6
-RESOLVE = 4.0  # a jump in any signal of a limb, in σ, has all its chains solved together
-SAME = 1e-9  # σ; a difference that no decision turns on
-# Share of the pace between linear keys that is the least σ there: channels that go evenly turn a
-# joint unevenly, the more the farther they go.
+RESOLVE = 4.0  # a jump in any signal of a limb, in σ, makes all its chains be solved together
+SAME = 1e-9  # σ; smaller differences decide nothing
+# Share of the pace between linear keys that is the least σ there: channels that change evenly turn
+# a joint unevenly, the more so the farther they go.
 UNEVEN = 0.15
-STEADY_GAP = 4.0  # frames; residuals across wider gaps tell nothing of the local σ
+STEADY_GAP = 4.0  # frames; residuals across wider gaps do not show the local σ
 
 
 @dataclass(frozen=True, eq=False)
 class CounterRotation:
-    """What is left of limbs' increments when natural motion is taken out; all (chains, frames).
+    """The part of limbs' increments that natural motion does not explain; all (chains, frames).
 
     x, y: increments as captured; rx, ry: residuals, without images of the neighbours' errors;
     sigma_x, sigma_y: their scales; d: their common counter-rotation (inverse-variance weighted,
@@ -64,9 +64,9 @@ class CounterRotation:
 def counter_rotation(
     limbs: Limbs, fps: float, cut: Mask, tell: Tell | None = None
 ) -> CounterRotation:
-    """Residuals of all chains of limbs; cut (frames,): increments across a cut, never used.
+    """Return residuals of all chains of limbs; cut (frames,): increments across a cut, never used.
 
-    tell: before every round.
+    tell: called before every round.
     """
     tell = tell or nobody
     captured = limbs.increments()
@@ -116,7 +116,7 @@ class _Rounds:
         self._cubic_fits = np.zeros((*captured.shape[:2], 1), dtype=bool)
 
     def next(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Residuals and their scales, (2, chains, frames)."""
+        """Return residuals and their scales, (2, chains, frames)."""
         if self._limbs.keys is not None:
             return self._between_keys(good, turn)
         captured, flat = self._captured, (2, -1)
@@ -143,7 +143,7 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """The same between linear keys, where nothing but a key changes the pace."""
+        """Return them between linear keys, where the pace changes only at a key."""
         assert self._limbs.keys is not None
         keys = self._limbs.keys
         predicted = between_keys(self._signals, good, keys)
@@ -153,14 +153,14 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Residuals without the images of the neighbours' errors, from the second round on."""
+        """Return residuals without images of neighbours' errors, from the second round on."""
         residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
             self._undo_images(residual, predicted, sigma)
         return residual, sigma
 
     def _choose(self, good: Mask, at: Index, root_cubic: Array, root_linear: Array) -> None:
-        """Cubic or linear, whichever fits a signal better over its good frames."""
+        """Choose cubic or linear, whichever fits a signal better over its good frames."""
         weight = good.astype(np.float64)
         fits = []
         for root, at_root in (
@@ -180,7 +180,7 @@ class _Rounds:
         self._growth = self._gaps.measured(good)
 
     def _undo_images(self, residual: Array, predicted: Array, sigma: Array) -> None:
-        """Undo the neighbours' errors wherever something jumps: new signals; residual in place.
+        """Undo the neighbours' errors wherever there is a jump: new signals; residual in place.
 
         A frame whose prediction and scale are those of the round before keeps its solution.
         """
@@ -211,9 +211,9 @@ class _Rounds:
 def _jumps(
     residual: Array, sigma: Array, significant: float = SIGNIFICANT, lone_jump: float = LONE_JUMP
 ) -> tuple[Mask, Mask, Mask]:
-    """Events, lone jumps, and frames where both signals disagree; (chains, frames).
+    """Return events, lone jumps, and frames where both signals disagree; (chains, frames).
 
-    Only where |(rx/σx, ry/σy)| ≥ |d|/σ (Cauchy-Schwarz) is large can there be either.
+    All of these occur only where |(rx/σx, ry/σy)| ≥ |d|/σ (Cauchy-Schwarz) is large.
     """
     z = residual / sigma
     z *= z
@@ -233,9 +233,9 @@ def _jumps(
 
 
 def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
-    """d, disagreement wrap(rx + ry), and the scales of both; from (2, …) residuals and scales.
+    """Return d, the disagreement wrap(rx + ry), and the scales of both, from (2, …) residuals.
 
-    d is the inverse-variance mean of rx and −ry, on the circle: near ±180° both may read the same
+    d is the inverse-variance mean of rx and −ry, on the circle: near ±180° both may have the same
     sign, and their mean must not be 0.
     """
     variance = sigma * sigma
@@ -246,7 +246,7 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
-    """Frames without a sign of a jump, before anything is known; rather too few than too many."""
+    """Return frames without a sign of a jump, before anything is known; rather too few."""
     good = live.copy()
     residual = root = signals
     known = 0

@@ -1,13 +1,14 @@
 """Chains that share a joint, solved together, frame by frame [Method, step 4].
 
-At every frame where something jumps, the set of chains is sought whose errors explain it cheapest.
+At every frame with a jump, find the set of chains whose errors explain it at the lowest cost.
 
-Costs go by joint: joint j moves in x of chain j and in y of chain j−1. A *run* of neighbouring
-chains with errors, i…j, changes the costs of joints i…j+1 only (:mod:`twistcore.detection.limbs`),
-and runs with a chain without error between them have no joint in common. So each run is solved by
-itself, and the cheapest set of runs is put together along the line. A run saves at most what its
-joints cost without it, and no joint costs as much as another chain with an error does: what is
-tried are short runs at few places, in proportion to the length of the line.
+Costs are assigned to joints: joint j moves in x of chain j and in y of chain j−1. A *run* of
+neighbouring chains with errors, i…j, changes the costs of joints i…j+1 only
+(:mod:`twistcore.detection.limbs`), and runs with a chain without error between them have no joint
+in common. So each run is solved separately, and the cheapest set of runs is put together along the
+line. A run saves at most the cost of its joints without it, and no joint costs as much as another
+chain with an error. So only short runs at few places are tried, in proportion to the length of the
+line.
 """
 
 from __future__ import annotations
@@ -21,23 +22,24 @@ from twistcore.detection.robust_cost import CAP, residual_cost
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# Costs are negative log likelihoods. x of chain k and y of chain k−1 are one joint's motion: if
-# both jump and no error explains it, that joint jumped by itself, once.
+# Costs are negative log likelihoods. x of chain k and y of chain k−1 belong to the motion of one
+# joint: if both jump and no error explains it, that joint jumped by itself, once.
 JOINT_JUMP = 16.0
 CHAIN_ACTIVE = 6.0
-# Two errors that begin in the same frame are rare, and two opposite ones in a straight limb leave
-# the joint between them unturned: they look like two natural jumps. Tuned: rich false alarms.
+# Two errors that begin in the same frame are rare, and two opposite ones in a straight limb do not
+# turn the joint between them: they look like two natural jumps. Tuned on false alarms of rich
+# protocols.
 ANOTHER_ACTIVE = 18.0
-# A joint that jumps by itself lands anywhere, and the caps stand for how rare that is beside the
-# usual residual. Where that is small, as at a hinge, a jump is rarer still: log(HINGE / σ) more.
-# Measured on CMU: elbows of σ 0.005° were left 0.4° and 1.9° off for 14 nats.
+# A joint that jumps by itself may land anywhere, and the caps express how rare that is compared
+# with the usual residual. If that is small, as at a hinge, a jump is even rarer: log(HINGE / σ)
+# more. Measured on CMU: elbows of σ 0.005° were left 0.4° and 1.9° off for 14 nats.
 HINGE = float(np.radians(0.3))
 _SWEEPS = 4  # of Gauss-Seidel; three chains converge to < 0.01° in three
-_BLOCK = 1 << 16  # chains times frames at once, or the memory would grow with the clip
+_BLOCK = 1 << 16  # chains times frames in a block, so that memory does not grow with the clip
 
 
 def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
-    """Increments x, y at frames t without the images of the neighbours' errors, (2, n, len(t)).
+    """Return increments x, y at frames t without images of neighbours' errors, (2, n, len(t)).
 
     signals, predicted, sigma: (2, n, len(t)), radians; sigma not below `prediction.FLOOR`.
     """
@@ -54,7 +56,7 @@ def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sig
 class _Line:
     """Frames t of limbs by joint: x of the chain below and y of the one above, (2, n + 1, len(t)).
 
-    rarer: what a lone jump costs beside the caps. Beyond the ends nothing is left over.
+    rarer: the cost of a lone jump on top of the caps. Beyond the ends residuals are 0.
     """
 
     limbs: Limbs
@@ -74,7 +76,7 @@ def _line(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array
 
 
 def _by_joint(values: Array, beyond: float) -> Array:
-    """Of x and y by chain, (2, n, frames), those of each joint, (2, n + 1, frames)."""
+    """Return x and y by chain, (2, n, frames), as values by joint, (2, n + 1, frames)."""
     out = np.empty((2, values.shape[1] + 1, values.shape[2]))
     out[0, :-1], out[1, 1:] = values
     out[0, -1] = out[1, 0] = beyond
@@ -82,7 +84,7 @@ def _by_joint(values: Array, beyond: float) -> Array:
 
 
 def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
-    """What is left over costs, by joint; all (2, joints, …) → (joints, …)."""
+    """Return the cost of residuals by joint; all (2, joints, …) → (joints, …)."""
     cost_x, cost_y = residual_cost(wrap(residual) / sigma, CAP + rarer)
     together = cost_x + cost_y
     lone: Array = JOINT_JUMP + np.minimum(rarer[0], rarer[1])
@@ -91,11 +93,11 @@ def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
 
 
 def _explained(line: _Line) -> Array:
-    """Increments by joint without images, (2, n + 1, frames)."""
+    """Return the increments by joint without images, (2, n + 1, frames)."""
     frames = len(line.t)
     idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
-    # A run may pay beside others if it gains more than 0, and alone, where the first chain costs
-    # less, if it gains more than −ANOTHER_ACTIVE and any other run of its frame.
+    # A run may pay with others if it gains more than 0. Alone, where the first chain costs less, it
+    # may pay if it gains more than −ANOTHER_ACTIVE and more than any other run of its frame.
     enough = np.full(frames, -ANOTHER_ACTIVE)
     found: list[tuple[Index, Index, Index, Array]] = []
     trials: list[Array] = []
@@ -104,7 +106,7 @@ def _explained(line: _Line) -> Array:
         price = length * (CHAIN_ACTIVE + ANOTHER_ACTIVE)
         at = np.flatnonzero(saved > price + enough + SAME)
         if not len(at):
-            break  # nor is a longer one worth it: no joint costs as much as another chain
+            break  # a longer run does not pay either: no joint costs as much as another chain
         first, frame = np.divmod(at, frames)
         trial, cost = _solved(line, first, length, frame)
         gain = saved.ravel()[at] - price - cost
@@ -126,7 +128,7 @@ def _explained(line: _Line) -> Array:
 
 
 def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array, Array]:
-    """Increments of the joints of runs, each at a frame, and what is then left over costs.
+    """Return the increments of the joints of runs, each at a frame, and the cost of the residuals.
 
     first, frame: (runs,) → (2, length + 1, runs) and (runs,).
     """
@@ -144,7 +146,7 @@ def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array
 
 @dataclass(frozen=True, eq=False)
 class _Runs:
-    """Chains of runs have an error, their neighbours none; by joint, (2, length + 1, runs)."""
+    """Runs of chains with an error, between chains without one; by joint, (2, length + 1, runs)."""
 
     down: Image
     up: Image
@@ -154,7 +156,7 @@ class _Runs:
     rarer: Array
 
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
-        """The increments without images, and what their residuals cost, (runs,)."""
+        """Return the increments without images, and the cost of their residuals, (runs,)."""
         d = self._errors(tip_first)
         trial = self.captured.copy()
         trial[0, 1:], trial[1, :-1] = self.down(d), self.up(d)
@@ -164,7 +166,7 @@ class _Runs:
         return trial, _joint_cost(residual, self.sigma, self.rarer).sum(axis=0)
 
     def _errors(self, tip_first: bool) -> Array:
-        """d of the chains, (length, runs): the first sweep trusts the side without images."""
+        """Return d of chains, (length, runs): the first sweep trusts the side without images."""
         (x, y), (px, py) = self.captured, self.predicted
         variance = self.sigma * self.sigma
         weight = variance[0, :-1] / (variance[0, :-1] + variance[1, 1:])

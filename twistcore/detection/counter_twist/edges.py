@@ -1,4 +1,4 @@
-"""Edges: frames or short runs of frames in which an error sets in or ends [Method, step 5]."""
+"""Edges: frames or short runs of frames in which an error begins or ends [Method, step 5]."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
 LONGEST = 6  # frames; slower onsets are drift, not edges
-ALONE = float(np.radians(75.0))  # a jump this large in one frame is no part of a ramp
-# Errors of prediction hang together over a run, but not wholly: σ of the sum of w frames over the
+ALONE = float(np.radians(75.0))  # a jump this large in one frame is not part of a ramp
+# Errors of prediction are correlated over a run, but not fully: σ of the sum of w frames over the
 # sum of their σ, measured on blocks of w frames of CMU clips (w = 1…6).
 SUM_SHARE = np.array([1.0, 1.0, 0.8, 0.77, 0.73, 0.7, 0.68])
-DIFFERENT = 3.0  # σ by which x and −y differ before each becomes a reading of its own
+DIFFERENT = 3.0  # σ by which x and −y must differ to become separate readings
 FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the error
 
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Readings of edges, by start: frames [start, stop), the jump in radians, and its standing.
+    """Readings of edges, by start: frames [start, stop), the jump in radians, and how it counts.
 
-    gain: how much cheaper 'an error jumps here' is than 'natural motion', in nats; primary: the
-    best reading of its frames, the one that counts among the inner steps of an interval. All (n,).
+    gain: how much cheaper 'an error jumps here' is than 'natural motion', in nats; primary: True
+    for the best reading of its frames, which counts among the inner steps of an interval. All (n,).
     """
 
     start: Index
@@ -39,23 +39,23 @@ class Edges:
         return len(self.start)
 
     def __getitem__(self, at: Index | Mask) -> Edges:
-        """Some of them."""
+        """Return a selection of the edges."""
         return Edges(*(column[at] for column in vars(self).values()))
 
 
 def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
-    """All readings of all edges of a chain; and the frames that are steps, (frames,)."""
+    """Return all readings of all edges of a chain, and the frames that are steps, (frames,)."""
     d, event = counter.d[chain], counter.event[chain]
     size = np.abs(d)
     seen = np.flatnonzero(event | counter.lone[chain])
     large = size > SIGNIFICANT * counter.sigma[chain]
     # Runs of one sign, agreed or not: in a ramp a natural jump may hide the agreement of a frame.
-    # Where agreement splits such a run, its pieces are readings too.
+    # If agreement splits such a run, its pieces are readings too.
     seen_or_large = np.flatnonzero(event | counter.lone[chain] | large)
     wide = _runs(seen_or_large, large, d)
     narrow = _runs(seen, event, d)
     key = LONGEST + 2
-    known = np.append(wide @ (1, key), np.iinfo(np.int64).max)  # they are in order
+    known = np.append(wide @ (1, key), np.iinfo(np.int64).max)  # in ascending order
     asked = narrow @ (1, key)
     narrow = narrow[known[np.searchsorted(known, asked)] != asked]
     bounds = np.concatenate([wide, narrow])
@@ -72,7 +72,7 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
 
 
 def _runs(at: Index, kind: Mask, d: Array) -> Index:
-    """Runs [start, stop) of the frames `at` of one sign and kind, at most LONGEST long, (n, 2)."""
+    """Return runs [start, stop) of frames of one sign and kind, at most LONGEST long, (n, 2)."""
     d, kind = d[at], kind[at]
     joins = np.zeros(len(at), dtype=bool)
     joins[1:] = (np.diff(at) == 1) & (d[1:] * d[:-1] > 0) & (kind[1:] == kind[:-1])
@@ -85,7 +85,7 @@ def _runs(at: Index, kind: Mask, d: Array) -> Index:
 
 
 def _peaks(size: Array, bounds: Index) -> Index:
-    """The largest frame of each run, the first of equals."""
+    """Return the frame of each run with the largest size, the first of equals."""
     peak = bounds[:, 0].copy()
     for k in range(1, LONGEST):
         at = np.minimum(bounds[:, 0] + k, bounds[:, 1] - 1)
@@ -96,9 +96,9 @@ def _peaks(size: Array, bounds: Index) -> Index:
 def _readings(
     counter: CounterRotation, chain: int, bounds: Index
 ) -> tuple[Index, Array, Array, Array, Mask]:
-    """Run, jump, σ, gain, and whether it is the run's first reading.
+    """Return run, jump, σ, gain, and True for the first reading of a run.
 
-    A run is read as the weighted mean of both signals or, where they differ, as both of them, the
+    A run is read as the weighted mean of both signals or, if they differ, as each of them, the
     quieter first.
     """
     share = SUM_SHARE[bounds[:, 1] - bounds[:, 0]]
@@ -119,6 +119,6 @@ def _readings(
 
 
 def _sums(values: Array, bounds: Index) -> Array:
-    """Sums over frames [start, stop) of each row of bounds (runs, 2)."""
+    """Return sums over frames [start, stop) for each row of bounds (runs, 2)."""
     total = np.concatenate([[0.0], np.cumsum(values)])
     return np.asarray(total[bounds[:, 1]] - total[bounds[:, 0]])

@@ -13,11 +13,11 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-# The child is said to follow only in part where both edges show it: x + y jumps there by so many
-# of its σ and by so much of what P jumps, and both P's jumps and those of x + y close. The longest
-# edges may be parts of softer onsets, of which each signal's prediction takes its own share.
+# The child follows only in part if both edges show it: x + y jumps there by so many of its σ and by
+# so much of P's jump, and both P's jumps and those of x + y close. The longest edges may be parts
+# of softer onsets, which each signal's prediction follows to a different degree.
 NOT_FOLLOWED_SIGMA, NOT_FOLLOWED = 5.0, 0.08
-LEAST_FOLLOWED = 0.3  # below, one joint alone jumps, and that is no twist error
+LEAST_FOLLOWED = 0.3  # below, one joint alone jumps, which is no twist error
 CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 
 
@@ -25,8 +25,8 @@ CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 class Course:
     """An interval from frame `start` on: twist error of P per frame, radians, (frames,).
 
-    residual: what is left at the closing edge, radians; followed: the share of it by which C turns
-    back, 1 but where both edges show that it is less.
+    residual: the remainder at the closing edge, radians; followed: the share by which C turns back,
+    1 unless both edges show that it is less.
     """
 
     start: int
@@ -38,10 +38,10 @@ class Course:
 def offsets_of(
     pairs: Sequence[Pair], table: PairTable, counter: CounterRotation, chain: int, step: Mask
 ) -> list[Course]:
-    """The course of each interval.
+    """Return the course of each interval.
 
-    The error is the running sum of its steps; what is left at the end is shared by variance. Where
-    C turns back only in part, P's own jumps say how large it is.
+    The error is the running sum of its steps; the remainder at the end is distributed by variance.
+    If C turns back only in part, P's own jumps give the size of the error.
     """
     d, variance = counter.d[chain], counter.sigma[chain] ** 2
     closed = [p for p in pairs if p.opening >= 0 and p.closing >= 0]
@@ -56,11 +56,11 @@ def offsets_of(
 def _as_p_shows(
     course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
 ) -> Course:
-    """The course as P's own jumps say, where C clearly follows them in part; else as it is."""
+    """Return the course by P's own jumps if C clearly follows them in part; else unchanged."""
     edges = table.edges
     at = [slice(int(edges.start[k]), int(edges.stop[k])) for k in pair[:2]]
     x, y = (np.array([r[chain, a].sum() for a in at]) for r in (counter.rx, counter.ry))
-    # Of one sign, so that they are alike if they close; a turn away from δ is no nearer to −y.
+    # With one sign, so that they are alike if they close; a turn away from δ is no nearer to −y.
     x[1], y[1] = -x[1], -y[1]
     apart = wrap(x + y)
     child = wrap(-y)
@@ -72,7 +72,7 @@ def _as_p_shows(
     sigma = np.hypot(sigma_x, sigma_y)
     size = np.abs(parent)
     if (
-        not size.all()  # where P stands still there is nothing that C could follow
+        not size.all()  # if P does not move there is nothing for C to follow
         or max(a.stop - a.start for a in at) >= LONGEST
         or (child * parent < LEAST_FOLLOWED * parent**2).any()
         or (apart * parent < NOT_FOLLOWED * parent**2).any()
@@ -91,7 +91,7 @@ def _as_p_shows(
 
 
 def _alike(values: Array, sigma: Array, size: Array) -> bool:
-    """Whether the values of both edges differ by no more than their scales allow."""
+    """True if the values of both edges differ by no more than their scales allow."""
     allowed = CLOSES_SIGMA * np.hypot(*sigma) + CLOSES_SHARE * size.max() + CLOSES
     return bool(abs(values[0] - values[1]) <= allowed)
 
@@ -99,7 +99,7 @@ def _alike(values: Array, sigma: Array, size: Array) -> bool:
 def _closed(
     pairs: Sequence[Pair], table: PairTable, d: Array, variance: Array, step: Mask
 ) -> list[Course]:
-    """All intervals with two edges, their frames strung together in one array."""
+    """Return all intervals with two edges, their frames strung together in one array."""
     if not pairs:
         return []
     edges = table.edges
@@ -135,7 +135,7 @@ def _closed(
 
 
 def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
-    """An interval from or to a border: the level before or after its one edge."""
+    """Return an interval from or to a border: the level before or after its one edge."""
     edges, k = table.edges, max(pair.opening, pair.closing)
     start, stop = int(edges.start[k]), int(edges.stop[k])
     jumps = d[start:stop] + wrap(edges.jump[k] - d[start:stop].sum()) / (stop - start)

@@ -25,26 +25,27 @@ from twistcore.work.frozen import dataclass
 
 PRIOR = 20.0  # of an interval: two natural jumps that close by chance gain less in 2.9 rich minutes
 BORDER_PRIOR = 12.0  # of an interval cut by a border: one edge, nothing closes
-# Cost LENGTH·log(1 + frames / LENGTH_FRAMES): more may happen by chance.
+# Cost LENGTH·log(1 + frames / LENGTH_FRAMES): more may happen by chance in longer intervals.
 LENGTH, LENGTH_FRAMES = 4.0, 30.0
-SMALL_STEP, SMALL_SHARE = float(np.radians(8.0)), 0.4  # jitter inside, beside the closing jump
-# Jitter beside any jump: three σ of the difference of two values that jitter by 1°. Measured
-# against 3.5°: Daz H4 99.74 → 99.82 %, H8+H4 99.50 → 99.73 %; nothing else moves.
+SMALL_STEP, SMALL_SHARE = float(np.radians(8.0)), 0.4  # jitter inside, relative to the closing jump
+# Jitter relative to any jump: three σ of the difference of two values that jitter by 1°. Measured
+# against 3.5°: Daz H4 99.74 → 99.82 %, H8+H4 99.50 → 99.73 %; nothing else changes.
 ALWAYS_SMALL = float(np.radians(4.25))
-SMALL_COST, STEP_COST = 8.0, 30.0  # a real step inside is dear, or neighbours would merge
+SMALL_COST, STEP_COST = 8.0, 30.0  # a real step inside is expensive, or neighbours would merge
 COUNTED = float(np.radians(1.5))  # smaller steps inside are free: they cannot begin an interval
 FOLLOW_COST, FOLLOW_ALL_COST = 2.0, 4.0
-TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005  # of closing, beside the scales
+TOLERANCE, TOLERANCE_SHARE = float(np.radians(0.05)), 0.005  # of closing, in addition to the scales
 CLOSING_CAP = 25.0
-# An unpaired jump's shorter side is applied up to this long, frames where seconds are fewer, and up
-# to this share of the other side: which is wrong says their length alone. What is longer is open.
+# The shorter side of an unpaired jump is applied up to this length, in frames if that is more than
+# the seconds, and up to this share of the other side: only the length shows which side is wrong.
+# Longer ones are open.
 SHORT_SECONDS, SHORT_FRAMES, SHORT_SHARE = 0.7, 24, 0.5
-USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # what is longer must be surer
-SPANNING = 0.125  # of a pair's length beside it in its segment: these ends are the error instead
+USUAL_SECONDS, UNUSUAL_COST = 0.25, 4.5  # longer intervals must be surer
+SPANNING = 0.125  # of a pair's length next to it in its segment: the ends may be the errors instead
 OPEN_GAIN = 20.0  # both signals must show an unpaired jump clearly
 BAND = 512  # edges an interval may span
-BLOCK = 64  # rows of the table made at once
-SMALLEST = float(np.radians(0.3))  # edges below are never asked for
+BLOCK = 64  # rows of the table computed at once
+SMALLEST = float(np.radians(0.3))  # smaller edges are never used
 LEVEL, STEPS, ALL = 0, 1, 2  # what an interval's offset follows: its edges, its events, every frame
 
 
@@ -61,8 +62,8 @@ class Pair(NamedTuple):
 class Block:
     """Gains of closing edges `first_row`… with openings `first_column`…, −inf where ≤ 0.
 
-    Few pairs gain anything, so only these are kept. shape: rows, columns; at: the places of those
-    that do, flat and ascending; gains: theirs; kinds: what they follow; (n,) each.
+    Few pairs gain anything, so only those are stored. shape: rows, columns; at: their places, flat
+    and ascending; gains: their gains; kinds: what they follow; (n,) each.
     """
 
     first_row: int
@@ -74,21 +75,21 @@ class Block:
 
     @classmethod
     def of(cls, first_row: int, first_column: int, gain: Array, follows: NDArray[np.int8]) -> Block:
-        """From the gains of all its pairs and what they follow, (rows, columns) both."""
+        """Return the block of the gains of all pairs and what they follow, each (rows, columns)."""
         at = np.flatnonzero(np.isfinite(gain))
         some = gain.ravel()[at], follows.ravel()[at]
         return cls(first_row, first_column, gain.shape, at.astype(np.int32), *some)
 
     @property
     def gain(self) -> Array:
-        """Of all pairs, (rows, columns)."""
+        """Return the gains of all pairs, (rows, columns)."""
         out = np.full(self.shape, -np.inf)
         out.ravel()[self.at] = self.gains
         return out
 
     @property
     def follows(self) -> NDArray[np.int8]:
-        """What all pairs follow, (rows, columns); LEVEL where nothing is gained."""
+        """Return what all pairs follow, (rows, columns); LEVEL without a gain."""
         out = np.zeros(self.shape, dtype=np.int8)
         out.ravel()[self.at] = self.kinds
         return out
@@ -104,7 +105,7 @@ class PairTable:
     blocks: tuple[Block, ...]
 
     def partners(self, edge: int) -> dict[int, float]:
-        """What an edge gains with each other that it may open or close an interval with."""
+        """Return the gain of an edge with each partner for an interval."""
         found: dict[int, float] = {}
         for block in self.blocks:
             row, column = edge - block.first_row, edge - block.first_column
@@ -120,9 +121,9 @@ class PairTable:
 
 
 def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
-    """Of d and σ² over the steps, then over all frames, up to each frame, (4, frames + 1).
+    """Return sums of d and σ² over steps, then over all frames, up to each frame, (4, frames + 1).
 
-    Radians and radians². The same for all segments of a chain: a long clip has hundreds.
+    Radians and radians². They are the same for all segments of a chain: a long clip has hundreds.
     """
     d, var = counter.d[chain], counter.sigma[chain] ** 2
     sums = np.stack([d * step, var * step, d, var]).cumsum(axis=1)
@@ -130,7 +131,7 @@ def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
 
 
 def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
-    """Gains of all pairs of edges within frames [low, high); sums: the chain's running ones."""
+    """Return the gains of all pairs of edges within frames [low, high); sums: of the chain."""
     inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
     edges = edges[inside]
     between = sums[:, edges.start], sums[:, edges.stop]
@@ -142,7 +143,7 @@ def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
 
 
 def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Block:
-    """Gains of closing edges first…last − 1.
+    """Return the gains of closing edges first…last − 1.
 
     sums: of d and σ² over the steps, then over all frames, up to each edge's start and stop.
     """
@@ -157,7 +158,7 @@ def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Bl
     inner = (edges.gain[col] - cost) * counts
     explained = inner[:, ::-1].cumsum(axis=1)[:, ::-1] - inner
     own = edges.gain[col] + edges.gain[row, None] - PRIOR
-    # A sum cannot close by more than TOLERANCE allows; what then gains nothing is left out.
+    # A sum cannot close by more than TOLERANCE allows; pairs that then gain nothing are left out.
     at = np.nonzero((own + np.maximum(explained, 0.0) > -_MOST_CLOSING) & possible)
     i, j = at[0] + first, at[1] + begin
     explained = explained[at]
@@ -191,13 +192,13 @@ _MOST_CLOSING = float(np.log(_CIRCLE / TOLERANCE))
 
 
 def _closing(residual: Array, variance: Array) -> Array:
-    """Log of how much likelier a sum is ≡ 0 than just anything on the circle."""
+    """Return the log of how much likelier a sum is ≡ 0 than any other angle on the circle."""
     sigma = np.sqrt(variance)
     return np.log(_CIRCLE / sigma) - residual_cost(wrap(residual) / sigma, CLOSING_CAP)
 
 
 def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
-    """The set of disjoint intervals of highest total gain among edges of at least τ radians."""
+    """Return the disjoint intervals of highest total gain among edges of at least τ radians."""
     asked = np.abs(table.edges.jump) >= tau
     at = np.flatnonzero(asked)
     n = len(at)
@@ -239,9 +240,9 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
 
 
 def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
-    """What edges gain that close an error from the segment's start, or open one to its end, (n,).
+    """Return the gains of edges that close an error from the start, or open one to the end.
 
-    −inf where that side is long, or is not by far the shorter one.
+    Shape (n,). −inf if that side is long, or is not by far the shorter one.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start
     longest = _longest_alone(fps)
@@ -254,21 +255,22 @@ def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
 
 
 def _gain_alone(edges: Edges, side: Index) -> Array:
-    """What edges gain with a border that is `side` frames away, (n,)."""
+    """Return the gains of edges with a border that is `side` frames away, (n,)."""
     gain: Array = edges.gain - BORDER_PRIOR - LENGTH * np.log1p(side / LENGTH_FRAMES)
     return gain
 
 
 def _longest_alone(fps: float) -> int:
-    """Frames up to which a border and one edge make an interval that is applied."""
+    """Return the frames up to which a border and one edge make an interval that is applied."""
     return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
 
 
 def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]:
-    """For every edge asked for, the pairs that it may close.
+    """Return, for every edge asked for, the pairs that it may close.
 
-    A pair is left out where a nearer opening gains as much: it could take its place. So is one that
-    spans nearly all of the segment, or most of it where two errors at its ends gain more.
+    A pair is left out if a nearer opening gains as much, since that could replace it. A pair is
+    also left out if it spans nearly all of the segment, or most of it while two errors at its ends
+    gain more.
     """
     out: list[list[Pair]] = []
     edges, whole = table.edges, table.high - table.low
@@ -302,7 +304,7 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
 
 
 def unpaired(table: PairTable, pairs: Sequence[Pair], tau: float) -> list[Pair]:
-    """Clear jumps that no interval explains, each as its shorter side of the segment."""
+    """Return clear jumps that no interval explains, each as its shorter side of the segment."""
     edges = table.edges
     clear = (np.abs(edges.jump) >= tau) & (edges.gain >= OPEN_GAIN) & edges.primary
     out: list[Pair] = []

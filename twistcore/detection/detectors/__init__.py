@@ -1,1 +1,1 @@
-"""The program's detectors, a file each: its name is the detector's, its DETECTOR the detector."""
+"""The program's detectors: one file each, named after the detector, whose constant is DETECTOR."""

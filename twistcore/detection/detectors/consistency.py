@@ -14,13 +14,13 @@ from twistcore.work.progress import Tell
 
 
 class ConsistencyDetector:
-    """Counter-rotation beyond what natural motion explains, paired into intervals that close."""
+    """Counter-rotation that natural motion does not explain, paired into intervals that close."""
 
     info = DetectorInfo(
         name="consistency",
         label="our detector",
         short="Ours",
-        measures="Counter-rotation beyond what natural motion explains, in pairs of edges.",
+        measures="Counter-rotation that natural motion does not explain, in pairs of edges.",
         strength="strength",
         tau="noise floor",
         note="counter-rotation beyond natural motion, paired into intervals; τ auto",
@@ -30,7 +30,7 @@ class ConsistencyDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> ConsistencyAnalysis | NotatedAnalysis:
-        """Everything that does not depend on τ; tell: how far it is."""
+        """Analyse chains as far as that does not depend on τ; tell: called with the progress."""
         return analyse_chains(motion, chains, tell)
 
 

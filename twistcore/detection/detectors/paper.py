@@ -23,14 +23,14 @@ class PaperDetector:
         strength="m",
         has_confidence=False,
         limb_flips=False,
-        note="[Choi26] §3.3, angles wrapped, τ 5°; its running sum is taken out as it is",
+        note="[Choi26] §3.3, angles wrapped, τ 5°; its running sum is removed unchanged",
         action="Detect with the paper's detector",
     )
 
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> PaperAnalysis:
-        """Everything that does not depend on τ; tell: how far it is."""
+        """Compute the signals of chains, independent of τ; tell: called with the progress."""
         return PaperAnalysis(signals_of_chains(motion, chains, tell))
 
 

@@ -1,4 +1,4 @@
-"""How likely it is that the repair of a counter-twist is right, by all that the chain shows."""
+"""The probability that the correction of a counter-twist is right, by all that its chain shows."""
 
 from twistcore.detection.evidence.judgement import Judgement, judgement_of, unanswered
 from twistcore.detection.evidence.terms import Background, Find, Terms, terms_of, usual_side

@@ -1,7 +1,7 @@
-"""The probability that a repair is right, and what speaks against it in words.
+"""The probability that a correction is right, and the doubts about it in words.
 
-A logistic score over terms whose signs physics gives; the weights were fitted on finds in public
-captures that were looked at one by one, together with injected errors: `benchmarks.evidence`.
+A logistic score over terms whose signs follow from physics. The weights were fitted on intervals in
+public captures, which were judged one by one, together with injected errors: `benchmarks.evidence`.
 """
 
 from __future__ import annotations
@@ -32,22 +32,23 @@ WEIGHTS: Mapping[str, float] = MappingProxyType(
         "long": 2.35,
     }
 )
-_LONG = 0.7  # seconds: what lasts longer is mostly motion, unless
-_LONG_TOLD = 2.0  # seconds: as long may what a silent joint tells last
+_LONG = 0.7  # seconds: longer intervals are mostly motion, with one exception:
+_LONG_TOLD = 2.0  # seconds: as long may an interval last that a silent joint shows
 _CLEAR, _SILENT = 3.0, 20.0  # nats: the azimuth is clear, or a joint that is silent elsewhere
-_AGAINST = -5.0  # nats: so one of both bones is against an error of a straight limb
+_AGAINST = -5.0  # nats: one of both bones is that much against an error of a straight limb
 _QUIET = 0.1  # degrees: a bone that hardly turns
-_SPEAKS = 0.7  # nats from which the azimuth or C's side speaks for the repair
+_SPEAKS = 0.7  # nats from which the azimuth or C's side supports the correction
 _HINGE, _OFF = 3.0, 1.0  # degrees: a joint that keeps so near to its side; how far it may leave it
-_SMALL = 3.0  # degrees: what turns by less is left for a person, unless it is clear
-_NEVER = -3.0  # log odds of a repair that takes an exact hinge apart, or of one of noise
-_MOTION = -3.0  # log odds under which a turn is taken for motion
-_SURE = 1.5  # log odds from which doubts are no news
-_TOLD = -0.4  # log odds from which a term is a doubt worth telling
+_SMALL = 3.0  # degrees: a smaller turn is left to a person, unless it is clear
+# log odds of a correction that takes an exact hinge apart, or of a correction of noise
+_NEVER = -3.0
+_MOTION = -3.0  # log odds below which a turn is taken for motion
+_SURE = 1.5  # log odds from which doubts are not listed
+_TOLD = -0.4  # log odds from which a term is listed as a doubt
 
-_USUAL = 10.0  # degrees: a fast turn of a joint of which the clip tells nothing else
+_USUAL = 10.0  # degrees: a fast turn of a joint for which the clip has no comparison
 _UNNAMED = "joint"
-# What people call the joint below a bone.
+# Everyday names for the joint below a bone.
 MIDDLE = {
     "Shoulder": "shoulder",
     "Arm": "elbow",
@@ -59,12 +60,12 @@ MIDDLE = {
 
 @dataclass(frozen=True)
 class Judgement:
-    """What the evidence about a find comes to.
+    """The result of the evidence about an interval.
 
-    score: log odds that the repair is right; doubts: what speaks against it in words, the strongest
-    first; terms: the parts of the score by name; motion: twenty to one it is motion, or the roll of
-    one joint alone, and no error; small: it turns by so little that a person has to decide, as
-    neither the azimuth nor a silent joint shows it.
+    score: log odds that the correction is right; doubts: what speaks against it in words, the
+    strongest first; terms: the parts of the score by name; motion: True if the odds are twenty to
+    one that it is motion or the roll of one joint alone, and no error; small: True if it turns by
+    so little that a person has to decide, because neither the azimuth nor a silent joint shows it.
     """
 
     score: float
@@ -75,12 +76,12 @@ class Judgement:
 
     @property
     def probability(self) -> float:
-        """Of the repair being right, 0…1."""
+        """Return the probability that the correction is right, 0…1."""
         return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, self.score))))
 
 
 def weighed(t: Terms) -> dict[str, float]:
-    """The parts of the score before their weights, by the names of :data:`WEIGHTS`."""
+    """Return the parts of the score before weighting, by the names of :data:`WEIGHTS`."""
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0
@@ -106,23 +107,23 @@ def weighed(t: Terms) -> dict[str, float]:
 
 
 def _clear(t: Terms) -> bool:
-    """Whether the azimuth shows the find at its edges, or a joint that is silent elsewhere."""
+    """True if the azimuth, or a joint that is silent elsewhere, shows the error at its edges."""
     return t.for_azimuth > _CLEAR or max(t.for_x, t.for_y) > _SILENT
 
 
 def unanswered(t: Terms) -> bool:
-    """Whether at the ends of a find one of the two bones is clearly against its turn.
+    """True if one of the two bones is clearly against the turn at either end.
 
-    Not where one hardly turns elsewhere: that it does here is evidence enough.
+    Not if a bone hardly turns elsewhere: that it does here is evidence enough.
     """
     return not t.quiet < _QUIET and min(t.for_x, t.for_y) < _AGAINST
 
 
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
-    """What the evidence comes to.
+    """Return the result of the evidence.
 
-    segment: the chain's, for the words; straight: the course of a straight limb is what found it,
-    so that both bones must turn at its ends.
+    segment: the chain's, for the words; straight: True if the course of a straight limb found the
+    error, so that both bones must turn at its ends.
     """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     motion = sum(parts.values()) < _MOTION
@@ -140,7 +141,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
     score = sum(parts.values())
     against = [n for n in sorted(parts, key=parts.__getitem__) if parts[n] <= _TOLD]
     told = dict.fromkeys([*reversed(vetoes), *against])
-    if "off_its_hinge" in told:  # which says as much
+    if "off_its_hinge" in told:  # which says the same
         told.pop("off_its_side", None)
     doubts = [_in_words(name, t, joint) for name in told if score < _SURE]
     if small:
@@ -150,7 +151,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
 
 
 def _in_words(term: str, t: Terms, joint: str) -> str:
-    """A term that speaks against a repair as people read it; '' for one that says nothing new."""
+    """Return a term against a correction as a clause; '' if it adds nothing new."""
     if term == "noise":
         return f"there is a burst of noise of {t.noise:.0f}°"
     if term == "off_its_hinge":
@@ -173,7 +174,7 @@ def _in_words(term: str, t: Terms, joint: str) -> str:
     if term == "long":
         return f"it lasts {t.seconds:.1f} s, longer than almost any error"
     if term == "unanswered":
-        return "one of the two bones does not turn with it where it begins and ends"
+        return "one of the two bones does not turn where the interval begins or ends"
     if term == "small":
         return (
             f"it turns by only {t.step:.1f}°, and neither a joint at rest nor the azimuth shows it"

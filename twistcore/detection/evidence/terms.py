@@ -1,7 +1,7 @@
-"""What speaks for and against a repair, term by term, each measured against the rest of the clip.
+"""The evidence for and against a correction, term by term, each relative to the rest of the clip.
 
-All angles in degrees. A term of evidence is in nats: the cost of a turn if it is motion less its
-cost if it is the error, in the scale that the same signal has elsewhere in the clip at that pace.
+All angles in degrees. A term of evidence is in nats: the cost of a turn as natural motion minus its
+cost as the error, in the scale that the same signal has elsewhere in the clip at that pace.
 """
 
 from __future__ import annotations
@@ -21,23 +21,23 @@ from twistcore.skeleton.medians import median, quantile
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-BENT = 0.117  # sin² of a bend of 20°: where the azimuth can be trusted at an edge
-_LEAST = 0.3  # an edge that turns by less tells nothing
+BENT = 0.117  # sin² of a bend of 20°, from which the azimuth at an edge can be trusted
+_LEAST = 0.3  # an edge that turns by less shows nothing
 _REACHED = 0.8  # of the largest offset: there an edge ends
-_BONE = 2.5  # by how much a bone's direction is uncertain: over sin(bend) that of the azimuth
-_ELSEWHERE = 1.0  # seconds without finds from which the clip tells what is natural
+_BONE = 2.5  # uncertainty of a bone's direction; divided by sin(bend): of the azimuth
+_ELSEWHERE = 1.0  # seconds without errors that show natural motion
 _BESIDE = 0.1  # seconds on either side of an edge
-_NOISE = 3  # frames beside a find in which a burst of noise speaks against it
-_EXACT, _ENOUGH = 0.5, 20  # degrees off a hinge that the rig makes; frames that tell it
-_STRAIGHT = np.sin(np.radians(3.0))  # of a limb straighter than so even that hinge says nothing
-_NEAR = 0.6  # seconds in which an edge's neighbours count for more
+_NOISE = 3  # frames next to an error in which a burst of noise counts against it
+_EXACT, _ENOUGH = 0.5, 20  # degrees off a hinge built into the rig; frames that show it
+_STRAIGHT = np.sin(np.radians(3.0))  # in a straighter limb even that hinge shows nothing
+_NEAR = 0.6  # seconds in which an edge's neighbours have more weight
 
 
 @dataclass(frozen=True, eq=False)
 class Find:
-    """Frames [start, stop) and what is to be taken out of P's twist there, degrees.
+    """Frames [start, stop) of an error, and the angle to remove from P's twist there, degrees.
 
-    silent: whether a joint that is silent elsewhere tells it.
+    silent: True if a joint that is silent elsewhere shows it.
     """
 
     start: int
@@ -47,14 +47,14 @@ class Find:
 
     @classmethod
     def of(cls, interval: Interval) -> Find:
-        """An interval's."""
+        """Return the find for an interval."""
         silent = bool((interval.evidence or {}).get("silent_joint"))
         return cls(interval.start, interval.stop, np.degrees(interval.offset), silent)
 
 
 @dataclass(frozen=True)
 class Edge:
-    """Frames [start, stop) in which the offset comes or goes, and by how much, degrees."""
+    """Frames [start, stop) in which the offset rises or falls, and by how much, degrees."""
 
     start: int
     stop: int
@@ -62,24 +62,25 @@ class Edge:
 
     @property
     def width(self) -> int:
-        """Length in frames."""
+        """The number of frames."""
         return self.stop - self.start
 
 
 @dataclass(frozen=True)
 class Terms:
-    """The evidence about one find.
+    """The evidence about one error.
 
-    hinged: whether the chain has an azimuth; for_x, for_y, for_azimuth: nats at the edges that the
-    witness turns as the error would; rougher: nats by which the azimuth runs rougher with the
-    repair; edge_bend: sin² of the bend at its best edge; off_before, off_after: how far C's bone is
-    from its side elsewhere, NaN where unknown; side_spread: how far 95 % of the rest of the
-    clip is from it at most, NaN likewise; for_side: the same in nats; least_bend; together:
-    turn of P and C together at the edges over the offset's; rate: such counter-turns a second
-    elsewhere, None where too little is free of finds; natural: their 99 % quantile; step: of the
-    smaller edge; seconds: its length; quiet: how far the quieter of P and C usually turns in as
-    many frames as an edge has, degrees, NaN where unknown; silent: a joint that is silent elsewhere
-    tells it at any pace; noise: σ of a burst of it in the find or beside it, 0 for none.
+    hinged: True if the chain has an azimuth; for_x, for_y, for_azimuth: nats at the edges that the
+    witness turns as the error would; rougher: nats by which the azimuth is rougher after the
+    correction; edge_bend: sin² of the bend at its best edge; off_before, off_after: how far C's
+    bone is from its usual side before and after, NaN if unknown; side_spread: how far 95 % of the
+    rest of the clip is from it at most, NaN if unknown; for_side: the same in nats; least_bend;
+    together: turn of P and C together at the edges over the offset's; rate: such counter-turns a
+    second elsewhere, None if there is too little motion without errors; natural: their 99 %
+    quantile; step: of the smaller edge; seconds: its length; quiet: how far the quieter of P and C
+    usually turns in as many frames as an edge has, degrees, NaN if unknown; silent: True if a joint
+    that is silent elsewhere shows it at any pace; noise: σ of a burst of noise at the error or next
+    to it, 0 for none.
     """
 
     hinged: bool
@@ -104,36 +105,36 @@ class Terms:
 
 
 def terms_of(background: Background, find: Find) -> Terms:
-    """The evidence about a find of a chain, measured against the rest of it."""
+    """Return the evidence about an error of a chain, relative to the rest of the chain."""
     return _Measured(background.without(find), find).terms()
 
 
 @dataclass(frozen=True, eq=False)
 class Background:
-    """What a chain does where nothing was found: what all its finds are measured against.
+    """The motion of a chain outside its errors, with which all its errors are compared.
 
-    taken: frames of all finds of the chain, (frames,).
+    taken: frames of all errors of the chain, (frames,).
     """
 
     chain: Witnesses
     taken: Mask
     _known: dict[tuple[str, int], _Usual] = field(default_factory=dict)  # the latest few
-    _against: dict[int, _Against] = field(default_factory=dict)  # likewise
+    _against: dict[int, _Against] = field(default_factory=dict)  # the latest few
 
     @classmethod
     def of(cls, chain: Witnesses, finds: Iterable[Find]) -> Background:
-        """That of a chain with all its finds."""
+        """Return the background of a chain with all its errors."""
         return cls(chain, taken_by(chain.frames, finds))
 
     def without(self, find: Find) -> Background:
-        """The same where the find is taken too."""
+        """Return the background with the frames of another error excluded, too."""
         if self.taken[find.start : find.stop].all():
             return self
         return Background(self.chain, self.taken | taken_by(self.chain.frames, [find]))
 
     @cached_property
     def busy(self) -> Mask:
-        """Frames of finds, one more on either side: they tell nothing of natural motion."""
+        """Return frames of errors and one more on either side: they show no natural motion."""
         busy = self.taken.copy()
         busy[:-1] |= self.taken[1:]
         busy[1:] |= self.taken[:-1]
@@ -141,17 +142,17 @@ class Background:
 
     @cached_property
     def _busy_before(self) -> NDArray[np.int32]:
-        """How many busy frames there are before each, (frames + 1,)."""
+        """Return the number of busy frames before each, (frames + 1,)."""
         return np.concatenate([[0], np.cumsum(self.busy, dtype=np.int32)]).astype(np.int32)
 
     @cached_property
     def side(self) -> Side | None:
-        """The usual side of C's bone."""
+        """The usual side of C's bone, or None."""
         return usual_side(self.chain, self.busy)
 
     @cached_property
     def spread(self) -> float:
-        """How far C's bone is from its usual side, in the scale of most of the clip; degrees."""
+        """Return how far C's bone usually is from its usual side; degrees."""
         if self.side is None:
             return math.nan
         there = ~self.busy & (self.chain.sine > (_STRAIGHT if self.side.exact else ALONG))
@@ -160,13 +161,13 @@ class Background:
 
     @cached_property
     def known_azimuth(self) -> Mask:
-        """Frames in which a change of the azimuth's pace is known, which takes three, (frames,)."""
+        """Return where a change of the azimuth's pace is known, over three frames, (frames,)."""
         both = self.chain.both_frames
         return np.asarray(np.minimum(both, np.append(both[1:], 0.0)) > ALONG)
 
     @cached_property
     def roughness(self) -> float:
-        """The scale of the changes of the azimuth's pace, degrees."""
+        """Return the scale of the changes of the azimuth's pace, degrees."""
         known = self.known_azimuth
         rough = np.zeros(self.chain.frames)
         rough[1:-1] = wrapped(np.diff(self.chain.azimuth_turns[1:]))
@@ -175,7 +176,7 @@ class Background:
         return scale(usual, 0.02) if len(usual) > 10 else 5.0
 
     def usual(self, name: str, width: int) -> _Usual:
-        """What a signal turns in so many frames beyond its pace, where nothing was found."""
+        """Return the turns of a signal over `width` frames beyond its pace, outside of errors."""
         if (name, width) not in self._known:
             chain = self.chain
             turned = chain.beyond_pace(name, width)
@@ -191,7 +192,7 @@ class Background:
         return self._known[name, width]
 
     def against(self, width: int) -> _Against:
-        """How far P and C turn against each other in so many frames, where nothing was found."""
+        """Return how far P and C turn against each other over `width` frames, outside of errors."""
         if width not in self._against:
             c, reach = self.chain, reach_at(self.chain.fps)
             around = 2 * (width // 2 + reach) + width
@@ -216,7 +217,7 @@ class Background:
 
 @dataclass(frozen=True, eq=False)
 class _Usual:
-    """Turns beyond the pace, degrees; where free of finds; their scale, NaN for too few."""
+    """Turns beyond the pace, degrees; where without errors; their scale, NaN if too few."""
 
     turned: Array
     free: Mask
@@ -225,7 +226,7 @@ class _Usual:
 
 @dataclass(frozen=True, eq=False)
 class _Against:
-    """Turns of P and C against each other, degrees, −1 where not free; free frames; 99 % of all."""
+    """Turns of P and C against each other, degrees, −1 near errors; free frames; 99 % quantile."""
 
     turned: Array
     free: int
@@ -233,19 +234,19 @@ class _Against:
 
 
 def reach_at(fps: float) -> int:
-    """Frames that are beside an edge."""
+    """Return the number of frames that count as next to an edge."""
     return max(4, round(_BESIDE * fps))
 
 
 class _Measured:
-    """One find and what is derived from it."""
+    """One error with the values derived from it."""
 
     def __init__(self, background: Background, find: Find) -> None:
         self.background, self.chain, self.find = background, background.chain, find
 
     @cached_property
     def edges(self) -> list[Edge]:
-        """The edges of the find, at a border of the clip none."""
+        """Return the edges of the error, without those at a border of the clip."""
         size = np.abs(self.find.offset)
         half = max(len(size) // 2, 1)
 
@@ -262,7 +263,7 @@ class _Measured:
         return [e for e in made if abs(e.turn) > _LEAST]
 
     def _steps(self, low: int, high: int) -> Array:
-        """What the offset changes by in frames [low, high), in the clip's first by nothing."""
+        """Return the changes of the offset in frames [low, high), 0 in the clip's first frame."""
         frames = np.arange(low - 1, high)
         inside = (frames >= self.find.start) & (frames < self.find.stop)
         offset = np.zeros(len(frames))
@@ -302,7 +303,7 @@ class _Measured:
 
     @cached_property
     def _step(self) -> float:
-        """How far the offset turns at an edge, in the median."""
+        """Return how far the offset turns at an edge, in the median."""
         sizes = [abs(e.turn) for e in self.edges] or [float(np.abs(self.find.offset).max())]
         return median(sizes)
 
@@ -310,14 +311,14 @@ class _Measured:
         return float(self.chain.both_frames[max(edge.start - 1, 0) : edge.stop + 1].min())
 
     def _turn(self, turns: Array, edge: Edge) -> Array:
-        """How far a signal turns at an edge beyond the pace of two frames on either side."""
+        """Return how far a signal turns at an edge beyond the pace of two frames on either side."""
         before = turns[max(edge.start - PACE, 1) : edge.start]
         beside = np.concatenate([before, turns[edge.stop : edge.stop + PACE]])
         pace = beside.mean(axis=0) if len(beside) else np.zeros(turns.shape[1:])
         return np.asarray(turns[edge.start : edge.stop].sum(axis=0) - edge.width * pace)
 
     def _for(self, name: str, edge: Edge, expected: float) -> float:
-        """Nats for a signal that turns by what is expected at an edge, against by nothing."""
+        """Return nats for a signal that turns as expected at an edge, against not turning."""
         c = self.chain
         turns: Array = getattr(c, name)
         usual = self.background.usual(name, edge.width)
@@ -346,7 +347,7 @@ class _Measured:
         return float(np.linalg.norm(turn) / abs(edge.turn))
 
     def _rougher(self) -> float:
-        """Nats by which the azimuth runs rougher over the edges once the find is taken out."""
+        """Return nats by which the azimuth over the edges is rougher after the correction."""
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0
@@ -368,7 +369,7 @@ class _Measured:
         return float((residual_cost(then / sigma) - residual_cost(now / sigma)).sum())
 
     def _side(self) -> tuple[float, float, float, float]:
-        """How far C's bone is from its side elsewhere, before and after; its spread; and nats."""
+        """Return the distance of C's bone from its side, before and after; its spread; and nats."""
         unknown = math.nan, math.nan, math.nan, 0.0
         usual = self.background.side
         if usual is None:
@@ -392,7 +393,7 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """How often P and C turn against each other so elsewhere, a second; the 99 % quantile."""
+        """Return how often P and C turn like that elsewhere, a second; and the 99 % quantile."""
         width = max(1, round(median([e.width for e in self.edges] or [1])))
         against = self.background.against(width)
         seconds = against.free / self.chain.fps
@@ -405,9 +406,9 @@ class _Measured:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """How far C's bone is from its usual side, degrees, (frames,), and 95 % of the clip at most.
+    """The distance of C's bone from its usual side, degrees, (frames,), and its 95 % quantile.
 
-    exact: it keeps to it wherever the limb is bent at all, as a rig makes it.
+    exact: True if it keeps to that side whenever the limb is bent at all, as if built into the rig.
     """
 
     off: Array
@@ -416,9 +417,9 @@ class Side:
 
 
 def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
-    """The side to which C's bone leaves P's in most of the clip; None where that is not known.
+    """Return the side to which C's bone leaves P's in most of the clip; None if unknown.
 
-    busy: frames that say nothing of it, (frames,).
+    busy: frames to leave out, (frames,).
     """
     if not chain.hinged:
         return None
@@ -436,7 +437,7 @@ def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
 
 
 def scale(residuals: Array, least: float) -> float:
-    """1.48 (mean √|r|)²: a scale that a few outliers do not widen."""
+    """Return 1.48 (mean √|r|)²: a scale that a few outliers do not widen."""
     return max(1.48 * float(np.mean(np.sqrt(np.abs(residuals)))) ** 2, least)
 
 
@@ -452,7 +453,7 @@ def _weighted_quantile(values: Array, weights: Array, share: float) -> float:
 
 
 def taken_by(frames: int, finds: Iterable[Find]) -> Mask:
-    """Frames in which any of the finds lies, (frames,)."""
+    """Return frames in which any of the errors lies, (frames,)."""
     taken = np.zeros(frames, dtype=bool)
     for find in finds:
         taken[find.start : find.stop] = True

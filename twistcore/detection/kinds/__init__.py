@@ -1,1 +1,1 @@
-"""The kinds of error, a file each: its name is the constant's, its KIND what is shown of it."""
+"""The kinds of error: one file each, named after the constant, with its description as KIND."""

@@ -7,6 +7,6 @@ KIND = KindInfo(
     label="Helper rolls",
     short="helper",
     place=30,
-    repair="roll",  # never unasked: nothing measures how sure one is
+    repair="roll",  # never automatically: its confidence was not measured
     here="helper roll {frames} of {joint} ({size})",
 )

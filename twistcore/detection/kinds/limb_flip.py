@@ -9,6 +9,6 @@ KIND = KindInfo(
     place=20,
     repair="swivel",
     automatic=True,
-    weight=1.5,  # a knee that is on the wrong side shows more
+    weight=1.5,  # a knee on the wrong side is more visible
     here="limb flip {frames} ({size})",
 )

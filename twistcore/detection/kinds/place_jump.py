@@ -1,4 +1,4 @@
-"""The place of the root, or of a joint with position channels, jumps: found by `all_joints/`."""
+"""The position of the root, or of a joint with position channels, jumps: found by `all_joints/`."""
 
 from twistcore.detection.kind import KindInfo
 

@@ -1,4 +1,4 @@
-"""A joint leaves its way for a frame or a few and comes back: found by `all_joints/`."""
+"""A joint leaves its path for a frame or a few and comes back: found by `all_joints/`."""
 
 from twistcore.detection.kind import KindInfo
 

@@ -1,9 +1,9 @@
 """The cheapest explanation of a limb's jumps: runs of frames in which it is flipped.
 
-Every sharp jump is either the edge of a run, followed inside one, or left, at a price. What a run
-costs grows with its length and with what its edges do not close; it falls by what speaks for the
-other side: where the clip itself has the limb's middle joint about the line, by frequency. Costs
-are logarithms of odds, so their differences say how sure an explanation is.
+Every sharp jump is the edge of a run, is followed inside one, or is left, at a price. The cost of a
+run grows with its length and with what its edges leave open. It falls with the evidence for the
+other side: how often the limb's middle joint is at each angle about the line in the clip itself.
+Costs are logarithms of odds, so their differences show how sure an explanation is.
 """
 
 from __future__ import annotations
@@ -19,34 +19,36 @@ from twistcore.detection.prediction import Mask
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-RUN = 1.0  # for a flip at all
-FOLLOWED = 2.5  # for a jump inside it: dearer than another run
-SECOND = 4.0  # for a second of it
-CLOSING = 1.0 / math.radians(80.0)  # for a radian that its edges do not close
+RUN = 1.0  # for any flip
+FOLLOWED = 2.5  # for a jump inside it: more expensive than another run
+SECOND = 4.0  # for each second of it
+CLOSING = 1.0 / math.radians(80.0)  # for each radian that its edges leave open
 NEVER_CLOSED = math.radians(110.0)  # no run
-UNCLOSED, CLOSED = 0.6, math.radians(15.0)  # and once for more than rounding and motion leave
+# and once if more is left open than rounding and motion explain
+UNCLOSED, CLOSED = 0.6, math.radians(15.0)
 SOFT = 0.8  # for an edge that takes several frames
-LEFT = 6.0  # for a sharp jump that stays, from FULL_TURN on
+LEFT = 6.0  # for a sharp jump that is left, from FULL_TURN on
 FULL_TURN = math.radians(120.0)
-NATURAL, UNNATURAL = 4.0, 8.0  # times the limb's own scale: a jump left costs nothing; all
-STEP, UNSTILL = 0.06, 0.4  # with an end that jumps further, of the limb's length, less of it
+# times the limb's own scale: a smaller jump costs nothing if left; a larger one costs all
+NATURAL, UNNATURAL = 4.0, 8.0
+STEP, UNSTILL = 0.06, 0.4  # if its end jumps further, of the limb's length; the cost falls by this
 LONGEST, LONGEST_SOFT = 3.0, 0.25  # seconds; with a soft edge
-MOST_SIDE = 6.0  # frames speak for a side together no louder than a jump
+MOST_SIDE = 6.0  # frames together say no more about the side than a jump
 MOST_FOLLOWED = 4
-OBSERVATION = 0.08  # seconds of neighbouring frames tell no more than one
+OBSERVATION = 0.08  # seconds of neighbouring frames say no more than one frame
 FULL_HEIGHT = 0.1  # of the limb's length: a middle joint nearer to the line says less
-ROUNDS = 3  # runs found, the clip's own side estimated without them, runs found again
+ROUNDS = 3  # find runs, estimate the clip's usual side without them, find runs again
 _BINS, _BLUR = 72, 25.0  # of the density about the line; degrees
 _ANYWHERE = 0.1  # share of a density that is even
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """Frames from start on in which a limb is flipped by `offset`, radians, (frames,).
+    """Frames from `start` on in which a limb is flipped by `offset`, radians, (frames,).
 
-    first, last: the jumps that are its edges; followed: those inside; residual: what they do not
-    close; side: what speaks for the other side; odds: by how much every explanation without it is
-    dearer.
+    first, last: the jumps at its edges; followed: the jumps inside; residual: what they leave open;
+    side: the evidence for the other side; odds: how much more expensive every explanation without
+    it is.
     """
 
     start: int
@@ -60,7 +62,7 @@ class Run:
 
     @property
     def stop(self) -> int:
-        """The frame behind the last."""
+        """The frame after the last."""
         return self.start + len(self.offset)
 
 
@@ -69,7 +71,7 @@ Density = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class _Arc:
-    """From all jumps before `source` explained to all before `target`; run: what is in between."""
+    """A step from all jumps before `source` explained to all before `target`; run: in between."""
 
     source: int
     target: int
@@ -80,10 +82,10 @@ class _Arc:
 def explain(
     jumps: Sequence[Jump], angle: Array, height: Array, capture: Mask, fps: float
 ) -> list[Run]:
-    """Runs in a stretch of frames, by start.
+    """Return the runs in a stretch of frames, by start.
 
     jumps: by start; angle, height: of the swivel, (frames,); capture: frames that count for the
-    clip's own side, (frames,).
+    clip's usual side, (frames,).
     """
     if not any(j.leads for j in jumps):
         return []
@@ -96,9 +98,9 @@ def explain(
 
 @dataclass(frozen=True, eq=False)
 class Left:
-    """A jump that stays: what that costs, and the run with it that pays best, if there may be one.
+    """A jump that is left: its cost, and the best run with it, if there may be one.
 
-    price: of that run; spared: what its jumps cost if they stay.
+    price: of that run; spared: the cost of its jumps if they are left.
     """
 
     cost: float
@@ -116,7 +118,7 @@ def left(
     capture: Mask,
     fps: float,
 ) -> Left:
-    """Why a jump is left by :func:`explain`, which found `runs`; the rest as there."""
+    """Return why :func:`explain`, which found `runs`, leaves a jump; other parameters as there."""
     best = Left(_price_left(jump))
     for arc in _ways(jumps, angle, height, capture, fps, runs):
         if (run := arc.run) is not None and (run.first is jump or run.last is jump):
@@ -134,7 +136,7 @@ def _ways(
     fps: float,
     runs: Sequence[Run],
 ) -> list[_Arc]:
-    """All ways on, where the clip's own side is that outside of the runs known so far."""
+    """Return all steps, with the clip's usual side outside of the runs known so far."""
     own = capture.copy()
     for run in runs:
         own[run.start : run.stop] = False
@@ -144,7 +146,7 @@ def _ways(
 
 
 def _log_density(angle: Array, weight: Array) -> Density:
-    """Logarithm of how often the limb stands at an angle; radians of any shape in and out."""
+    """Return the log of how often the limb is at an angle; radians of any shape in and out."""
     count, _ = np.histogram(angle, _BINS, (-np.pi, np.pi), weights=weight)
     apart = 360.0 / _BINS * ((np.arange(_BINS) + _BINS // 2) % _BINS - _BINS // 2)
     blur = np.exp(-0.5 * (apart / _BLUR) ** 2)
@@ -163,7 +165,7 @@ def _log_density(angle: Array, weight: Array) -> Density:
 def _arcs(
     jumps: Sequence[Jump], angle: Array, weight: Array, log: Density, fps: float
 ) -> list[_Arc]:
-    """All ways on from jump to jump, by target: one that is left, or a run between two."""
+    """Return all steps from jump to jump, by target: a jump that is left, or a run between two."""
     out = []
     as_is = log(angle) * weight
     for k, last in enumerate(jumps):
@@ -188,7 +190,7 @@ def _arcs(
 
 
 def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -> bool:
-    """Whether a run can lie between two jumps, with those inside it followed."""
+    """True if a run can lie between two jumps and follow the jumps inside."""
     between = last.start - first.stop
     if not (first.leads or last.leads) or between < 0:
         return False
@@ -220,22 +222,22 @@ def _price_left(jump: Jump) -> float:
 
 
 def _between(first: Jump, last: Jump, followed: Sequence[Jump]) -> tuple[int, Array, float]:
-    """First frame, offset and residual of the run between two jumps.
+    """Return the first frame, offset and residual of the run between two jumps.
 
-    The offset follows the jumps; what does not close is spread evenly.
+    The offset follows the jumps; the remainder is distributed evenly.
     """
     turns = np.zeros(last.stop - first.start)
     for jump in (first, last, *followed):
         turns[jump.start - first.start : jump.stop - first.start] = jump.turns
     level = np.cumsum(turns)
     residual = float(wrap(level[-1]))
-    frames = len(level) - 1  # behind the last turn all is well
+    frames = len(level) - 1  # there is no error after the last turn
     share = np.arange(1, frames + 1) / (frames + 1)
     return first.start, level[:-1] - residual * share, residual
 
 
 def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
-    """The runs on the cheapest way past all jumps, with the odds of each."""
+    """Return the runs on the cheapest way past all jumps, with the odds of each."""
     cost, best = _costs(arcs, jumps)
     runs = []
     node = jumps
@@ -250,7 +252,7 @@ def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
 
 
 def _alike(one: Run | None, other: Run) -> bool:
-    """Whether two runs are one finding: most of their frames are the same."""
+    """True if two runs are the same error: most of their frames are the same."""
     if one is None:
         return False
     shared = min(one.stop, other.stop) - max(one.start, other.start)
@@ -258,7 +260,7 @@ def _alike(one: Run | None, other: Run) -> bool:
 
 
 def _costs(arcs: Sequence[_Arc], jumps: int) -> tuple[float, list[_Arc | None]]:
-    """Least cost from the first node to the last, and the last arc of the best way to each."""
+    """Return the least cost from first to last node, and the best last step to each node."""
     cost = [0.0] + [math.inf] * jumps
     best: list[_Arc | None] = [None] * (jumps + 1)
     for arc in arcs:  # by target

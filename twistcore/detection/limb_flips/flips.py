@@ -40,16 +40,17 @@ from twistcore.work.frozen import dataclass
 from twistcore.work.progress import Tell, nobody
 
 TAU = float(np.radians(55.0))  # natural departures of 40 CMU clips at 120 Hz reach 51°
-SURE = 1.5  # odds from which a flip is taken out unasked
+SURE = 1.5  # odds from which a flip is corrected automatically
 _BESIDE = 3  # frames on either side of a flip in which C's path is compared
-SEVERAL, TOGETHER = 3, 0.5  # of so many limbs more than this share: not a limb jumps, but the pose
+# if more than this share of at least so many limbs jump, it is the pose, not a limb
+SEVERAL, TOGETHER = 3, 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class LimbFlips:
-    """One limb before any τ.
+    """One limb before a threshold is chosen.
 
-    departures: of its turn from the median around, radians; capture: neither border nor cut;
+    departures: of its turn from the median nearby, radians; capture: frames without border or cut;
     noisy: a burst of noise in any limb of the person; (frames,) each. soft: jumps of several
     frames.
     """
@@ -66,7 +67,7 @@ class LimbFlips:
     )
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Flips at τ radians, by start."""
+        """Return the flips at τ radians, by start."""
         return self._explained(self.jumps(tau))[1]
 
     def scale_at(self, frames: Index) -> Array:
@@ -74,23 +75,23 @@ class LimbFlips:
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
-        """Return how far E moves beyond the median around, of the limb's length, (n,)."""
+        """Return how far E moves beyond the median nearby, of the limb's length, (n,)."""
         step = self.swivel.step
         return np.maximum(step[frames] - around(step, frames), 0.0)
 
     def jumps(self, tau: float) -> list[Jump]:
-        """Jumps that τ radians lets lead, and those that may be their partners, by start."""
+        """Return the jumps that lead at τ radians, and their possible partners, by start."""
         sharp = sharp_jumps(self.departures, self.scale_at, self.steps_at, tau)
         return sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
 
     def left(self, jumps: Sequence[Jump], jump: Jump) -> Left:
-        """Why a jump, one of `jumps`, is no edge of a flip."""
+        """Return why a jump, one of `jumps`, is no edge of a flip."""
         runs, _ = self._explained(jumps)
         s = self.swivel
         return left(jumps, jump, runs, s.angle, s.height, self.capture, self.fps)
 
     def _explained(self, jumps: Sequence[Jump]) -> tuple[list[Run], tuple[Interval, ...]]:
-        passing = sum(j.leads for j in jumps)  # of sorted jumps their number says which
+        passing = sum(j.leads for j in jumps)  # as jumps are sorted, their number identifies them
         if passing not in self._solved:
             s = self.swivel
             runs = explain(jumps, s.angle, s.height, self.capture, self.fps)
@@ -98,7 +99,7 @@ class LimbFlips:
         return self._solved[passing]
 
     def doubts(self, run: Run) -> list[str]:
-        """What forbids an automatic correction, in words: noise, or C's path without the flip."""
+        """Return the doubts about a correction, in words: noise, or C's path without the flip."""
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
             found.append("there is a burst of noise")
@@ -110,12 +111,12 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """The departures once an offset, radians, (frames,), is taken out of the limb's turn."""
+        """Return the departures of the limb's turn minus an offset, radians, (frames,)."""
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
     def end_carried(self, start: int, offset: Array) -> bool:
-        """Whether E turned along in a flip from `start` on: it then jumps less at its edges."""
+        """True if E turned along in a flip from `start` on, so that it jumps less at the edges."""
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
         return along < kept
 
@@ -135,9 +136,9 @@ class LimbFlips:
 
 
 def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
-    """C's path over a flip and around it, as captured and with the flip taken out.
+    """Return C's path over a flip and nearby, as captured and with the flip removed.
 
-    Each its length and that of its second differences, shares of the limb's length, (2,).
+    Each as its length and the length of its second differences, shares of the limb's length, (2,).
     """
     stop = start + len(offset)
     low = max(start - _BESIDE, 0)
@@ -153,9 +154,9 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
 
 
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
-    """How far E turns at the edges of a flip once it is taken out, radians.
+    """Return how far E turns at the edges of a flip after its removal, radians.
 
-    along: E turned along with the limb and is turned back.
+    along: True if E turned along with the limb and is turned back.
     """
     end = swivel.end
     total = 0.0
@@ -173,7 +174,7 @@ def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> flo
 
 
 def _explained(limb: LimbFlips, run: Run) -> dict[str, Any]:
-    """Why a flip was found; degrees, odds as logarithms."""
+    """Return why a flip was found; degrees, odds as logarithms."""
     swivel = limb.swivel
     edges = (run.first, *run.followed, run.last)
     (length, roughness), (after, rough_after) = child_path(swivel, run.start, run.offset)
@@ -202,28 +203,28 @@ def _edge(jump: Jump) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class LimbFlipAnalysis:
-    """All limbs before any τ; what the detectors of chains answer for a chain, for a limb."""
+    """All limbs before a threshold is chosen; limbs have the methods of a detector's analysis."""
 
     limbs: Mapping[str, LimbFlips]
 
     def automatic_tau(self, limb: str) -> float:
-        """τ in radians when nobody names one: a departure of the limb's turn in one frame."""
+        """Return the automatic τ, radians: a departure of the limb's turn in one frame."""
         del limb
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """How far the limb turns in every frame beyond its motion, radians ≥ 0, (frames,)."""
+        """Return the limb's turn in each frame beyond its motion, radians ≥ 0, (frames,)."""
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:
-        """Flips of a limb at τ radians, by start."""
+        """Return the flips of a limb at τ radians, by start."""
         return self.limbs[limb].intervals(tau)
 
 
 def analyse_limbs(
     motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
 ) -> LimbFlipAnalysis:
-    """Everything that does not depend on τ; tell: how far it is."""
+    """Analyse limbs as far as that does not depend on τ; tell: called with the progress."""
     tell = tell or nobody
     border = find_cuts(motion)
     swivels = []

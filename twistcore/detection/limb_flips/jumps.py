@@ -12,24 +12,25 @@ from twistcore.skeleton.medians import medians
 from twistcore.skeleton.rotation import Array, wrap
 from twistcore.work.frozen import dataclass
 
-NEAR = 4  # frames on either side whose median is what a limb does anyway
-_SCALE_SECONDS = 0.2  # on either side: how unsteady the limb is there
+NEAR = 4  # frames on either side: their median is the limb's own motion
+_SCALE_SECONDS = 0.2  # on either side, to measure how unsteady the limb is there
 _LEAST_SCALE = float(np.radians(1.0))
 _SOFT_SECONDS = 0.15  # a soft jump takes no longer
 _SOFT_TURN = np.radians([75.0, 190.0])
 _SOFT_PACES = np.radians([1200.0, 600.0, 300.0])  # a second; a run at each of them
 _UNREST, _STRAIGHT = 0.006, 0.04  # of the limb's length, off the line
 _WEAK, _WEAK_SCALES = np.radians(25.0), 4.0
-SHARP = float(np.radians(40.0))  # what turns more in a frame is no part of a soft jump
+SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a soft jump
 
 
 @dataclass(frozen=True)
 class Jump:
     """A jump in frames [start, stop): turns, radians a frame; scale: of the limb's own motion.
 
-    step: how far the limb's end jumps in it, of the limb's length, beyond what it does around;
-    sharp: in one frame; else over several, which only together turn the limb round; leads: past τ,
-    so that it wants an explanation; the others are there to be a leading one's partner.
+    step: how far the limb's end jumps in it beyond its motion nearby, of the limb's length; sharp:
+    True for a jump in one frame, False for one over several frames, which only together turn the
+    limb round; leads: True if it exceeds τ and needs an explanation; the others are possible
+    partners.
     """
 
     start: int
@@ -42,12 +43,12 @@ class Jump:
 
     @property
     def turn(self) -> float:
-        """The whole of it."""
+        """The sum of its turns."""
         return sum(self.turns)
 
 
 def departure(turns: Array) -> Array:
-    """Turns of a limb beyond the median of the frames around them, radians, (frames,).
+    """Return a limb's turns beyond the median of nearby frames, radians, (frames,).
 
     The frame itself does not count, nor does the first, which has no turn.
     """
@@ -55,7 +56,7 @@ def departure(turns: Array) -> Array:
 
 
 def around(values: Array, frames: Index | slice = slice(None)) -> Array:
-    """Return the median of the values near each of the frames, itself and the first left out."""
+    """Return the median of the values near each of the frames, without itself and the first."""
     padded = np.full(len(values) + 2 * NEAR, np.nan)
     padded[NEAR:-NEAR] = values
     padded[: NEAR + 1] = np.nan
@@ -65,7 +66,7 @@ def around(values: Array, frames: Index | slice = slice(None)) -> Array:
 
 
 def _median(windows: Array) -> Array:
-    """Median of each row, of the numbers alone; 0 for a row without any."""
+    """Return the median of each row without NaN; 0 for a row of NaN."""
     ordered = np.sort(windows, axis=1)  # NaN last
     count = np.isfinite(ordered).sum(axis=1)
     rows, middle = np.arange(len(ordered)), np.maximum(count - 1, 0)
@@ -74,10 +75,10 @@ def _median(windows: Array) -> Array:
 
 
 def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
-    """Return how far a limb departs from its own median by nature around each of the frames.
+    """Return how far a limb naturally departs from its own median near each of the frames.
 
-    height: of its middle joint off the line, of its length: the nearer that is, the further the
-    same unrest turns it.
+    height: of its middle joint off the line, as a share of its length: the nearer that is, the
+    further the same unrest turns it.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
@@ -93,7 +94,7 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return the frames that depart by τ radians, or by less but far more than the limb does.
+    """Return frames that depart by τ radians, or by less but far more than usual for the limb.
 
     scale_at, steps_at: the limb's scale and how far its end jumps, at some frames.
     """
@@ -109,7 +110,7 @@ def sharp_jumps(
 
 
 def soft_jumps(turns: Array, sharp: Mask, fps: float) -> list[Jump]:
-    """Runs of turns of one sign that are fast, none of them sharp, and together make a flip."""
+    """Return runs of fast turns of one sign, none of them sharp, that together make a flip."""
     found = set()
     for pace in _SOFT_PACES / fps:
         moving = (np.abs(turns) > pace) & ~sharp

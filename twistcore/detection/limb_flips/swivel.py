@@ -1,4 +1,4 @@
-"""The swivel of a limb: where its middle joint stands about the line from its first to its end."""
+"""The swivel of a limb: the angle of its middle joint about the line from first joint to end."""
 
 from __future__ import annotations
 
@@ -14,21 +14,20 @@ from twistcore.skeleton.rotation import Array, conjugate, multiply, rotate, twis
 from twistcore.work.frozen import dataclass
 
 BENT = 0.03  # of the limb's length: a middle joint nearer to the line has no angle about it
-_FOLDED = 0.02  # of the limb's length: an end nearer to the first joint leaves no line
-_REFINED = 5  # times
+_FOLDED = 0.02  # of the limb's length: an end nearer to the first joint defines no line
+_REFINED = 5  # rounds
 _ALIKE = np.radians(40.0)
-_LARGE = np.radians(90.0)  # what may take two frames
+_LARGE = np.radians(90.0)  # a turn that may take two frames
 
 
 @dataclass(frozen=True, eq=False)
 class Swivel:
     """A limb about its own line, frame by frame; radians, shares of the limb's length, (frames,).
 
-    angle: φ of C about the line P-E, from the side where the limb has it in most of the clip, a
-    direction fixed in the frame of P's parent, `side`, (3,); jump: how far the limb turned about
-    its line since the frame before, on a straight limb too; height: of C off the line; step: how
-    far E moved from P; line: unit vector from P to E, (frames, 3), and end: rotation of E,
-    (frames, 4), in the room.
+    angle: φ of C about the line P-E, measured from `side`, (3,), where C is in most of the clip, a
+    direction fixed in the frame of P's parent; jump: how far the limb turned about its line since
+    the frame before, on a straight limb too; height: of C off the line; step: how far E moved from
+    P; line: unit vector from P to E, (frames, 3), and end: rotation of E, (frames, 4), in the room.
     """
 
     angle: Array
@@ -41,14 +40,14 @@ class Swivel:
     side: Array
 
     def angle_at(self, to_child: Array, to_end: Array) -> Array:
-        """φ of other places of C and E, as :func:`~twistcore.skeleton.limb.places` has them."""
+        """Return φ of other positions of C and E, from :func:`~twistcore.skeleton.limb.places`."""
         line = to_end / np.maximum(np.linalg.norm(to_end, axis=1), 1e-12)[:, None]
         aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
         return _angle(line, aside, self.side)
 
 
 def swivel_of(motion: Motion, limb: Limb) -> Swivel:
-    """The swivel of a limb; 0 in frames without a line."""
+    """Return the swivel of a limb; 0 in frames without a line."""
     to_child, to_end = places(motion, limb)
     length = float(
         np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
@@ -60,7 +59,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
     height = np.linalg.norm(aside, axis=1) / length
     side = _usual_side(line, aside, height)
     angle = np.where(lined & (height > 1e-9), _angle(line, aside, side), 0.0)
-    # From here on in the room: what P's parent does is no doing of the limb.
+    # From here on in the room: motion of P's parent is not motion of the limb.
     above = _global_rotation(motion, int(motion.skeleton.parents[limb.parent]))
     line, aside = rotate(above, line), rotate(above, aside)
     upper = multiply(above, motion.rotations[:, limb.parent])
@@ -77,7 +76,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
 
 
 def _global_rotation(motion: Motion, joint: int) -> Array:
-    """Rotation of a joint in the room, (frames, 4); the identity above the root."""
+    """Return the rotation of a joint in the room, (frames, 4); the identity above the root."""
     out = np.zeros((motion.frames, 4))
     out[:, 0] = 1.0
     while joint >= 0:
@@ -87,12 +86,12 @@ def _global_rotation(motion: Motion, joint: int) -> Array:
 
 
 def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) -> Array:
-    """Which of P's rotation, that of the bone before E, and C's place say alike.
+    """Return the turn on which P's rotation, the bone before E, and C's position agree.
 
-    A twist that a child takes back turns one of the rotations and no place; bones that spin both
-    turn no place either. A straight limb has no place to be seen at: there both rotations speak.
-    Where none agree, the least counts; unless they agree over two frames, of which one turns the
-    rotations and the other the place.
+    A twist that a child takes back turns one of the rotations and moves no joint; bones that spin
+    move no joint either. In a straight limb C's position does not show the turn, so only both
+    rotations count. If none agree, the least turn is taken, unless they agree over two frames, one
+    of which turns the rotations and the other the position.
     """
     out = np.zeros(len(line))
     limb = upper, lower, line, aside, height
@@ -110,8 +109,8 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
     """Return how far a limb turns from some frames to others, (n,), and where witnesses agree.
 
-    before, after: P's rotation and that of the bone before E, (n, 4), line and C off it, (n, 3),
-    and the height of C, (n,).
+    before, after: P's rotation and the rotation of the bone before E, (n, 4), line and C off it,
+    (n, 3), and the height of C, (n,).
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)
@@ -129,7 +128,7 @@ def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mas
 
 
 def _least_turn(a: Array, b: Array) -> Array:
-    """The quaternion that takes unit vectors a to b the shortest way, (n, 4)."""
+    """Return the quaternion that takes unit vectors a to b the shortest way, (n, 4)."""
     q = np.concatenate([1.0 + np.einsum("ti,ti->t", a, b)[:, None], np.cross(a, b)], axis=1)
     size = np.linalg.norm(q, axis=1, keepdims=True)
     turn: Array = np.where(size > 1e-6, q / np.maximum(size, 1e-12), [1.0, 0.0, 0.0, 0.0])
@@ -137,13 +136,13 @@ def _least_turn(a: Array, b: Array) -> Array:
 
 
 def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
-    """Return the turn of a rotation about the line without the line's own way, (n,)."""
+    """Return the turn of a rotation about the line without the line's own turn, (n,)."""
     turn = multiply(after, conjugate(before))
     return twist_angle(multiply(turn, conjugate(way)), line)
 
 
 def _usual_side(line: Array, aside: Array, height: Array) -> Array:
-    """The direction from the line in which the limb has C in most of the clip, (3,)."""
+    """Return the direction from the line in which C is in most of the clip, (3,)."""
     size = np.linalg.norm(aside, axis=1, keepdims=True)
     weighed = aside / np.maximum(size, 1e-12) * (height / max(height.max(), 1e-12))[:, None]
     side: Array = medians(weighed, 0)
@@ -156,12 +155,12 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 
 
 def _angle(line: Array, aside: Array, side: Array) -> Array:
-    """φ of C, which lies `aside` of the line, from a direction."""
+    """Return φ of C, which lies at `aside` from the line, relative to a direction."""
     return angle_about(line, side - (line @ side)[:, None] * line, aside)
 
 
 def angle_about(axis: Array, a: Array, b: Array) -> Array:
-    """The angle from a to b about a unit axis that both stand square to, radians; (n, 3) → (n,)."""
+    """Return angles from a to b about a unit axis square to both, radians; (n, 3) → (n,)."""
     across = np.einsum("ti,ti->t", np.cross(a, b), axis)
     angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
     return angle

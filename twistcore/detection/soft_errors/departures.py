@@ -1,10 +1,10 @@
-"""How far a level departs from the natural course over spans of every length.
+"""How far a level departs from its natural course over spans of every length.
 
-A level U is the running sum of increments. Over the span [a, a + L] its natural course is bridged
-by the cubic that keeps value and slope at both ends, and what U departs from the bridge by is told
-at a quarter, a half and three quarters of the span. A twist error that opens and closes inside of
-a span departs by δ there, however softly it set in; natural motion departs by little, the shorter
-the span the less.
+A level U is the running sum of increments. Over the span [a, a + L] its natural course is a bridge:
+the cubic that keeps value and slope at both ends. The departure of U from the bridge is measured at
+a quarter, a half and three quarters of the span. A twist error that opens and closes within a span
+departs by δ there, however softly it sets in. Natural motion departs by little, and by less the
+shorter the span.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ from twistcore.work.frozen import dataclass
 SPANS = tuple(n / 120.0 for n in (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256, 384))
 SHORTEST = 3  # frames
 PROBES = (0.25, 0.5, 0.75)  # of a span
-SLOPE_SECONDS = 2.0 / 120.0  # over which the slopes at the ends are measured
-GRID = 4  # positions of a span's start, a span
+SLOPE_SECONDS = 2.0 / 120.0  # the time over which the slopes at the ends are measured
+GRID = 4  # positions of a span's start, for each span length
 
 
 @dataclass(frozen=True)
@@ -35,17 +35,17 @@ class Span:
 
     @property
     def support(self) -> int:
-        """Frames that a departure looks at."""
+        """The number of frames that a departure uses."""
         return self.length + 2 * self.reach + 1
 
     def count(self, frames: int) -> int:
-        """How many positions there are in so many frames."""
+        """Return the number of positions in so many frames."""
         return max(0, (frames - self.support) // self.step + 1)
 
     def departures(self, level: Array) -> Array:
-        """Departures from the bridge, radians: (…, frames) → (probes, …, positions).
+        """Return departures from the bridge, radians: (…, frames) → (probes, …, positions).
 
-        Position j looks at the frames from j·step on.
+        Position j uses the frames from j·step on.
         """
         many = self.count(level.shape[-1])
         last = self.step * (many - 1) + 1
@@ -65,16 +65,16 @@ class Span:
         return out
 
     def noise(self) -> Array:
-        """How much larger than of a level σ of white noise is in the departures, (probes,)."""
+        """Return the ratio of σ of the departures to σ of a level of white noise, (probes,)."""
         _, weights = self.nodes(0, 0)
         noise: Array = np.sqrt(1.0 + (weights**2).sum(axis=0))
         return noise
 
     def nodes(self, first: int, many: int) -> tuple[Index, Array]:
-        """The frames that departures at so many positions from `first` on are told by, and how.
+        """Return the frames that departures at positions from `first` on use, and their weights.
 
-        The probe and the four ends of its bridge, (5, probes, positions); what :meth:`departures`
-        takes the ends by, (4, probes).
+        The probe and the four ends of its bridge, (5, probes, positions); the weights of the ends
+        in :meth:`departures`, (4, probes).
         """
         h, n = self.reach, self.length
         inside = [round(probe * n) for probe in PROBES]
@@ -85,7 +85,7 @@ class Span:
 
 
 def spans(fps: float, frames: int) -> tuple[Span, ...]:
-    """All spans that fit a clip of so many frames at least twice."""
+    """Return all spans that fit at least twice into a clip of so many frames."""
     reach = max(1, round(SLOPE_SECONDS * fps))
     lengths = sorted({max(SHORTEST, round(seconds * fps)) for seconds in SPANS})
     found = (Span(n, max(1, n // GRID), reach) for n in lengths)
@@ -94,10 +94,10 @@ def spans(fps: float, frames: int) -> tuple[Span, ...]:
 
 @cache
 def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, float, float]:
-    """Weights of a cubic at the share `at` of a span, 0…1.
+    """Return the weights of a cubic at the share `at` of a span, 0…1.
 
-    Of the levels `reach` frames before its first frame, at its first, at its last, and `reach`
-    frames behind: the cubic keeps both values and both slopes (Hermite).
+    They apply to the levels `reach` frames before its first frame, at its first, at its last, and
+    `reach` frames after: the cubic keeps both values and both slopes (Hermite).
     """
     rise = at * at * (3.0 - 2.0 * at)
     slope_in = at * (1.0 - at) ** 2 * (length / reach)
@@ -106,10 +106,10 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
 
 
 def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
-    """Natural course of levels (…, frames) over [start, stop) from the frames around it.
+    """Return the natural course of levels (…, frames) over [start, stop) from nearby frames.
 
-    Both ends need a frame outside; where fewer than `reach` are left beyond it, the slope is
-    measured over those that are.
+    Both ends need a frame outside; if fewer than `reach` frames lie beyond one, the slope is
+    measured over the existing ones.
     """
     first, last = start - 1, stop
     before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)
@@ -126,7 +126,7 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
 
 @lru_cache(maxsize=1024)
 def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
-    """Weights of a cubic's ends and of its slopes a frame, at the frames between, (length − 1,)."""
+    """Return weights of a cubic's ends and its slopes a frame, at inner frames, (length − 1,)."""
     t = np.arange(1, length) / length
     rise = t * t * (3.0 - 2.0 * t)
     found = 1.0 - rise, rise, t * (1.0 - t) ** 2 * length, t * t * (1.0 - t) * length

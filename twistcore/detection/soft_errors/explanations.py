@@ -1,4 +1,4 @@
-"""What explains a seed of a soft error in a chain: an offset as it is, or a softened level."""
+"""Explanations of a seed of a soft error in a chain: an offset as it is, or a softened level."""
 
 from __future__ import annotations
 
@@ -20,26 +20,27 @@ from twistcore.detection.soft_errors.surprise import SMALLEST, Surprise
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-PRIOR = 45.0  # nats that an interval must gain, own and in its limb: clean motion gains up to 30
+# nats that an interval must gain, in its chain and in its limb: clean motion gains up to 30
+PRIOR = 45.0
 LEVEL_PRICE = 8.0  # of the four numbers of a softened level
-COVERED = 4.0  # nats for what a departure costs on average and for leaving it free
-CLOSE = 3.0  # σ from which a residual has little more to say
-FREE_AT = 10.0  # σ that an offset needs before its course is taken as it is
-LEAST = float(np.radians(2.0))  # of an error that is told by natural motion alone
-HOLE = 3  # frames below the threshold inside of an interval
+COVERED = 4.0  # nats for the average cost of a departure, paid for leaving it free
+CLOSE = 3.0  # σ beyond which a residual adds little
+FREE_AT = 10.0  # σ that an offset needs before its course is kept as it is
+LEAST = float(np.radians(2.0))  # of an error that only natural motion reveals
+HOLE = 3  # frames below the threshold within an interval
 WINDOWS = (1.0, 1.3, 1.7, 2.4, 3.5)  # times a span, around it
 SHIFTS = ((1.0, 1.0), (1.6, 0.7), (0.7, 1.6))
-MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are tried
-# Levels around a seed of which the likeliest are fitted: by its span, their lengths and places; by
-# their length, their onsets. They are told by spans nearly as long and longer: short ones tell
-# nothing of a level that is not there to the frame.
+MOVES = ((1, 3, 6, 10), (1, 2, 4), (1, 2, 4), (1, 2))  # frames by which both ends are varied
+# Of the levels around a seed the likeliest are fitted: by the seed's span, their lengths and
+# places; by their length, their onsets. Only spans nearly as long and longer are used: short ones
+# reveal nothing about a level whose ends are off by a frame.
 LENGTHS = (0.5, 0.7, 1.0, 1.4, 2.0, 2.8)
 PLACES = (-0.45, -0.3, -0.15, 0.0, 0.15, 0.3, 0.45)
 ONSETS = (0.2, 0.6)
 AS_LONG, WIDENED = 0.6, (1.0, 3.0)
-WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, in which they are sought
+WIDEST, FARTHEST = 3, 96  # times a seed's span, and frames, within which levels are sought
 
-# What an explanation costs: as many departures more than it has, and so many times as much for
+# The cost of an explanation: so many departures more than it has, and so many times as much for
 # levels as for free offsets, measured in processor time.
 TO_BEGIN, LEVELS = 1500, 2
 
@@ -47,7 +48,7 @@ Frames: TypeAlias = tuple[int, int]  # [start, stop)
 
 
 class Tried(NamedTuple):
-    """An offset over the frames of a stretch, what it leaves and costs, nats, and its σ."""
+    """An offset over the frames of a stretch, with what it leaves, its cost in nats, and its σ."""
 
     left: float
     offset: Array
@@ -59,7 +60,7 @@ NONE = Tried(np.inf, np.zeros(0), 0.0)
 
 @dataclass(frozen=True)
 class Seed:
-    """A span that departs too far: rank of the span, its position, its middle frame."""
+    """A span that departs too far: the rank of the span, its position, its middle frame."""
 
     gain: float
     row: int
@@ -70,9 +71,9 @@ class Seed:
 
 
 class Explanations:
-    """What may explain a seed in its row: judged once, whatever is asked of it.
+    """The possible explanations of a seed in its row, each judged once.
 
-    Free offsets over frames around the seed are tried at once, softened levels when asked for.
+    Free offsets over frames around the seed are tried at once, softened levels on request.
     """
 
     def __init__(self, surprise: Surprise, place: Seed) -> None:
@@ -92,13 +93,13 @@ class Explanations:
         surprise.work += TO_BEGIN + len(self._stretch.u)
         self._price = COVERED * surprise.price_of_a_frame(high - low)
         self._nothing = float((self._stretch.residuals(np.zeros((1, high - low))) ** 2).sum())
-        if self._nothing >= PRIOR:  # more than there is nothing can gain
+        if self._nothing >= PRIOR:  # nothing can gain more than this
             self._try_free(spans)
 
     def best(self, fit_below: float) -> SoftError | None:
-        """The course of an offset that leaves least to be surprised at.
+        """Return the course of an offset that leaves the least surprise.
 
-        fit_below: of how many σ an offset is still tried to be a softened level.
+        fit_below: offsets of fewer σ are also tried as a softened level.
         """
         best = self._free
         if best is None:
@@ -121,7 +122,7 @@ class Explanations:
         return max(a, 1), min(b, self._surprise.frames - 1)
 
     def _try_free(self, spans: set[Frames]) -> None:
-        """The offset that is left free over the frames where it leaves least."""
+        """Try free offsets over frames, and keep the one that leaves the least."""
         known = self._known
         inner = {self._within(*p) for p in spans}
         self._judge({p for p in inner if p[0] < p[1]})
@@ -135,7 +136,7 @@ class Explanations:
         self._free = min(known.values(), key=lambda t: t.left)
 
     def _judge(self, some: set[Frames]) -> None:
-        """Free offsets over frames that are not known yet."""
+        """Judge free offsets over frames that are not known yet."""
         low, high, known = self._low, self._high, self._known
         new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
         if not new:
@@ -151,7 +152,7 @@ class Explanations:
             known[a, b] = Tried(float(left[n]) + self._price * (b - a), offsets[n], sigmas[n])
 
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
-        """The softened level that leaves least, or an offset where one of many σ leaves less."""
+        """Return the softened level that leaves least, or an offset of many σ if better."""
         stretch, place, low = self._stretch, self._place, self._low
         self._surprise.work += LEVELS * (TO_BEGIN + len(stretch.u))
         rivals = [free] if ratio >= FREE_AT else []
@@ -169,7 +170,7 @@ class Explanations:
 
 
 def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
-    """Frames [start, stop) that an error which shows in a span may have."""
+    """Return frames [start, stop) of errors that may be visible in a span."""
     half = place.length / 2
     found: set[Frames] = set()
     for factor in WINDOWS:
@@ -197,7 +198,7 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 
 
 def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
-    """The levels around a seed that explain u best, and how far scales were widened for it.
+    """Return the levels around a seed that explain u best, and how far scales were widened for it.
 
     length, middle: of the seed's span, in frames of the stretch.
     """

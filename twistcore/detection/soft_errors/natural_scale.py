@@ -1,8 +1,8 @@
 """How far natural motion departs from its bridges, at every span, measured in the clip itself.
 
-x + y of a chain is untouched by every twist error. So the part of x that goes with it, β(x + y), is
-natural, and only the rest, u = x − β(x + y), holds an error, whole. Where P does not twist β is 0
-and u is x; where C does not, β is 1 and u is −y; elsewhere u is what nothing else explains.
+No twist error changes x + y of a chain. So the part of x that follows it, β(x + y), is natural, and
+only the rest, u = x − β(x + y), contains an error, in full. If P does not twist, β is 0 and u is x;
+if C does not, β is 1 and u is −y; in between, u is the part that nothing else explains.
 """
 
 from __future__ import annotations
@@ -19,18 +19,19 @@ from twistcore.work.frozen import dataclass
 
 NU = 4.0  # degrees of freedom of Student's t, as in robust_cost
 LOCAL_SECONDS = 0.6  # half window of the local scale, or one and a half spans
-OWN, BORROWED = 0.7, 0.15  # shares: of the local scale in σ; of the clip's own where it is empty
-FEWEST, FEWEST_SHARE = 12, 0.06  # clean positions below which a scale is taken from the span before
-GROWTH = 1.7  # of σ with the length of a span, where it cannot be measured
+# shares: of the local scale in σ; of the whole clip's scale where there is no local one
+OWN, BORROWED = 0.7, 0.15
+FEWEST, FEWEST_SHARE = 12, 0.06  # clean positions below which the scale of the span before is used
+GROWTH = 1.7  # of σ with the length of a span, if it cannot be measured
 SAMPLES, STEPS = 800, 8  # of the fit of β
-QUIET_SHARE, QUIET = 0.35, 2.2  # the quantile of |u| that errors leave alone, as a share of σ
-BEYOND = 6.0  # σ from which an increment is no natural one
-ROUNDED = 0.29  # of the step of written angles: σ of what rounding does to a level
-CAP = 14.0  # nats: beyond, one departure is as unlikely as another
+QUIET_SHARE, QUIET = 0.35, 2.2  # the quantile of |u| that errors do not affect, as a share of σ
+BEYOND = 6.0  # σ from which an increment is not natural
+ROUNDED = 0.29  # of the step of written angles: σ of a level from rounding
+CAP = 14.0  # nats: beyond it, all departures are equally unlikely
 
 
 def cost(z: Array, cap: float = CAP) -> Array:
-    """Negative log likelihood of a departure of z standard deviations, given x + y; ≤ cap."""
+    """Return −log likelihood of a departure of z σ, given x + y; at most `cap`."""
     return np.minimum(0.5 * (NU + 2.0) * np.log1p(z * z / (NU + 1.0)), cap)
 
 
@@ -48,12 +49,12 @@ class Natural:
     sigma_sum: Array
 
     def rest(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """u and x + y of departures (probes, chains, positions) in x and y."""
+        """Return u and x + y for departures (probes, chains, positions) in x and y."""
         total = x + y
         return x - self.beta[:, None] * total, total
 
     def spread(self, total: Array) -> Array:
-        """Scale of u, given x + y: where the one is unusual the other may be (multivariate t)."""
+        """Return the scale of u, given x + y: both may be unusual together (multivariate t)."""
         z = total / self.sigma_sum
         return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))
 
@@ -61,9 +62,9 @@ class Natural:
 def natural_scales(
     x: Array, y: Array, fps: float, spans: tuple[Span, ...], bad: Mask, step: float = 0.0
 ) -> list[Natural]:
-    """Scales at every span from the frames that are not bad; all (chains, frames), radians.
+    """Return scales at every span from the frames that are not bad; all (chains, frames), radians.
 
-    step: of the angles as written: no scale is below what their rounding makes.
+    step: of the angles as written: no scale is below their rounding.
     """
     frames = x.shape[1]
     level_x, level_y = np.cumsum(x, axis=1), np.cumsum(y, axis=1)
@@ -108,9 +109,9 @@ def natural_scales(
 
 
 def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
-    """β with the least Σ|x − β(x + y)| over the clean positions, 0…1; (chains, n) → (chains,).
+    """Return β with the least Σ|x − β(x + y)| over clean positions, 0…1; (chains, n) → (chains,).
 
-    By absolute values: what errors there still are have no say.
+    Absolute values are summed, so that remaining errors have no influence.
     """
     step = max(1, x.shape[1] // SAMPLES)
     x, total = x[:, ::step], total[:, ::step]
@@ -125,7 +126,7 @@ def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
 
 
 def _scales(values: Array, clean: Mask, window: int) -> Array:
-    """σ = 1.48·(mean √|r|)² over the clean positions around, (probes, chains, positions)."""
+    """Return σ = 1.48·(mean √|r|)² over nearby clean positions, (probes, chains, positions)."""
     root = np.sqrt(np.abs(values))
     root *= clean
     many = clean.sum(axis=1)[:, None]
@@ -137,7 +138,7 @@ def _scales(values: Array, clean: Mask, window: int) -> Array:
 
 
 def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array]:
-    """Means of `root` and of `clean` over ± window positions, cut at the ends."""
+    """Return the means of `root` and of `clean` over ± window positions, cut at the ends."""
     n = root.shape[-1]
     low = np.maximum(np.arange(n) - window, 0)
     high = np.minimum(np.arange(n) + window + 1, n)
@@ -150,7 +151,7 @@ def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array
 
 
 def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Mask:
-    """Frames whose increments stand out by themselves, (chains, frames): not to measure by.
+    """Return frames with conspicuous increments, (chains, frames), to exclude from measurements.
 
     step: of the angles as written.
     """

@@ -1,7 +1,8 @@
 """Joints that do not twist at all: there the whole twist is the error, at any pace.
 
-A rig may give a joint no freedom to twist, as an elbow; then its level stands still wherever there
-is no error. Standing still while the other joint of the chain moves tells it from one that rests.
+A rig may give a joint, such as an elbow, no freedom to twist. Its level is then constant wherever
+there is no error. It is constant even while the other joint of the chain moves, unlike the level of
+a joint at rest.
 """
 
 from __future__ import annotations
@@ -16,34 +17,34 @@ from twistcore.detection.soft_errors.surprise import Surprise
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array, multiply, normalise, quaternion_from_axis_angle
 
-STILL = float(np.radians(2e-4))  # a frame, as six decimals of text leave it
-STANDS = float(np.radians(0.1))  # how far a level that stands may be off
+STILL = float(np.radians(2e-4))  # a frame, as rounded to six decimals of text
+STANDS = float(np.radians(0.1))  # how far a constant level may vary
 LEAST_STILL = 0.08  # of the frames in which the other joint moves
-# Of equal parts of a clip, those in which it stands still at all: a joint that only rests for a
-# while does so in one or two.
+# Of equal parts of a clip, the share in which it does not turn at all: a joint that only rests for
+# a while does so in one or two.
 PARTS, LEAST_PARTS = 8, 4
 LEAST_STANDING = 0.03  # of all frames, at the level of most: images of other errors shift it
-MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and so many frames of it
-SMALLEST = float(np.radians(1.5))  # what is off by less all the time is not asked for
-MOST = 200  # errors a limb
+MOVES, FEWEST = float(np.radians(0.05)), 20  # a frame, and at least so many frames of it
+SMALLEST = float(np.radians(1.5))  # a smaller permanent difference is ignored
+MOST = 200  # errors in a limb
 CERTAIN = 200.0  # nats: a joint that does not twist is off its level
-SHORTEST = 8  # frames between cuts, below which nothing is said
-MOSTLY = 0.75  # of all frames still: what else it turned is an error or a gap that was filled
-ANSWERED = 1.25  # of what the other joint turns, that may be left of it with the error undone
-ALIKE = 0.05  # of that share, by which two chains explain as much
-CLEARLY = 0.25  # of what is left unanswered in the one chain, at most, in the other
-LEFT = 0.3  # of what silent joints turn, that an explanation may leave
-# P turns farther than a silent C turns back where it does so by as much, on the way in and on the
-# way out, in step with it. That C turns back by less than 30 % is not asked for.
+SHORTEST = 8  # frames between cuts, below which nothing is reported
+MOSTLY = 0.75  # of all frames at rest: its other turns are errors or gaps that were filled
+ANSWERED = 1.25  # of the other joint's turns: the share that may remain after the correction
+ALIKE = 0.05  # of that share: two chains within it explain equally much
+CLEARLY = 0.25  # of the unanswered share in one chain, at most, in the other
+LEFT = 0.3  # of silent joints' turns, that an explanation may leave
+# P turns farther than a silent C turns back if it does so by as much at the beginning and at the
+# end, in step with it. A C that turns back by less than 30 % is not considered.
 FARTHER, FARTHEST, AS_MUCH, OUT_OF_STEP = 1.12, 1.0 / 0.3, 0.05, 0.1
-BESIDE = 8  # frames around, at least, that tell P's own motion
+BESIDE = 8  # at least so many frames nearby, to measure P's own motion
 
 
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """How far the level is off where it stands, radians, (frames,); None if it does not stand.
+    """Return how far the level is off its constant value, radians, (frames,); None without one.
 
-    increments, other: of a joint and of the other one of its chain, radians, (frames,); cut: where
-    the clip is cut: what a level does there is not known, and it stands anew behind.
+    increments, other: of a joint and of the other one of its chain, radians, (frames,); cut: cuts
+    of the clip: the change of a level there is unknown, so it is measured again after each.
     """
     moving = np.abs(other) > MOVES
     still = np.abs(increments) < STILL
@@ -66,13 +67,13 @@ def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
 
 
 def silent_sides(surprise: Surprise) -> dict[int, int]:
-    """Of the chains with a silent joint, by row: 1 where it is P, −1 where it is C.
+    """Return the chains with a silent joint, by row: 1 if it is P, −1 if it is C.
 
-    A chain in which the image of a neighbour's error would show counts only if that one has a
-    silent joint too: or there were nobody to tell the two apart.
+    A chain in which the image of a neighbour's error would show counts only if that neighbour has a
+    silent joint too; without one the two could not be distinguished.
     """
     many = surprise.limbs.count
-    if surprise.limbs.step:  # where angles are rounded every joint stands still now and then
+    if surprise.limbs.step:  # if angles are rounded every joint is still from time to time
         return {}
     still: dict[tuple[int, int], float] = {}
     for row in range(surprise.rows):
@@ -82,7 +83,7 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
     answered = {at for at in still if _answered(*_both_ways(surprise, at[0])[at[1] < 0][1:])}
     found: dict[int, int] = {}
     for (row, side), share in still.items():
-        # The same joint as the chain beside sees it.
+        # The same joint as seen by the neighbouring chain.
         seen = {(row, side), (row - side * many, -side)} & answered
         if (seen or share >= MOSTLY) and share >= still.get((row, -side), 0.0):
             found[row] = side
@@ -94,32 +95,32 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
 
 
 def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], ...]:
-    """Side, the joint that may be silent there, and the other one, of a chain."""
+    """Return the side, the joint that may be silent there, and the other one, of a chain."""
     x, y = surprise.x[row], surprise.y[row]
     return (1, x, y), (-1, y, x)
 
 
 def _answered(own: Array, other: Array) -> bool:
-    """Whether what a joint turns beside standing still is answered by the other joint.
+    """True if the other joint answers the turns of a joint that is silent elsewhere.
 
-    Where a joint was held over gaps it stands still too, but what it turns elsewhere is its own.
+    A joint that was held over gaps is still there, too, but its other turns are its own.
     """
     turns = np.abs(own) >= STILL
     return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
 
 
 def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
-    """The twist error of P that a silent joint of a chain shows, radians, (frames,)."""
+    """Return the twist error of P that a silent joint of a chain shows, radians, (frames,)."""
     x, y = surprise.x[row], surprise.y[row]
     level = standing_level(x, y, surprise.cut) if side > 0 else standing_level(y, x, surprise.cut)
     return None if level is None else side * level
 
 
 def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
-    """Errors that silent joints of a limb show, taken out one after the other.
+    """Return errors that silent joints of a limb show, removed one after the other.
 
-    sides: of the silent rows. Where several are off together, one may be the image of the other:
-    it is the one without which the least is left.
+    sides: of the silent rows. If several are off together, one may be the image of the other: the
+    error is the one whose removal leaves the least.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
@@ -148,9 +149,9 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 
 
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
-    """How many times as far as a silent C turns back P turns in [start, stop); 1 if not clear.
+    """Return how many times as far as a silent C turns back P turns in [start, stop); 1 if unclear.
 
-    What P does by nature is taken for a cubic around.
+    P's natural motion is estimated by a cubic through nearby frames.
     """
     beside = max(BESIDE, (stop - start) // 2)
     low, high = max(start - beside, 1), min(stop + beside, surprise.frames)
@@ -170,7 +171,7 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
-    """Share of what silent joints turn around an error that is left without it."""
+    """Return the share of silent joints' turns around an error that remains without it."""
     before = _turned(surprise, sides, error)
     _take_out(surprise, error)
     left = _turned(surprise, sides, error)
@@ -181,9 +182,9 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Of what explains as much in the same frames, that which the other joint clearly answers.
+    """Return, of equally good errors in the same frames, the one that the other joint answers.
 
-    Two chains share a silent joint, and it does not tell whose error it is.
+    Two chains share a silent joint, which does not show whose error it is.
     """
     answers = {
         e: _unanswered(surprise, e, sides[e.row])
@@ -195,7 +196,7 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """What the other joint turns without an error, over what it turns with it."""
+    """Return the other joint's turns without an error, relative to its turns with it."""
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]
@@ -221,9 +222,10 @@ def _take_out(surprise: Surprise, error: SoftError) -> None:
 
 
 def off_runs(level: Array, cut: Mask) -> list[tuple[int, int]]:
-    """Frames [start, stop) in which a level is off, where it is by as much as is asked for.
+    """Return frames [start, stop) in which a level is off, if it is off by enough.
 
-    A cut ends a run; what lies before it in a few frames at the start, as a T-pose does, is none.
+    A cut ends a run; a run in a few frames at the start before a cut, as with a T-pose, does not
+    count.
     """
     off = np.flatnonzero(np.abs(level) > STANDS)
     if not len(off):

@@ -11,24 +11,25 @@ from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-SEEN = float(np.radians(0.05))  # an offset below is none
-# Both joints turn in an error. Where one turns by less than this share of the other, and that is
-# clear beside what it does by nature, one joint moved alone. It is looked for where the error is
-# steepest; a soft onset is lost in natural motion.
+SEEN = float(np.radians(0.05))  # a smaller offset counts as none
+# Both joints turn in an error. If one turns by less than this share of the other, and that is clear
+# relative to its natural motion, one joint moved alone. This is checked where the error is
+# steepest, because a soft onset is lost in natural motion.
 SHOWN_IN_BOTH, CLEAR = 0.35, 30.0
-# Of what a silent joint turns the other one turns at least so much back, where it is steep; and
-# of what that one turns no more than this is left with the error undone.
+# The other joint turns back at least this share of a silent joint's turn where it is steep; and at
+# most this share of the other joint's turn remains after the correction.
 TURNED_BACK, LEFT_OVER = 0.5, 1.5
-AROUND = 8  # frames around that tell natural motion
-LEAST_BEHIND = 2.0  # times as long as an error at an end of the clip must all else be
+AROUND = 8  # frames nearby that show natural motion
+LEAST_BEHIND = 2.0  # an error at an end of the clip must be so many times shorter than the rest
 
 
 @dataclass(frozen=True, eq=False)
 class SoftError:
     """Twist error of P of the chain in `row`, from frame `start` on, (frames,), radians.
 
-    gain: nats against natural motion; sigma: of its repair, radians; followed: the share of it by
-    which C turns back; unsure: to be shown only; silent: a joint that is silent elsewhere tells it.
+    gain: nats against natural motion; sigma: of its correction, radians; followed: the share of it
+    by which C turns back; unsure: True if it is only shown; silent: True if a joint that is silent
+    elsewhere shows it.
     """
 
     row: int
@@ -42,11 +43,11 @@ class SoftError:
 
     @property
     def stop(self) -> int:
-        """The frame behind it."""
+        """The frame after the last."""
         return self.start + len(self.offset)
 
     def trimmed(self) -> SoftError:
-        """The same without frames at its ends in which it is none."""
+        """Return the error without frames at its ends in which it is negligible."""
         seen = np.flatnonzero(np.abs(self.offset) > SEEN)
         if not len(seen):
             return self
@@ -57,11 +58,11 @@ class SoftError:
 def judged(
     error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], side: int = 0, *, last: bool
 ) -> SoftError:
-    """The error, unsure where one joint moved alone, or where either side may be the wrong one.
+    """Return the error, unsure if one joint moved alone, or if either side may be the wrong one.
 
-    x, y: increments of its chain as captured, (frames,); cut: where a clip is cut; side: 1 where a
-    silent P tells it, −1 where a silent C does, 0 where neither; last: no chain goes on from C, so
-    that a C that tells it by itself may tell of an error beyond.
+    x, y: increments of its chain as captured, (frames,); cut: cuts of the clip; side: 1 if a silent
+    P shows it, −1 if a silent C does, 0 if neither; last: True if no chain continues from C, so
+    that a C that shows it alone may show an error further down.
     """
     frames = len(x)
     at_end = error.start == 0 or error.stop == frames
@@ -75,10 +76,10 @@ def judged(
 
 
 def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
-    """Whether the other joint turns back what a silent one turns in [start, stop).
+    """True if the other joint turns back the turn of a silent joint in [start, stop).
 
-    A joint that only rested turns by itself, and the other knows nothing of it: neither with what
-    it turns in all, nor, where that is lost in natural motion, with the changes of its pace.
+    A joint that only rested turns by itself, and the other does not respond: neither with its whole
+    turn nor, if that is lost in natural motion, with the changes of its pace.
     """
     at = slice(max(start, 1), stop + 1)
     if np.abs(own + other)[at].sum() <= LEFT_OVER * np.abs(other)[at].sum():
@@ -88,7 +89,7 @@ def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
-    """Whether x turns with the error and y against it; `if_unclear` where it cannot be told."""
+    """True if x turns with the error and y against it; `if_unclear` if that cannot be decided."""
     course = np.zeros(len(x) + 1)
     course[error.start : error.stop] = error.offset
     steps = np.diff(course, prepend=course[0])[: len(x)]

@@ -1,4 +1,4 @@
-"""Soft errors beside the intervals that jumps were paired into."""
+"""Soft errors, in addition to the intervals between jumps."""
 
 from __future__ import annotations
 
@@ -28,19 +28,20 @@ from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
 ROUNDS = 2
-# Of the searches of a clip, for each frame of each joint, of so many frames at least: departures
-# that courses are fitted to. So the cost of a clip goes by its size, not by how restless it is.
+# Work for the searches of a clip, for each frame of each joint, and for so many frames at least:
+# departures to which courses are fitted. So the cost of a clip depends on its size, not on how
+# restless it is.
 BUDGET, LEAST_FRAMES = 15.0, 100
-NAMED = 5  # of the spans that were not looked at
-KNOWN_FIRST = 10.0  # nats by which jumps may explain a stretch less
-BESIDE = 2  # frames around an interval in which a departure puts it in doubt
+NAMED = 5  # of the spans that were not searched
+KNOWN_FIRST = 10.0  # nats by which jumps may explain a stretch less well
+BESIDE = 2  # frames around an interval in which a departure casts doubt on it
 
 
 @dataclass(frozen=True, eq=False)
 class Known:
     """An interval that is known: offset of P from frame `start` on, radians.
 
-    firm: of a straight limb, doubted only where a silent joint tells better.
+    firm: True for a straight limb, doubted only if a silent joint explains it better.
     """
 
     row: int
@@ -50,16 +51,16 @@ class Known:
 
     @property
     def stop(self) -> int:
-        """The frame behind it."""
+        """The frame after the last."""
         return self.start + len(self.offset)
 
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """What a search of limbs comes to.
+    """The result of a search of limbs.
 
-    found: soft errors; replaced: the known intervals that they stand in for; left: frames of limbs
-    at which it did not look, since its budget was spent, (limbs, frames).
+    found: soft errors; replaced: the known intervals that they replace; left: frames of limbs that
+    the search did not reach within its budget, (limbs, frames).
     """
 
     found: list[SoftError]
@@ -70,13 +71,13 @@ class Searched:
 def soft_errors(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
 ) -> tuple[list[SoftError], list[Known]]:
-    """Soft errors, and the known intervals that they stand in for."""
+    """Return soft errors, and the known intervals that they replace."""
     searched = search(limbs, fps, cut, known)
     return searched.found, searched.replaced
 
 
 def budget_of(frames: int, joints: int) -> float:
-    """The work that the searches of a clip may take in all, as `Surprise.work` counts it."""
+    """Return the work that the searches of a clip may take in all, in units of `Surprise.work`."""
     return BUDGET * joints * max(frames, LEAST_FRAMES)
 
 
@@ -85,16 +86,16 @@ def search(
 ) -> Searched:
     """Search limbs for soft errors; budget: the work that it may take.
 
-    What is known is taken out; where something is left at any time scale that natural motion does
-    not do, what was known there is doubted and all is explained anew.
+    Known errors are removed first. If the rest is not natural motion at some time scale, the known
+    errors there are doubted, and everything is explained again.
     """
     left = np.zeros((limbs.count, limbs.frames), dtype=bool)
     surprise = Surprise(limbs, fps, cut, budget)
     captured = surprise.x, surprise.y
     if not surprise.spans:
         return Searched([], [], left)
-    # Jumps paired wrongly hide that a joint is silent; but where the limb is straight for most of
-    # the time the level that stands is the error.
+    # Jumps paired wrongly hide that a joint is silent. But if the limb is straight most of the
+    # time, the constant level is the error.
     straight = {k.row % limbs.count for k in known if k.firm}
     as_captured = {
         r: s for r, s in silent_sides(surprise).items() if r % limbs.count not in straight
@@ -114,7 +115,7 @@ def search(
         for start, stop in off_runs(level, cut):
             unnatural[row, start:stop] = True
         for k in known if row % limbs.count not in straight else ():
-            # Where a silent joint tells to a tenth of a degree, about right is not enough.
+            # A silent joint shows errors to a tenth of a degree, so about right is not enough.
             if k.row == row and np.abs(level[k.start : k.stop]).max() > STANDS:
                 unnatural[row, k.start : k.stop] = True
     bad = np.zeros_like(unnatural)
@@ -139,7 +140,7 @@ def search(
     limbs_left = sorted({r % limbs.count for r in np.flatnonzero(unnatural.any(axis=1)).tolist()})
     for i in limbs_left:
         found += silent_errors(surprise, {r: sides[r] for r in surprise.limb(i) if r in sides})
-    # Where a silent joint now stands still, nothing else is wrong there.
+    # Where a silent joint is still by now, there is no other error.
     standing = {r: v for r, s in sides.items() if (v := silent_level(surprise, r, s)) is not None}
     replaced = [
         k
@@ -171,9 +172,10 @@ def search(
 def _better(
     surprise: Surprise, doubted: Sequence[Known], found: Sequence[SoftError]
 ) -> list[SoftError]:
-    """Of soft errors those that explain more than what was known in their place.
+    """Return the soft errors that explain more than the known errors in their place.
 
-    What meets, in a limb, stands or falls together: a stretch is explained by the one or the other.
+    Errors that overlap in a limb are kept or dropped together: a stretch is explained by one set or
+    by the other.
     """
     out: list[SoftError] = []
     for limb in range(surprise.limbs.count):
@@ -203,7 +205,7 @@ def _move(surprise: Surprise, error: SoftError | Known, sign: float) -> None:
 
 
 def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
-    """Frames [low, high) of errors that meet."""
+    """Return frames [low, high) of overlapping errors."""
     out: list[tuple[int, int]] = []
     for e in sorted(errors, key=lambda e: e.start):
         if out and e.start < out[-1][1]:
@@ -216,10 +218,10 @@ def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
 def _lively_errors(
     surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]
 ) -> tuple[list[SoftError], Mask]:
-    """Soft errors of chains whose joints both twist, and what is left of :class:`Searched`.
+    """Return soft errors of chains whose joints both twist, and `left` of :class:`Searched`.
 
-    The second round, from scales without what the first one found, has what that left of the
-    budget, half of it or more: without it what is restless by nature is taken for errors.
+    The second round, with scales measured without the first round's errors, has the rest of the
+    budget, at least half. Without it natural restlessness is taken for errors.
     """
     left = np.zeros((surprise.limbs.count, surprise.frames), dtype=bool)
     bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)
@@ -252,14 +254,14 @@ def _lively_errors(
 
 
 def _refresh(surprise: Surprise) -> None:
-    """Increments of all rows from the rotations as they are."""
+    """Compute the increments of all rows from the current rotations."""
     limbs = surprise.limbs.with_joints(surprise.joints)
     surprise.x, surprise.y = limbs.increments()
     surprise.x[:, surprise.cut] = surprise.y[:, surprise.cut] = 0.0
 
 
 def _unnatural(surprise: Surprise) -> Mask:
-    """Frames under a span that departs too far, (rows, frames)."""
+    """Return frames under a span that departs too far, (rows, frames)."""
     rows = np.arange(surprise.rows)
     out = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for k, a in enumerate(surprise.at):
@@ -280,7 +282,7 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
 
 
 def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
-    """What a search did not look at, a sentence for chains with the same frames [low, high)."""
+    """Return a sentence for chains with the same frames [low, high) that were not searched."""
     chains: dict[tuple[tuple[int, int], ...], list[str]] = {}
     for name, spans in left.items():
         chains.setdefault(tuple(spans), []).append(name)
@@ -296,26 +298,26 @@ def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, 
 
 
 def soft_interval(chain: str, error: SoftError) -> Interval:
-    """The interval of a soft error in a chain."""
+    """Return a soft error as an interval of a chain."""
     return Interval(
         chain,
         error.start,
         error.stop,
         error.offset,
         confidence=confidence(error.gain),
-        explain=partial(_told, error),
+        explain=partial(_evidence, error),
         followed=error.followed,
         open=error.unsure,
     )
 
 
 def confidence(gain: float) -> float:
-    """Probability that the repair is right, 0…1."""
+    """Return the probability that the correction is right, 0…1."""
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 
 
-def _told(error: SoftError) -> dict[str, Any]:
-    """Why it was found; degrees."""
+def _evidence(error: SoftError) -> dict[str, Any]:
+    """Return why the error was found; degrees."""
     return {
         "gain": error.gain,
         "follows": "a soft onset",

@@ -1,4 +1,4 @@
-"""Soft errors of limbs: sought where departures are too large, explained at least surprise."""
+"""The search for soft errors of limbs, where departures are too large, with the least surprise."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from twistcore.skeleton.rotation import Array
 
 SEED = 18.0  # nats of the three probes of a span
 NEAR = 0.8  # of SEED, at another span of the same place
-OF_LIMB = 0.7  # of what an interval gains in its own chain it must gain in its limb
-IN_VAIN = 20  # seeds of a limb that nothing explains, one after the other, before it is left
+OF_LIMB = 0.7  # of an interval's gain in its own chain: the gain that it needs in its limb
+IN_VAIN = 20  # seeds of a limb in a row without an explanation, after which it is left
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
-    """What the probes of the spans of rank k say against natural motion, (rows, positions)."""
+    """Return the gain of the probes of spans of rank k over natural motion, (rows, positions)."""
     a = surprise.at[k]
     u = a.u[:, rows]
     size = np.abs(u)
@@ -31,9 +31,9 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
 
 
 def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
-    """Explain the seeds of several limbs, those that say most first; whether all were looked at.
+    """Explain the seeds of several limbs, strongest first; return True if all were examined.
 
-    budget: the work after which no other seed is begun, as `surprise.work` counts it.
+    budget: the work after which no other seed is begun, in units of `surprise.work`.
     """
     end = surprise.work + budget
     while True:
@@ -47,7 +47,7 @@ def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) ->
 
 
 class Search:
-    """The soft errors of one limb, found one after the other in a :class:`Surprise`."""
+    """The search for the soft errors of one limb in a :class:`Surprise`, one after the other."""
 
     def __init__(self, surprise: Surprise, limb: list[int]) -> None:
         self._surprise, self._limb = surprise, limb
@@ -61,14 +61,14 @@ class Search:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Gains of a row's spans anew, and the best of each; what explained its seeds is gone."""
+        """Update the gains of a row's spans and the best of each; discard its explanations."""
         self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
             self._top[row, k] = self._seed(row, k)
 
     def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:
-        """The best seed of a span in a row that is not done with, or that near a frame."""
+        """Return the best seed of a span in a row that is not done, or the best near a frame."""
         span = self._surprise.at[k].natural.span
         gain = self._gain[row, k]
         if not len(gain):
@@ -83,20 +83,20 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """All soft errors, taken out of the surprise as they are found."""
+        """Return all soft errors, removed from the surprise as they are found."""
         while (top := self.next()) is not None:
             self.explain(top)
         return self.found
 
     def next(self) -> Seed | None:
-        """The seed that says most, or None where the search has come to its end."""
+        """Return the strongest seed, or None at the end of the search."""
         if self._in_vain >= IN_VAIN:
             return None
         seeds = (s for s in self._top.values() if s and s.gain > SEED)
         return max(seeds, key=lambda s: (round(s.gain), -s.length), default=None)
 
     def explain(self, top: Seed) -> None:
-        """Take out what explains the next seed, or be done with it."""
+        """Explain the next seed and remove the error, or mark the seed as done."""
         best = self._best_of_limb(top)
         if best is None:
             self._in_vain += 1
@@ -113,7 +113,7 @@ class Search:
                 self._update(row)
 
     def left(self) -> Mask:
-        """Frames under seeds that were not looked at, (frames,)."""
+        """Return frames under seeds that were not examined, (frames,)."""
         out = np.zeros(self._surprise.frames, dtype=bool)
         for row, k in self._gain if self.next() is not None else ():
             span, gain = self._surprise.at[k].natural.span, self._gain[row, k]
@@ -127,7 +127,7 @@ class Search:
         self._surprise.look_again(row, start, start + len(offset))
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
-        """What explains a seed best, in its own chain or in one whose image it may be."""
+        """Return the best explanation of a seed, in its chain or in one whose image it may be."""
         rivals: list[SoftError] = []
         for row in self._surprise.beside(top.row):
             if row not in self._done:
@@ -149,7 +149,7 @@ class Search:
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """By how much an error, taken out, lowers the surprise of its chain and those beside it."""
+        """Return how much less surprising a chain and its neighbours are without an error."""
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
         rows = self._surprise.beside(error.row)
@@ -160,13 +160,13 @@ class Search:
         return before - after
 
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
-        """Of what explains seeds of shorter and longer spans the first that leaves no other.
+        """Return, for seeds of shorter and longer spans, the first explanation that leaves no seed.
 
-        Where each leaves some, as beside another error, what gains most.
+        If each leaves some, as next to another error, return the one with the highest gain.
         """
         found: list[SoftError] = []
         for place in sorted(places, key=lambda s: s.length):
-            # Seeds near one that nothing explained lead to the same spans again.
+            # Seeds near an unexplained one lead to the same spans again.
             known = self._explained[row]
             if place not in known:
                 known[place] = Explanations(self._surprise, place)

@@ -1,8 +1,8 @@
-"""A level that sets in and ends softly: its course, and the one that fits best.
+"""A level that sets in and ends softly: its course, and the best fit.
 
-Captures are filled by straight lines or splines and low-passed before anybody sees them; what was
-a level in the solver is then that level through a ramp or a filter. Its course has four numbers:
-δ, the frames at which it sets in and ends by half, and how long that takes.
+Captures are filled by straight lines or splines and low-pass filtered before anybody sees them.
+What was a level in the solver is then that level after a ramp or a filter. Its course has four
+numbers: δ, the frames at which half of it has set in and has ended, and how long that takes.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ import numpy as np
 from twistcore.skeleton.rotation import Array
 
 Kernel: TypeAlias = Callable[[Array], Array]
-# Of courses (n, frames), with each one's scales so many times wider, (n, 1): weighted residuals
-# (n, …).
+# Return weighted residuals (n, …) of courses (n, frames), with scales widened by a factor, (n, 1),
+# each.
 Residuals: TypeAlias = Callable[[Array, Array], Array]
 
 STEEPEST = 0.5  # frames
-_DECAY = np.pi * np.sqrt(2.0)  # a period: how fast the filtered step swings in
+_DECAY = np.pi * np.sqrt(2.0)  # a period: how fast the filtered step decays
 _AT = np.array([np.radians(2.0), 1.0, 1.0, 1.0])  # scales of the four numbers
 _STEPS = 1e-3
 MOST_STEPS, ENOUGH = 12, 0.05  # of the fit at one width of the scales; nats
-NARROWER = 5.0  # from one width to the next
+NARROWER = 5.0  # factor from one width to the next
 
 
 class Level(NamedTuple):
@@ -37,14 +37,15 @@ class Level(NamedTuple):
 
 
 def ramp(t: Array) -> Array:
-    """From 0 at −½ to 1 at ½, evenly."""
+    """Return a linear ramp from 0 at −½ to 1 at ½."""
     return np.asarray(np.minimum(np.maximum(t + 0.5, 0.0), 1.0))
 
 
 def filtered(t: Array) -> Array:
-    """A step at 0 through a zero-phase second-order Butterworth; t in periods of its cut-off.
+    """Return a step at 0 through a zero-phase second-order Butterworth filter; t in periods.
 
-    In closed form: the filter run both ways has the gain 1 / (1 + (f / cut-off)⁴).
+    The periods are those of its cut-off. In closed form: the filter run both ways has the gain 1 /
+    (1 + (f / cut-off)⁴).
     """
     away = _DECAY * np.abs(t)
     rest = 0.5 * np.exp(-away) * np.cos(away)
@@ -55,7 +56,7 @@ KERNELS: tuple[Kernel, ...] = (ramp, filtered)
 
 
 def course(levels: Array, kernel: Kernel, frames: int) -> Array:
-    """δ(t) of levels (n, 4) over so many frames, (n, frames)."""
+    """Return δ(t) of levels (n, 4) over so many frames, (n, frames)."""
     size, onset, end, width = levels.T[..., None]
     edges = np.array([onset, end])
     rises, falls = kernel((np.arange(frames) - edges) / np.maximum(width, STEEPEST))
@@ -63,7 +64,7 @@ def course(levels: Array, kernel: Kernel, frames: int) -> Array:
 
 
 def guess(offset: Array) -> Level | None:
-    """A level like an offset of any course, (frames,); None where it hardly rises."""
+    """Return a level similar to an offset of any course, (frames,); None if it hardly rises."""
     size = np.abs(offset)
     top = int(size.argmax())
     if size[top] <= 0.0 or len(offset) < 3:
@@ -81,7 +82,7 @@ def fitted(
     residuals: Residuals,
     coarsest: float,
 ) -> tuple[Array, float]:
-    """The course over so many frames that leaves the least, (frames,), and the sum of its squares.
+    """Return the course that leaves the least, (frames,), and the sum of its squared residuals.
 
     coarsest: see :func:`all_fitted`.
     """
@@ -91,11 +92,11 @@ def fitted(
 def all_fitted(
     starts: Sequence[tuple[Level, Kernel, float]], frames: int, residuals: Residuals
 ) -> list[tuple[Array, float]]:
-    """For each start the course that leaves the least, (frames,), and the sum of its squares.
+    """Return for each start the course that leaves the least, (frames,), and its sum of squares.
 
-    Levenberg and Marquardt's steps; the slopes of all four numbers are made with the residuals
+    Levenberg and Marquardt's steps; the slopes of all four numbers are computed with the residuals
     themselves, for all courses of all starts at once. Far from the best course every residual is at
-    its cap and no step leads anywhere: so the scales are widened at first, by each start's last
+    its cap and no step leads anywhere. So the scales are widened at first, by each start's last
     number, then by less.
     """
     descents = [_Descent(*start, frames) for start in starts]
@@ -117,7 +118,7 @@ def all_fitted(
 
 
 class _Descent:
-    """A start on its way: the four numbers in their scales, and what their course leaves."""
+    """A running fit: the four numbers in their scales, and the residuals of their course."""
 
     def __init__(self, start: Level, kernel: Kernel, coarsest: float, frames: int) -> None:
         self.frames = frames
@@ -135,7 +136,7 @@ class _Descent:
         self.begun = self.ended = False
 
     def arrives(self, number: Array, course_: Array, left: Array) -> bool:
-        """Take a course that leaves less; returns whether slopes are needed there."""
+        """Take a course if it leaves less; return True if it needs slopes."""
         self.begun = True
         self.left_steps -= 1
         value = float(left @ left)
@@ -150,14 +151,14 @@ class _Descent:
         return False
 
     def is_done(self) -> bool:
-        """True at the end of the last width; at the end of another the next one begins."""
+        """True after the last width; after another width, begin the next one."""
         if self.ended and self.wider > 1.0:
             self.wider = max(1.0, self.wider / NARROWER)
             self._begin()
         return self.ended
 
     def damped(self) -> Array:
-        """What the next step is solved by; anything that can be where none is made yet."""
+        """Return the matrix for the next step; any finite one if no step is made yet."""
         if not self.begun:
             return np.eye(len(_AT))
         damped = self.curvature.copy()
@@ -166,7 +167,7 @@ class _Descent:
 
 
 def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
-    """The courses of numbers (n, 4), by the kernel of each one's descent, (n, frames)."""
+    """Return the courses of numbers (n, 4), by the kernel of each fit, (n, frames)."""
     out = np.empty((len(numbers), frames))
     kernels = [d.kernel for d in of]
     for kernel in dict.fromkeys(kernels):
@@ -176,7 +177,7 @@ def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
 
 
 def _measure_slopes(of: Sequence[_Descent], frames: int, residuals: Residuals) -> None:
-    """Four courses more for each, only where a step is made from here."""
+    """Compute slopes from four more courses for each fit, only if a step is made from here."""
     many = len(_AT)
     numbers = np.array([d.number for d in of])
     by = _STEPS * np.maximum(np.abs(numbers), 1.0)

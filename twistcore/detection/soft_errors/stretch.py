@@ -1,7 +1,7 @@
-"""What the spans that meet a stretch of a chain tell of it, all in one line of departures.
+"""The departures of all spans that meet a stretch of a chain, in one array.
 
-A search tries hundreds of offsets over the same few frames. Which frames each departure looks at,
-and how surprising it is, is the same for all of them: so it is put together once, and the
+A search tries hundreds of offsets over the same few frames. The frames that each departure uses,
+and how surprising it is, are the same for all of them. So they are collected once, and the
 departures of every span are one array operation.
 """
 
@@ -17,14 +17,14 @@ from twistcore.detection.soft_errors.natural_scale import NU, cost
 from twistcore.skeleton.rotation import Array
 from twistcore.work.frozen import dataclass
 
-SIZING = 6  # rounds by which a size is found
+SIZING = 6  # rounds in which a size is found
 
 
 @dataclass(frozen=True)
-class Told:
-    """What one span tells of a stretch: positions from `first` on, which meet it.
+class SpanDepartures:
+    """The departures of one span over a stretch: positions from `first` on, which meet it.
 
-    u, spread: (probes, positions), radians; weight: (positions,), 0 where a cut lies under one.
+    u, spread: (probes, positions), radians; weight: (positions,), 0 if there is a cut under it.
     """
 
     span: Span
@@ -38,9 +38,9 @@ class Told:
 class Stretch:
     """The departures of so many frames, by span, probe and position; each n in all.
 
-    nodes: the frames that one looks at, its probe's first, (5, n), the frame behind the last one
-    for those outside; weights: of the four others, (4, n); u and its spread, radians, and what it
-    counts, (n,); lengths: of its span, frames, (n,), ascending.
+    nodes: the frames that a departure uses, its probe's first, (5, n), and the frame after the last
+    one for frames outside; weights: of the four others, (4, n); u and its spread, radians, and its
+    weight, (n,); lengths: of its span, frames, (n,), ascending.
     """
 
     frames: int
@@ -52,7 +52,7 @@ class Stretch:
     lengths: Index
 
     def longer(self, shortest: float) -> Stretch:
-        """Only what spans tell that are at least so long, frames."""
+        """Return the departures of spans of at least so many frames."""
         told = slice(int(np.searchsorted(self.lengths, shortest)), None)
         return Stretch(
             self.frames,
@@ -65,7 +65,7 @@ class Stretch:
         )
 
     def departures(self, courses: Array) -> Array:
-        """Departures of courses (m, frames) that are 0 outside of the stretch, (m, n), radians."""
+        """Return departures of courses (m, frames), 0 outside the stretch, (m, n), radians."""
         level = np.zeros((len(courses), self.frames + 1))
         level[:, :-1] = courses
         out: Array = level.take(self.nodes[0], axis=1)
@@ -76,10 +76,10 @@ class Stretch:
         return out
 
     def residuals(self, courses: Array, wider: float | Array = 1.0) -> Array:
-        """What is left of u where courses (m, frames) are taken out, (m, n).
+        """Return what remains of u after removing courses (m, frames), (m, n).
 
-        Their squares add up to the surprise. wider: by how much all scales are widened, one for
-        all or one a course, (m, 1).
+        The sum of their squares is the surprise. wider: by how much all scales are widened, one
+        number for all or one a course, (m, 1).
         """
         z = self.departures(courses)
         np.subtract(self.u, z, out=z)
@@ -89,7 +89,7 @@ class Stretch:
         return np.copysign(np.sqrt(left, out=left), z, out=left)
 
     def sizes(self, departures: Array, wider: float = 1.0) -> Array:
-        """How many times courses of such departures (m, n) explain u best, (m,)."""
+        """Return the factors with which courses of such departures (m, n) explain u best, (m,)."""
         by, of = departures / (wider * self.spread), self.u / (wider * self.spread)
         trust = np.broadcast_to(self.weight, by.shape)
         found = np.zeros(len(by))
@@ -102,8 +102,8 @@ class Stretch:
         return np.asarray(found)
 
 
-def stretch(low: int, frames: int, told: Sequence[Told]) -> Stretch:
-    """The stretch of so many frames from `low` on, told by spans from the shortest on."""
+def stretch(low: int, frames: int, told: Sequence[SpanDepartures]) -> Stretch:
+    """Return the stretch of so many frames from `low` on, from spans sorted by length."""
     nodes, weights = [], []
     for t in told:
         at, by = t.span.nodes(t.first, t.u.shape[1])

@@ -1,8 +1,8 @@
-"""A limb's increments as they are by now, and how surprising they are at every time scale.
+"""The current increments of a limb, and how surprising they are at every time scale.
 
-Twist errors can be taken out of the rotations on trial: every image in a neighbouring chain goes
-with them, exactly. The surprise of a stretch is the sum of what its departures cost, of u and of
-x + y, over all spans that fit.
+Twist errors can be removed from the rotations on trial: every image in a neighbouring chain is then
+removed too, exactly. The surprise of a stretch is the sum of the costs of its departures, of u and
+of x + y, over all spans that fit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from twistcore.detection.limbs import Limbs
 from twistcore.detection.prediction import Mask
 from twistcore.detection.soft_errors.departures import PROBES, Span, bridge, spans
 from twistcore.detection.soft_errors.natural_scale import NU, Natural, cost, natural_scales
-from twistcore.detection.soft_errors.stretch import Stretch, Told, stretch
+from twistcore.detection.soft_errors.stretch import SpanDepartures, Stretch, stretch
 from twistcore.detection.twist_increments import twist_increments
 from twistcore.skeleton.rotation import (
     Array,
@@ -27,13 +27,13 @@ from twistcore.skeleton.rotation import (
     quaternion_from_axis_angle,
 )
 
-# Neighbouring departures of a span tell much the same: of three probes at four positions a span,
+# Neighbouring departures of a span are nearly the same: of three probes at four positions a span,
 # so much counts.
 WEIGHT = 0.175
-SMALLEST = float(np.radians(1.5))  # departures below are never asked for
-LEAST_AROUND = 6  # frames around an error in which nothing may be left
-SEED_CAP = 20.0  # nats of a probe that a search begins at
-LONGEST = 2.0  # spans up to so many times as long as a stretch tell of it
+SMALLEST = float(np.radians(1.5))  # smaller departures are never examined
+LEAST_AROUND = 6  # frames around an error in which nothing may remain
+SEED_CAP = 20.0  # nats of a probe at which a search begins
+LONGEST = 2.0  # spans up to so many times as long as a stretch are used for it
 
 
 @dataclass(eq=False)
@@ -48,7 +48,7 @@ class _AtSpan:
 
 
 class Surprise:
-    """Limbs with some errors taken out, and their departures.
+    """Limbs with some errors removed, and their departures.
 
     Rows are chains: chain k of limb i in row k·limbs + i.
     """
@@ -60,23 +60,23 @@ class Surprise:
         self.x, self.y = limbs.increments()
         self.x[:, cut] = self.y[:, cut] = 0.0
         self.spans = spans(fps, self.frames)
-        self.work = 0  # departures that a search has fitted courses to by now
+        self.work = 0  # departures to which a search has fitted courses so far
         self.budget = budget  # of work
         self.at: list[_AtSpan] = []
 
     def beside(self, row: int) -> list[int]:
-        """The row and those of the chains before and after it in its limb."""
+        """Return the row and the rows of the chains before and after it in its limb."""
         rows = (row - self.limbs.count, row, row + self.limbs.count)
         return [r for r in rows if 0 <= r < self.rows]
 
     def limb(self, row: int) -> list[int]:
-        """All rows of a row's limb."""
+        """Return all rows of a row's limb."""
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
     def take_out(self, row: int, start: int, offset: Array) -> None:
-        """Take a twist error of P out of frames [start, start + n); departures stay as they were.
+        """Remove a twist error of P from frames [start, start + n); departures are not updated.
 
-        What was measured of the frames is brought up to date by :meth:`look_again`.
+        :meth:`look_again` updates them.
         """
         k, i = divmod(row, self.limbs.count)
         at = slice(start, start + len(offset))
@@ -86,7 +86,7 @@ class Surprise:
         child[at] = normalise(multiply(quaternion_from_axis_angle(axis, offset), child[at]))
 
     def look_again(self, row: int, start: int, stop: int) -> None:
-        """Increments and departures of a row and its neighbours after a change in [start, stop)."""
+        """Update increments and departures of a row and its neighbours in [start, stop)."""
         low, high = max(start - 1, 0), min(stop + 1, self.frames)
         for r in self.beside(row):
             k, i = divmod(r, self.limbs.count)
@@ -105,7 +105,7 @@ class Surprise:
         return axis if axis.ndim == 1 else axis[at]
 
     def measure(self, bad: Mask) -> None:
-        """Natural scales from frames that are not bad, (rows, frames); departures of all."""
+        """Measure natural scales in frames that are not bad, (rows, frames), and departures."""
         natural = natural_scales(self.x, self.y, self.fps, self.spans, bad, self.limbs.step)
         level_x, level_y = np.cumsum(self.x, axis=1), np.cumsum(self.y, axis=1)
         across = np.concatenate([[0], np.cumsum(self.cut)])
@@ -117,7 +117,7 @@ class Surprise:
             self.at.append(_AtSpan(n, u, n.spread(total), total, usable))
 
     def _look_at(self, row: int, low: int, high: int) -> None:
-        """Departures of a row that look at frames [low, high)."""
+        """Update departures of a row that use frames [low, high)."""
         for a in self.at:
             span = a.natural.span
             first, last = self._positions(span, low, high, a.u.shape[-1])
@@ -135,12 +135,12 @@ class Surprise:
 
     @staticmethod
     def _positions(span: Span, low: int, high: int, count: int) -> tuple[int, int]:
-        """Positions whose support meets frames [low, high)."""
+        """Return the positions whose frames meet [low, high)."""
         first = max(0, -(-(low - span.support + 1) // span.step))
         return first, min(count, (high - 1) // span.step + 1)
 
     def of(self, row: int, low: int, high: int) -> float:
-        """Surprise of a row over the spans that meet frames [low, high), nats."""
+        """Return the surprise of a row over the spans that meet frames [low, high), nats."""
         found = 0.0
         for a in self._telling(high - low):
             first, last = self._positions(a.natural.span, low, high, a.u.shape[-1])
@@ -151,20 +151,20 @@ class Surprise:
         return found
 
     def stretch(self, row: int, low: int, frames: int) -> Stretch:
-        """What the spans that meet so many frames of a row from `low` on tell of them."""
+        """Return the departures of the spans that meet so many frames of a row from `low` on."""
         told = []
         for a in self._telling(frames):
             first, last = self._positions(a.natural.span, low, low + frames, a.u.shape[-1])
             if last > first:
                 at = np.s_[:, row, first:last]
                 weight = np.asarray(self._weight(a) * a.usable[first:last])
-                told.append(Told(a.natural.span, first, a.u[at], a.spread[at], weight))
+                told.append(SpanDepartures(a.natural.span, first, a.u[at], a.spread[at], weight))
         return stretch(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
-        """The most that the probes of a span around an error say when it is taken out, nats.
+        """Return the most that probes of a span around an error gain after its removal, nats.
 
-        Of spans that reach little beyond it: another error may be near.
+        Only spans that extend little beyond it are used: another error may be near.
         """
         most, stop = 0.0, start + len(offset)
         margin = max(LEAST_AROUND, len(offset) // 2)
@@ -196,13 +196,13 @@ class Surprise:
         return WEIGHT * span.step / max(span.length / 4.0, 1.0)
 
     def price_of_a_frame(self, length: int) -> float:
-        """How many departures, by their weight, a frame stands for in a stretch of that length."""
+        """Return a frame's number of departures, by weight, in a stretch of that length."""
         return sum(
             len(PROBES) * self._weight(a) / a.natural.span.step for a in self._telling(length)
         )
 
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
-        """The offset over [start, stop) that leaves u its bridge, and σ of it; radians.
+        """Return the offset over [start, stop) that leaves u its bridge, and its σ; radians.
 
         The shares and scales are those of a span of that length there.
         """
@@ -215,7 +215,7 @@ class Surprise:
         return dx - beta * (dx + dy), sigma
 
     def scale(self, row: int, start: int, stop: int) -> tuple[float, float]:
-        """β and σ of a bridge over [start, stop), between those of the spans around its length."""
+        """Return β and σ of a bridge over [start, stop), from spans of similar length."""
         length = max(stop - start, 1)
         lengths = [s.length for s in self.spans]
         k = bisect_left(lengths, length)
@@ -233,7 +233,7 @@ class Surprise:
 
 @lru_cache(maxsize=1024)
 def _share(length: int, shorter: int, longer: int) -> float:
-    """How far a length lies between two others by its logarithm, 0…1."""
+    """Return where a length lies between two others by its logarithm, 0…1."""
     if shorter == longer:
         return 0.0
     share = np.log(length / shorter) / np.log(longer / shorter)

@@ -1,4 +1,4 @@
-"""Which of a chain's jumps are errors of a straight limb, and which are not [Method]."""
+"""The jumps of a chain that are errors of a straight limb, and the other ones [Method]."""
 
 from __future__ import annotations
 
@@ -39,12 +39,13 @@ from twistcore.skeleton.rotation import (
 )
 from twistcore.work.frozen import dataclass
 
-LARGEST = float(np.radians(75.0))  # of δ: more would turn the hinge around
+LARGEST = float(np.radians(75.0))  # of δ: a larger δ would turn the hinge around
 CLEAR = 10.0  # times a hinge's spread: a smaller δ may be its own play
-NEARLY = 1.6  # times as far off its hinge may δ leave a limb: straight, it stands beside by nature
-ROUNDS = 3  # of leaving out jumps that the bent limb gainsays
-AS_LITTLE = float(np.radians(2.0))  # more of a counter-turn may jumps leave
-BESIDE = 1  # frames beside an error to which its transitions reach
+# times as far off its hinge may δ leave a limb, whose bone is off it by nature when straight
+NEARLY = 1.6
+ROUNDS = 3  # of leaving out jumps that the bent limb contradicts
+AS_LITTLE = float(np.radians(2.0))  # jumps may leave so much more of a counter-turn
+BESIDE = 1  # frames next to an error to which its transitions extend
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,13 +58,13 @@ class _Jumping:
 
     @property
     def frames(self) -> slice:
-        """Where it stands."""
+        """The frames of the interval."""
         return slice(self.start, self.start + len(self.offset))
 
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """What the search for jumps knows of a chain, and the τ that it is asked at, radians."""
+    """The input of the search for jumps in a chain, with τ, radians."""
 
     counter: CounterRotation
     row: int
@@ -74,21 +75,21 @@ class Jumps:
     fps: float
 
     def without(self, peaks: Mask) -> Jumps:
-        """Without the edges that peak in these frames, (frames,)."""
+        """Return the jumps without the edges that peak in these frames, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
         sums = running_sums(self.counter, self.row, self.step)
         tables = tuple(pair_table(edges, sums, table.low, table.high) for table in self.tables)
         return replace(self, edges=edges, tables=tables)
 
     def offset(self) -> Array:
-        """The sum of the intervals' offsets, radians, (frames,)."""
+        """Return the sum of the intervals' offsets, radians, (frames,)."""
         total = np.zeros(self.counter.x.shape[1])
         for j in self.found():
             total[j.frames] += j.offset
         return total
 
     def found(self) -> list[_Jumping]:
-        """The intervals that explain most, closed or to a border."""
+        """Return the intervals that explain most, closed or to a border."""
         out = []
         for table in self.tables:
             pairs = best_pairs(table, self.tau, self.fps)
@@ -101,7 +102,7 @@ class Jumps:
 
 @dataclass(frozen=True, eq=False)
 class StraightLimb:
-    """Errors of a limb's straight spells, by start, and the frames whose edges are theirs."""
+    """Errors of a limb's straight spells, by start, and the frames with their edges."""
 
     errors: tuple[StraightError, ...]
     claimed: Mask
@@ -109,14 +110,14 @@ class StraightLimb:
 
     @property
     def offset(self) -> Array:
-        """The sum of the errors, radians, (frames,)."""
+        """Return the sum of the errors, radians, (frames,)."""
         total = np.zeros(len(self.claimed))
         for e in self.errors:
             total[e.start : e.stop] += e.offset
         return total
 
     def leaves(self, jumps: Jumps) -> Jumps:
-        """Jumps without those that are the errors', or that the bent limb gainsays."""
+        """Return the jumps that are neither the errors' nor contradicted by the bent limb."""
         claimed = self.claimed.copy()
         for _ in range(ROUNDS):
             jumps = jumps.without(claimed)
@@ -131,12 +132,12 @@ class StraightLimb:
 def straight_limb(
     motion: Motion, chain: Chain, jumps: Jumps, by_itself: Callable[[], tuple[Array, Array]]
 ) -> StraightLimb | None:
-    """Errors of a chain's straight spells beside what its jumps explain.
+    """Return errors of a chain's straight spells that its jumps do not explain.
 
-    None where there are none, and for a chain without a hinge, as without a grandchild. Which of
-    two spells is the error is told by the bend, not by the length: an interval of jumps stands
-    against it only if it brings the bent limb back to its hinge, or leaves as little unexplained.
-    by_itself: tells the increments of P and C without what the jumps of chains beside explain,
+    None if there are none, or if a chain has no hinge, such as one without a grandchild. Which of
+    two spells is the error follows from the bend, not from the length: an interval of jumps
+    prevails only if it brings the bent limb back to its hinge, or leaves as little unexplained.
+    by_itself: returns the increments of P and C without the effect of jumps in neighbouring chains,
     radians, (frames,).
     """
     if chain.grandchild < 0:
@@ -169,7 +170,7 @@ def straight_limb(
 
 
 def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
-    """Limbs without the errors of their chains: radians, (frames,), by row of `increments`."""
+    """Return limbs without the chains' errors: radians, (frames,), by row of `increments`."""
     joints = limbs.joints.copy()
     for row, offset in offsets.items():
         chain, at = divmod(row, limbs.count)
@@ -188,10 +189,10 @@ def _error_of(
     spell: Spell,
     fps: float,
 ) -> list[StraightError]:
-    """Errors of a spell that bring it nearer to its hinge; none where jumps explain it as well.
+    """Return the errors of a spell that bring it nearer to its hinge; none if jumps suffice.
 
-    scales: of the increments in the whole clip; jumping: intervals of the spell's segment. Only
-    that is looked at: a long clip has thousands of spells.
+    scales: of the increments in the whole clip; jumping: intervals of the spell's segment. Only the
+    spell is examined: a long clip has thousands.
     """
     low, high = spell.low, spell.high
     x, y = (v[low:high] for v in increments)
@@ -216,7 +217,7 @@ def _error_of(
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
-    """Both increments without some errors, radians, (frames,) each."""
+    """Return both increments without some errors, radians, (frames,) each."""
     known = np.zeros(len(increments[0]))
     for j in jumping:
         known[j.frames] += j.offset
@@ -225,5 +226,5 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
 
 
 def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:
-    """Whether an interval brings the bent limb back to its hinge; None where that cannot tell."""
+    """True if an interval brings the bent limb back to its hinge; None if that is unknown."""
     return bend.nearer(jumping.frames, jumping.offset, bend.bent[jumping.frames])

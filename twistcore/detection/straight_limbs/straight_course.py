@@ -1,9 +1,9 @@
 """The error of a straight limb's twist as a course over time [Method].
 
-Where C's bone keeps to P's no position tells how a twist is split between them. What is known of
-the error δ is then that P's own twist X − δ and C's, Y + δ, run on smoothly (x, y: increments,
-X, Y: their sums), that it is 0 where the limb is bent, and that it seldom changes. δ is what
-explains these best: least squares, weighted anew a few times.
+If C's bone is in line with P's, no position shows how a twist is split between them. Three things
+are then known of the error δ: P's own twist X − δ and C's, Y + δ, are smooth (x, y: increments, X,
+Y: their sums), δ is 0 where the limb is bent, and it seldom changes. δ is the curve that explains
+these best: least squares, reweighted a few times.
 """
 
 from __future__ import annotations
@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from twistcore.skeleton.medians import median
 from twistcore.skeleton.rotation import Array
 
-Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, what they give
+Rows: TypeAlias = tuple[NDArray[np.int64], Array, Array]  # columns, their factors, their values
 
 ROUNDS = 12  # of weights
 SELDOM, STEP = 0.05, float(np.radians(12.0))  # price of a change of δ, and its size a second
-SETTLES = 0.25  # seconds in which a twist of its own comes to rest where nothing tells it
+SETTLES = 0.25  # seconds in which a twist comes to rest if nothing determines it
 LEAST_SCALE = float(np.radians(0.02))  # of the change of an increment from frame to frame
 ROUNDED = 0.71  # steps of written angles: σ of such a change, from three rounded angles
-SAME = 1e-5  # radians: a round that changes less was the last
+SAME = 1e-5  # radians: iteration stops below this change
 
 
 def course(
@@ -35,10 +35,10 @@ def course(
     high: int,
     fps: float,
 ) -> Array:
-    """δ in frames [start, stop), radians; 0 beside them within the segment [low, high).
+    """Return δ in frames [start, stop), radians; it is 0 outside, within the segment [low, high).
 
-    increments: x and y, radians, (frames,) each; scales: of both, as :func:`scale_of` tells. At
-    the segment's ends δ is free: nothing is known of what was before or comes after.
+    increments: x and y, radians, (frames,) each; scales: of both, from :func:`scale_of`. At the
+    segment's ends δ is free, because nothing is known of the motion before or after.
     """
     rows = _smooth(increments, scales, start, stop, low, high, fps)
     n = stop - start
@@ -55,9 +55,9 @@ def course(
 
 
 def scale_of(increments: Array, step: float = 0.0) -> float:
-    """How much an increment differs from the one before, as a rule; radians.
+    """Return the usual difference between an increment and the one before; radians.
 
-    step: of the angles as written: what rounding does to them is no less.
+    step: of the angles as written, whose rounding sets a lower limit.
     """
     bends = np.abs(np.diff(increments[2:]))
     least = max(LEAST_SCALE, ROUNDED * step)
@@ -73,9 +73,9 @@ def _smooth(
     high: int,
     fps: float,
 ) -> list[Rows]:
-    """What both signals without δ should come to: an even course, and rest; in units of scale.
+    """Return equations for both signals without δ: an even course, and rest; in units of scale.
 
-    The increment of the segment's first frame is none: it leads across a cut.
+    The increment of the segment's first frame is left out, because it crosses a cut.
     """
     rows = []
     at = np.arange(max(start - 1, low + 2), min(stop + 1, high)) - 1
@@ -91,15 +91,15 @@ def _smooth(
 
 
 def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int64]:
-    """Which of the unknown δ a frame's is, −1 for none."""
+    """Return the index of each frame's unknown δ, −1 for none."""
     return np.where((frames >= start) & (frames < stop), frames - start, -1)
 
 
 def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: float) -> Array:
-    """The least squares δ, weighted so that it changes by much or not at all.
+    """Return the least-squares δ, reweighted so that it changes by much or not at all.
 
-    band: upper diagonals of the normal equations, the main one last, (3, n); begins, ends: whether
-    δ comes from 0, and goes to it; step: radians a frame, of a change that counts.
+    band: upper diagonals of the normal equations, the main one last, (3, n); begins, ends: True if
+    δ begins at 0, and ends there; step: radians a frame, of a change that counts.
     """
     from scipy.linalg import solveh_banded  # as slow to load as all the rest; few clips need it
 

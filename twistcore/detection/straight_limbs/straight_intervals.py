@@ -1,4 +1,4 @@
-"""Errors of straight limbs as intervals, with what is known of them."""
+"""Errors of straight limbs as intervals, with their evidence."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 from twistcore.detection.interval import Interval
 from twistcore.detection.straight_limbs.straight_spells import StraightError
 
-STRAIGHT = "a straight limb"  # what such an interval follows
+STRAIGHT = "a straight limb"  # the evidence that such an interval follows
 
 
 def interval_of(chain: str, error: StraightError) -> Interval:
-    """The interval of an error in a chain; it closes where the limb is bent again."""
+    """Return an error as an interval of a chain; it closes where the limb is bent again."""
     return Interval(
         chain,
         error.start,
@@ -25,7 +25,7 @@ def interval_of(chain: str, error: StraightError) -> Interval:
 
 
 def confidence(error: StraightError) -> float:
-    """Probability that it is right, 0…1."""
+    """Return the probability that an error is right, 0…1."""
     turn, answer = (abs(t) for t in error.turns)
     score = math.log(error.strength / math.radians(8.0)) + 3.0 * min(turn, answer) / max(
         turn, answer
@@ -34,7 +34,7 @@ def confidence(error: StraightError) -> float:
 
 
 def _explained(error: StraightError) -> dict[str, Any]:
-    """Why it was found; degrees."""
+    """Return why the interval was found; degrees."""
     turn, answer = error.turns
     return {
         "follows": STRAIGHT,

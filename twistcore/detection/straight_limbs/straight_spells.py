@@ -1,4 +1,4 @@
-"""Spells in which a limb is straight, and the errors that stand in them."""
+"""Spells in which a limb is straight, and their errors."""
 
 from __future__ import annotations
 
@@ -15,25 +15,28 @@ from twistcore.work.frozen import dataclass
 Mask = NDArray[np.bool_]
 
 BENT = float(np.radians(30.0))  # of bend: from here on a limb's twist is well determined
-ANCHOR_SECONDS = 0.1  # that a clip's limb must be bent for to tell anything of the straight one
-TOLD = float(np.radians(0.5))  # of bend: below, C's bone leaves P's to no side at all
+# for so long a clip's limb must be bent to show anything about the straight one
+ANCHOR_SECONDS = 0.1
+TOLD = float(np.radians(0.5))  # of bend: below, the side to which C's bone leaves P's is unknown
 WINDOW = 0.13  # seconds of a mirrored transition
 LEAST_TURN = float(np.radians(8.0))  # of either joint in it
 LEAST_SHARE = 0.35  # of the smaller turn in the larger
-EXPLAINED = 0.5  # of the smaller turn, by what δ changes
-SHARP, SUDDEN = 0.015, 0.7  # seconds, and a share of δ: what changes so is a jump's, if anything
+EXPLAINED = 0.5  # of the smaller turn, by the change of δ
+# seconds, and a share of δ: such a fast change is left to the search for jumps
+SHARP, SUDDEN = 0.015, 0.7
 LEAST_CHANGE = float(np.radians(6.0))  # of δ in it
-NOTHING = float(np.radians(0.5))  # δ below is none
-PAUSE = 0.1  # seconds of it that part two errors
+NOTHING = float(np.radians(0.5))  # a smaller δ counts as none
+PAUSE = 0.1  # seconds of it that separate two errors
 HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb, and how often
 
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """How a limb is bent: angle of C's bone off P's, [0, π], and its azimuth, both (frames,).
+    """The bend of a limb: angle of C's bone off P's, [0, π], and its azimuth, both (frames,).
 
-    azimuth: off the direction in which the bent limb leaves P's bone, radians in (−π, π], or None
-    where that is no hinge's; spread: what it mostly keeps to in the bent limb, radians.
+    azimuth: relative to the direction in which the bent limb leaves P's bone, radians in (−π, π],
+    or None if the joint is no hinge; spread: the range that it mostly keeps to in the bent limb,
+    radians.
     """
 
     angle: Array
@@ -48,11 +51,11 @@ class Bend:
     def nearer(
         self, frames: slice, offset: Array, where: Mask | None = None, share: float = 1.0
     ) -> bool | None:
-        """Whether the limb stands nearer to its hinge without an offset; None where none can tell.
+        """True if the limb is nearer to its hinge without an offset; None if that is unknown.
 
-        offset: radians, of the frames; where: those of them that count; share: what may be left of
-        the way to it. A bone that leaves its line by more tells more; a straight limb that is bent
-        backward a little stands opposite by nature.
+        offset: radians, of the frames; where: those of them that count; share: the share of the
+        distance to it that may remain. The more a bone leaves its line the more it counts; a
+        straight limb that is bent backward a little is naturally on the opposite side.
         """
         if self.azimuth is None or (where is not None and not where.any()):
             return None
@@ -67,7 +70,7 @@ class Bend:
 
 @dataclass(frozen=True)
 class Spell:
-    """Frames [start, stop) in which a limb is not bent, of the segment [low, high) between cuts."""
+    """Frames [start, stop) without a bent limb, within the segment [low, high) between cuts."""
 
     start: int
     stop: int
@@ -76,11 +79,11 @@ class Spell:
 
     @property
     def closed(self) -> int:
-        """At how many ends the limb is bent."""
+        """The number of ends at which the limb is bent."""
         return int(self.start > self.low) + int(self.stop < self.high)
 
     def windows(self, window: int) -> slice:
-        """The windows over its frames and those beside them, by the frame before each."""
+        """Return the windows over its frames and neighbours, by the frame before each."""
         first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
         return slice(first, max(first, last))
 
@@ -90,7 +93,8 @@ class StraightError:
     """An error of a straight limb from frame `start` on: δ a frame, radians.
 
     peak: the frame in which its clearest transition is halfway; turns: of P and C over it, radians;
-    strength: of what δ changes by there, radians ≥ 0; closed: at how many ends the limb is bent.
+    strength: the change of δ there, radians ≥ 0; closed: the number of ends at which the limb is
+    bent.
     """
 
     start: int
@@ -102,12 +106,12 @@ class StraightError:
 
     @property
     def stop(self) -> int:
-        """Behind its last frame."""
+        """The frame after the last."""
         return self.start + len(self.offset)
 
 
 def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
-    """Bend of a limb; q_child: (frames, 4); axis, arm: unit, (3,) or (frames, 3)."""
+    """Return the bend of a limb; q_child: (frames, 4); axis, arm: unit, (3,) or (frames, 3)."""
     v = rotate(q_child, arm)
     axis = np.broadcast_to(axis, v.shape)
     along = np.einsum("fi,fi->f", v, axis)
@@ -129,7 +133,7 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
 def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
-    """Straight spells of the segment [low, high) beside a bent limb where P and C counter-turn."""
+    """Return straight spells of [low, high) next to a bent limb where P and C counter-turn."""
     out = []
     for start, stop in runs(~bend.bent[low:high]):
         spell = Spell(start + low, stop + low, low, high)
@@ -141,15 +145,15 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """The runs of δ in a spell that set in or end with a transition in which both joints turn.
+    """Return the runs of δ in a spell that begin or end with a turn of both joints.
 
-    delta: radians, of all frames, 0 out of the spell.
+    delta: radians, of all frames, 0 outside the spell.
     """
     window = window_of(fps)
     first = spell.windows(window).start
     turn, answer = _turns(increments, spell, fps)
     change = (delta[window:] - delta[:-window])[spell.windows(window)]
-    # The transition must be what δ explains, not motion beside it.
+    # The transition must be what δ explains, not motion next to it.
     least = np.maximum(EXPLAINED * np.minimum(np.abs(turn), np.abs(answer)), LEAST_CHANGE)
     clear = np.where(_mirrored(turn, answer) & (change * np.sign(turn) >= least), change, 0.0)
     short = round(SHARP * fps)  # 0 at 30 Hz, where a frame is as long as some transitions
@@ -181,10 +185,10 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """The most by which P and C still counter-turn, beyond the pace beside, without δ; radians.
+    """Return the most that P and C still counter-turn without δ, beyond the pace nearby; radians.
 
     scales: of both increments; delta: of all frames, (frames,). The quieter of the two signals
-    tells it better.
+    shows it better.
     """
     steps = np.diff(delta, prepend=delta[:1])
     x, y = increments
@@ -196,12 +200,12 @@ def left_over(
 
 
 def window_of(fps: float) -> int:
-    """Frames of a mirrored transition."""
+    """Return the number of frames of a mirrored transition."""
     return max(2, round(WINDOW * fps))
 
 
 def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
-    """Runs of True, those that a short pause parts as one."""
+    """Return runs of True, joined if only a short pause separates them."""
     out: list[tuple[int, int]] = []
     for start, stop in runs(there):
         if out and start - out[-1][1] < PAUSE * fps:
@@ -211,21 +215,21 @@ def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
 
 
 def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[Array, Array]:
-    """What P and C turn over windows of a spell, beyond the pace beside where only that tells."""
+    """Return turns of P and C over windows of a spell, beyond the pace if only that shows them."""
     (x, beyond_x), (y, beyond_y) = (_over_windows(v, spell, fps) for v in increments)
     beyond = (_counter(beyond_x, beyond_y) > _counter(x, y)) & ~_mirrored(x, y)
     return np.where(beyond, beyond_x, x), np.where(beyond, beyond_y, y)
 
 
 def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Sums over each window of a spell, and what they are beyond the pace just beside it.
+    """Return sums over each window of a spell, and their excess over the pace next to it.
 
-    Only increments of the spell's segment count, at its ends the outermost as often as need be.
+    Only increments of the spell's segment count; the outermost are repeated at its ends as needed.
     """
     window = window_of(fps)
     half = window // 2
     at = spell.windows(window)
-    first, last = at.start + 1 - half, at.stop + window + half  # of the increments that are asked
+    first, last = at.start + 1 - half, at.stop + window + half  # of the increments that are used
     low, high = max(first, spell.low + 1), min(last, spell.high)
     asked = np.pad(signal[low:high], (low - first, last - high), mode="edge")
     total = np.concatenate([[0.0], asked.cumsum()])
@@ -236,11 +240,11 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """By how much two turns are against each other, radians ≥ 0."""
+    """Return by how much two turns oppose each other, radians ≥ 0."""
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 
 def _mirrored(turn: Array, answer: Array) -> Mask:
-    """Where both turn, against each other, and by about as much."""
+    """Return where both joints turn, against each other, and by about as much."""
     large = np.maximum(np.abs(turn), np.abs(answer))
     return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)
