@@ -46,7 +46,7 @@ SENTENCES = {
     "name: detector": "no detector 'median'; expected one of consistency, paper",
     "name: no clip": "expected a clip or a motion, found str 'walk.bvh'",
     "name: two units": "expected τ in degrees or in radians, found both",
-    "name: own chain Spine Tail": "this skeleton has no joint 'Tail'",
+    "name: own chain Spine Tail": "no joint 'Tail' in this skeleton",
     "name: own chain Spine": "expected two or three joints, found 1",
     "name: own chain Neck Spine": "Spine is not below Neck in the skeleton",
     "name: own chain LeftArm LeftForeArm": "there is already a chain 'LeftArm': remove it first",

@@ -58,7 +58,9 @@ def test_chains_wrong_in_the_same_frames_are_none_and_found():
     errors = at_once([(60, 75), (120, 121), (200, 220)])
     wrong = inject(WALK, CHAINS, errors)
     assert cuts(wrong) == []
-    found = {(i.chain, i.start, i.stop) for i in applied_unasked(detect(wrong, kinds="counter-twist"))}
+    found = {
+        (i.chain, i.start, i.stop) for i in applied_unasked(detect(wrong, kinds="counter-twist"))
+    }
     assert {(e.chain, e.start, e.stop) for e in errors} <= found
 
 

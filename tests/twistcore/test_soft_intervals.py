@@ -55,9 +55,9 @@ def test_how_long_an_onset_takes_and_how_many_times_its_scale_it_is():
         evidence = {**EVIDENCE, "sigma_deg": sigma}
         return soft_onset(Interval("A", 0, 10, course, 0.9, explain=evidence.copy))
 
-    assert names_in_one_line(told(1.0), " 3 frames", "10×", "1.00°")
-    assert names_in_one_line(told(1.02), "9.8×", "1.02°")
-    assert "20×" in told(0.5)
+    assert names_in_one_line(told(1.0), " 3 frames", "10 times", "1.00°")
+    assert names_in_one_line(told(1.02), "9.8 times", "1.02°")
+    assert "20 times" in told(0.5)
     sudden = Interval("A", 0, 4, np.radians([0.0, 5.0, 5.0, 1.0]), 0.9, explain=EVIDENCE.copy)
     assert numbers(soft_onset(sudden))[:2] == [1, 2]
 

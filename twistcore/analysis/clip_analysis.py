@@ -21,7 +21,7 @@ from twistcore.analysis.correction.protected_measures import (
 from twistcore.analysis.correction.twist_removal import applied_unasked, refine, refiner
 from twistcore.analysis.examination import frames_note, unexamined_limbs, why_not_examined
 from twistcore.detection import DEFAULT_METHOD, DETECTORS, Analysis, Detector, Interval, Kind
-from twistcore.detection.capture_faults import at_body_step, outside_chains
+from twistcore.detection.capture_faults import at_body_step, frozen_sentence, outside_chains
 from twistcore.detection.carried_rolls import (
     CarriedRolls,
     RollsOfChains,
@@ -31,7 +31,6 @@ from twistcore.detection.consistency.notated import NotatedAnalysis
 from twistcore.detection.constant_offsets import constant_offsets
 from twistcore.detection.cuts import border_notes
 from twistcore.detection.finding import KindSearch, found_by
-from twistcore.detection.frozen_frames import frozen_sentence
 from twistcore.detection.helper_rolls import HelperAnalysis, analyse_helpers
 from twistcore.detection.limb_flips import LimbFlipAnalysis, analyse_limbs
 from twistcore.detection.noise_bursts import NoiseBurst, burst_sentences, noise_bursts

@@ -118,3 +118,14 @@ def _fault(kind: Kind, chain: str, start: int, stop: int, told: dict[str, Any]) 
         kind=kind,
         joint=told["joint"],
     )
+
+
+def frozen_sentence(spans: int) -> str:
+    """Return the note for a number of frozen spans; '' for none."""
+    if not spans:
+        return ""
+    if spans == 1:
+        return (
+            "A limb does not move at all, to the last digit, in one place (kind 'frozen frames')."
+        )
+    return f"Limbs do not move at all, to the last digit, in {spans} places (kind 'frozen frames')."

@@ -51,14 +51,3 @@ def limb_of(chain: Chain) -> str:
     kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"
     whose = f" of {chain.person}" if chain.person else ""
     return f"{chain.side.lower()} {kind}{whose}"
-
-
-def frozen_sentence(spans: int) -> str:
-    """Return the note for a number of frozen spans; '' for none."""
-    if not spans:
-        return ""
-    if spans == 1:
-        return (
-            "A limb does not move at all, to the last digit, in one place (kind 'frozen frames')."
-        )
-    return f"Limbs do not move at all, to the last digit, in {spans} places (kind 'frozen frames')."
