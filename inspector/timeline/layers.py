@@ -23,6 +23,7 @@ from twistcore.review import Judged
 from twistcore.skeleton.rotation import Array
 
 _TITLE_HEIGHT = 17.0
+_WHOLE = 0.95  # share of all values from which no mark is needed
 _REMEMBERED = 8  # cached regions; all plots use the same one or two
 
 
@@ -183,7 +184,7 @@ class FrontLayer(Layer):
 
     def __init__(self, view: TimeView, scenery: Scenery) -> None:
         super().__init__(view, scenery, 50.0)
-        self._key = view.key
+        self._key, self._values = view.key, view
         self.title: list[tuple[str, str]] = []
         self.values = self.time = ""
         self.tau: tuple[float, str] | None = None
@@ -201,6 +202,7 @@ class FrontLayer(Layer):
         painter.setFont(self.scenery.font())
         painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         self._paint_playhead(painter)
+        self._paint_part(painter)
         if self.scenery.drag_label is not None:
             self._paint_drag_label(painter, self.scenery.drag_label)
         if option.exposedRect.left() < 0.0:
@@ -217,6 +219,20 @@ class FrontLayer(Layer):
             pen.setCapStyle(Qt.PenCapStyle.FlatCap)
             painter.setPen(pen)
             painter.drawLine(QLineF(x, 0.0, x, self._view.height()))
+
+    def _paint_part(self, painter: QPainter) -> None:
+        """Mark at the right edge which part of all values is shown, like a scroll bar."""
+        if self._values.part is None:
+            return
+        (low, high), (bottom, top) = self._values.viewRange()[1], self._values.all_values
+        bottom, top = min(bottom, low), max(top, high)
+        if high - low > _WHOLE * (top - bottom):
+            return
+        tall, left = self._view.height(), self._view.width() - 5.0
+        theme, scale = self.scenery.theme, tall / (top - bottom)
+        painter.fillRect(QRectF(left, 0.0, 5.0, tall), QColor(theme.line))
+        thumb = QRectF(left, (top - high) * scale, 5.0, max((high - low) * scale, 4.0))
+        painter.fillRect(thumb, QColor(theme.soft))
 
     def _paint_drag_label(self, painter: QPainter, label: DragLabel) -> None:
         theme, view = self.scenery.theme, QRectF(self._view.rect())

@@ -27,8 +27,9 @@ from inspector.timeline.timeline import Timeline
 from inspector.widgets.background import Task
 from inspector.widgets.review_keys import ReviewKeys
 from inspector.window.action_table import MENUS, connect_rows
-from inspector.window.actions import build_actions, offer
+from inspector.window.actions import build_actions, offer, rows
 from inspector.window.centre import Centre
+from inspector.window.drawn_first import DrawnFirst
 from inspector.window.features import FEATURES, panels
 from inspector.window.file_actions import FileActions
 from inspector.window.parts import Parts
@@ -137,6 +138,8 @@ class MainWindow(Parts):
             begin=self.review_actions.begin,
         )
         connect_rows(self)
+        verdicts = [self.actions_by_id[row.id] for row in rows(MENUS) if row.verdict]
+        DrawnFirst(verdicts, self.viewport.has_painted_interval, self)
         complaint = "" if self.viewport.view is not None else self.viewport.overlays.notice.text()
         self.start_page = StartPage(
             self.viewport, self.actions_by_id, self.open_path, complaint, self.colours
@@ -163,6 +166,11 @@ class MainWindow(Parts):
         for chosen in (f"theme_{self.settings.theme}", f"order_{self.settings.order}"):
             self.actions_by_id[chosen].setChecked(True)
         self.actions_by_id["zoom_each"].setChecked(self.settings.zoom_to_interval)
+        for look in ("skin", "side_by_side"):
+            action = self.actions_by_id[look]
+            action.setChecked(self.settings.value(look))
+            # Not `toggled`: lessons switch both for a while.
+            action.triggered.connect(lambda on, name=look: self.settings.put(name, on))
 
     def _keyboard_home(self) -> QWidget:
         table = self.intervals.table

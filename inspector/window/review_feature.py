@@ -40,7 +40,7 @@ class Reviewing(FeatureParts):
             window.document, self.intervals, window.bar, self.detail, visible, window.player,
             window.settings, partial(bring_to_front, window.docks["intervals"]),
             lambda name: actions[name].shortcut().toString(native),
-            lambda: len(queue.queue.clips) > 1, actions["focus_chain"].trigger,
+            lambda: len(queue.queue.clips) > 1, window.viewport.focus_chain,
             window.viewport.sees_chain, window,
         )  # fmt: skip
         self.intervals.activated.connect(visible.zoom_to_interval)
