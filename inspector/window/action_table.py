@@ -69,10 +69,10 @@ _OWN: Mapping[str, tuple[ActionRow[Parts] | None, ...]] = {
     "Edit": (
         ActionSpec("undo", tr("Undo"), ("Ctrl+Z",),
                    tool=Tool(tr_as("tool", "Undo"), 20, 1),
-                   do=lambda p: p.document.undo()),
+                   do=lambda p: p.review_actions.undo()),
         ActionSpec("redo", tr("Redo"), ("Ctrl+Shift+Z", "Ctrl+Y"),
                    tool=Tool(tr_as("tool", "Redo"), 21, 1),
-                   do=lambda p: p.document.redo()),
+                   do=lambda p: p.review_actions.redo()),
         None,
         ActionSpec("accept", tr("Accept"), ("A",),
                    tr("Accept the interval and go to the next undecided one"),

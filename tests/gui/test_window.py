@@ -19,7 +19,7 @@ from inspector.window.keyboard_page import KeyboardPage, shortcuts_markdown
 from inspector.window.palette import CommandPalette
 from inspector.window.preferences import Preferences
 from tests.gui.pictures import INJECTED
-from tests.gui.windows import act, close_window, decisions, export, press
+from tests.gui.windows import act, close_window, decisions, export, open_clip, press
 from twistcore.cli import main as twistcore
 from twistcore.formats.bvh import read_bvh
 from twistcore.review import Decision
@@ -241,10 +241,27 @@ def test_a_key_before_the_picture_decides_nothing(qtbot, opened):
     assert decisions(opened)[:2] == [Decision.ACCEPTED, Decision.REJECTED]
 
 
+def test_undo_and_redo_say_and_show_what_they_change(qtbot, opened):
+    press(qtbot, opened, Qt.Key.Key_N)
+    first = opened.document.interval_id
+    for _ in range(3):
+        press(qtbot, opened, Qt.Key.Key_A)
+    for name, word in (("undo", "Undone"), ("undo", "Undone"), ("undo", "Undone")):
+        act(opened, name)
+        assert opened.statusBar().currentMessage().startswith(word)
+    assert opened.document.interval_id == first
+    assert opened.document.frame == opened.document.interval.interval.seen_at
+    act(opened, "next_interval")
+    act(opened, "redo")
+    assert opened.document.interval_id == first
+    assert opened.statusBar().currentMessage().startswith("Done again")
+
+
 def test_looks_are_remembered(qtbot, show_window, tmp_path):
     file = tmp_path / "looks.json"
     first = show_window(Settings(turn_ms=0), file)
     assert first.actions_by_id["skin"].isChecked()
+    open_clip(qtbot, first, INJECTED)
     act(first, "skin")
     close_window(qtbot, first)
     again = show_window(load_settings(file)[0], file)
