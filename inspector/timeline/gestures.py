@@ -16,7 +16,6 @@ from inspector.session.document import Document
 from inspector.session.why_here import peak_near, reason_here, told
 from inspector.timeline.context_menu import context_menu
 from inspector.timeline.layers import DragLabel, Scenery
-from inspector.timeline.regions import widened
 from inspector.timeline.tau_line import set_tau_at
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.visible_range import VisibleRange
@@ -103,7 +102,7 @@ class Gestures:
         near = self._scenery.between(frame - reach, frame + reach)
         best: tuple[float, Hit] | None = None
         for judged in reversed(near):  # the selected one first
-            start, stop = self._drawn(judged, pixel)
+            start, stop = self._scenery.drawn_ends(judged, pixel)
             inside = min(reach, (stop - start) / 3.0)
             for part, edge, inward in ((Part.START, start, 1.0), (Part.STOP, stop, -1.0)):
                 depth = (frame - edge) * inward  # positive inside the interval
@@ -116,15 +115,16 @@ class Gestures:
         if abs(frame - self._document.frame) <= reach * 0.7:
             return Hit(Part.PLAYHEAD)
         body = self.interval_at(frame) or next(
-            (j for j in near if self._drawn(j, pixel)[0] <= frame < self._drawn(j, pixel)[1]), None
+            (
+                j
+                for j in near
+                if self._scenery.drawn_ends(j, pixel)[0]
+                <= frame
+                < self._scenery.drawn_ends(j, pixel)[1]
+            ),
+            None,
         )
         return Hit(Part.BODY, body) if body else Hit(Part.EMPTY)
-
-    def _drawn(self, judged: Judged, pixel: float) -> tuple[float, float]:
-        """Return the ends of an interval as drawn, in frames; short ones are drawn wider."""
-        ends = np.array([[judged.interval.start, judged.interval.stop]]) - 0.5
-        start, stop = widened(ends, pixel)[0].tolist()
-        return start, stop
 
     def interval_at(self, frame: float) -> Judged | None:
         """Return the interval at a place: the selected one, or the shortest."""

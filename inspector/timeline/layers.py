@@ -15,7 +15,7 @@ from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFont, QFontMetricsF, QPainter, QPen
 from PySide6.QtWidgets import QGraphicsItem, QStyleOptionGraphicsItem, QWidget
 
-from inspector.timeline.regions import Regions
+from inspector.timeline.regions import Regions, wide_enough
 from inspector.timeline.time_view import TimeView
 from inspector.timeline.title_lines import title_lines
 from inspector.widgets.theme import Colours, Theme, figures_font, mixed
@@ -96,6 +96,15 @@ class Scenery:
         chosen = [self.intervals[k] for k in seen]
         chosen.sort(key=lambda j: j.id == self.selected)
         return chosen
+
+    def drawn_ends(self, judged: Judged, pixel: float) -> tuple[float, float]:
+        """Return the ends of an interval as drawn, in frames; short ones are drawn wider.
+
+        pixel: frames per pixel.
+        """
+        ends = np.array([[judged.interval.start, judged.interval.stop]]) - 0.5
+        start, stop = wide_enough(ends, pixel)[0].tolist()
+        return start, stop
 
     def regions(self, first: float, last: float, width: int) -> Regions:
         """Return the regions for a range of frames and a width in pixels, shared by all plots."""

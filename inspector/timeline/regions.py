@@ -128,14 +128,14 @@ def _places(regions: Sequence[Judged], first: float, last: float, width: int) ->
     """
     frames = np.array([(j.interval.start, j.interval.stop) for j in regions]) - 0.5
     if len(regions) * 2 * LEAST < width:  # leave many regions apart
-        frames = widened(frames, (last - first) / max(width, 1))
+        frames = wide_enough(frames, (last - first) / max(width, 1))
     places = np.rint((frames - first) / (last - first) * width).astype(np.int64)
     places[:, 1] = np.maximum(places[:, 1], places[:, 0] + 2)
     pairs: _Spans = np.clip(places, 0, width).tolist()
     return pairs
 
 
-def widened(spans: Array, pixel: float) -> Array:
+def wide_enough(spans: Array, pixel: float) -> Array:
     """Return spans (n, 2) in frames, at least LEAST pixels wide; pixel: frames per pixel."""
     spare = 0.5 * np.maximum(LEAST * pixel - (spans[:, 1] - spans[:, 0]), 0.0)
     return np.stack([spans[:, 0] - spare, spans[:, 1] + spare], axis=1)

@@ -27,9 +27,8 @@ from inspector.timeline.timeline import Timeline
 from inspector.widgets.background import Task
 from inspector.widgets.review_keys import ReviewKeys
 from inspector.window.action_table import MENUS, connect_rows
-from inspector.window.actions import build_actions, offer, rows
+from inspector.window.actions import build_actions, offer
 from inspector.window.centre import Centre
-from inspector.window.drawn_first import DrawnFirst
 from inspector.window.features import FEATURES, panels
 from inspector.window.file_actions import FileActions
 from inspector.window.parts import Parts
@@ -138,8 +137,6 @@ class MainWindow(Parts):
             begin=self.review_actions.begin,
         )
         connect_rows(self)
-        verdicts = [self.actions_by_id[row.id] for row in rows(MENUS) if row.verdict]
-        DrawnFirst(verdicts, self.viewport.has_painted_interval, self)
         complaint = "" if self.viewport.view is not None else self.viewport.overlays.notice.text()
         self.start_page = StartPage(
             self.viewport, self.actions_by_id, self.open_path, complaint, self.colours
