@@ -32,8 +32,15 @@ class Teaching(FeatureParts):
 
     def connect(self, window: HostWindow) -> None:
         """Activate teaching while the tab is visible."""
-        self._dock = window.docks["teaching"]
-        self._dock.visibilityChanged.connect(self.teaching.set_shown)
+        self._dock, self._window = window.docks["teaching"], window
+        self._dock.visibilityChanged.connect(self._set_shown)
+
+    def _set_shown(self, on: bool) -> None:
+        """Show the taught joint as a wedge in one picture, because the gizmo is drawn on it."""
+        for look in ("skin", "side_by_side"):
+            wanted = not on and bool(self._window.settings.value(look))
+            self._window.actions_by_id[look].setChecked(wanted)
+        self.teaching.set_shown(on)
 
     def content(self) -> QWidget:
         """Return the content of the dock, at least as wide as the symbols."""
