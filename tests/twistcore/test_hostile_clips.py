@@ -108,9 +108,9 @@ def test_numbers_with_exponents_are_rewritten_in_one_go():
 def test_a_pose_of_every_joint_in_every_frame_is_not_made_of_next_to_no_numbers():
     """120 kB of text ask for 3.5 GB."""
     joints, frames = 2_000, 20_000
-    with pytest.raises(BvhError, match=r"channels in more joints: 20000 frames of 2001 joints"):
+    with pytest.raises(BvhError, match=r"20000 frames of 2001 joints"):
         parse_bvh(bvh(joint("a") * joints, "1 2 3\n" * frames, frames=frames))
-    with pytest.raises(AmcError, match="channels in more joints"):
+    with pytest.raises(AmcError, match="20000 frames of"):
         parse_amc(b"1\nroot 0\n" * frames, parse_asf(many_bones(joints)))
 
 
