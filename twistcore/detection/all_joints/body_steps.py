@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from twistcore.detection.bends import bend_steps
 from twistcore.detection.cuts import leading_frames, trailing_frames
 from twistcore.detection.runs import runs
 from twistcore.skeleton.medians import median
@@ -22,6 +23,7 @@ _SLOW, _LEAST_SLOW = 45.0, 5.0  # frames a second below which this is expected, 
 _AROUND = 0.08  # seconds of a block whose median is the usual value
 _MOVES = 0.02  # degrees a frame
 _SHOWS = 2.0  # degrees: steps with a smaller median are hardly visible
+_NEARBY = 10  # frames on either side of a step
 _EDGE = 4  # frames at the ends, and after a first pose
 
 PLACE, PLACE_SLOW = 0.02, 0.05  # of the height, off the path between the neighbours
@@ -84,6 +86,8 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
     # The frames next to a step are off the mean as well: the step is the largest.
     over &= step[suspected] >= np.maximum(step[suspected - 1], step[suspected + 1])
     many = over.sum(axis=1) >= wanted
+    for k in np.flatnonzero(many).tolist():
+        many[k] = _bends(motion, int(suspected[k]), least) >= 0.5 * wanted
     stepping = np.zeros(motion.frames, dtype=bool)
     stepping[suspected[many]] = True
     by_frame = dict(zip(suspected.tolist(), range(len(suspected)), strict=True))
@@ -95,6 +99,19 @@ def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
         if turns >= _SHOWS:
             out.append(BodyStep(start, stop, share, turns))
     return tuple(out)
+
+
+def _bends(motion: Motion, frame: int, least: float) -> int:
+    """Return how many joints bend by far more than nearby, and by `least` degrees, at a frame.
+
+    Twist errors in many chains turn many joints in the same frame, but bend none.
+    """
+    first = max(frame - _NEARBY, 0)
+    bends = np.degrees(bend_steps(motion.sliced(first, min(frame + _NEARBY, motion.frames))))
+    off = np.abs(bends[:, 1:-1] - 0.5 * (bends[:, :-2] + bends[:, 2:]))
+    at = frame - first - 2  # the change into the frame
+    usual = np.median(np.delete(off, [at - 1, at, at + 1], axis=1), axis=1)
+    return int((off[:, at] > np.maximum(_TIMES * usual, least)).sum())
 
 
 def _steps(rotations: Array) -> Array:
