@@ -60,6 +60,7 @@ def test_a_detector_that_is_not_ready_is_asked_for_flips_alone(ready):
         return SimpleNamespace(intervals=lambda name, tau: [(name, tau), name])
 
     analysis = SimpleNamespace(
+        usable=lambda method: method if ready else "consistency",
         kept=lambda method: method if ready and method == "own" else None,
         detector=detector,
         chains_and_limbs=(SimpleNamespace(name=LEG), SimpleNamespace(name="Beyond")),

@@ -61,7 +61,8 @@ def test_a_batch_counts_as_applied_what_was(monkeypatch, tmp_path):
     assert corrected != clip.data
     assert document["applied"] == 1
     (told,) = [w for w in document["warnings"] if "not corrected" in w]
-    assert told.startswith(f"{limb} was not corrected where its end was kept: rfoot")
+    assert told.startswith(limb)
+    assert told.endswith("rfoot")
 
 
 def test_the_share_of_frames_is_of_frames_and_of_none_it_is_none():

@@ -42,6 +42,12 @@ WALK = read_bvh(ASSETS / "walk.bvh")
 CLEAN = ("walk", "dance", "basketball")
 
 
+@pytest.fixture(autouse=True)
+def no_stretches(monkeypatch):
+    """A joint that is turned for ten frames is a stretch as well: see test_stretches.py."""
+    monkeypatch.setattr("twistcore.detection.stretches.find_stretches", lambda search: {})
+
+
 def spun(joint, start, stop, degrees, motion=WALK.motion):
     return spun_in(joint, start, stop, degrees, motion)
 

@@ -55,7 +55,7 @@ def test_no_sentence_is_printed_twice(words, shifted, tmp_path, capsys):
     printed, errors = capsys.readouterr()
     lines = [*printed.splitlines(), *errors.splitlines()]
     notes = Counter(line.rpartition("note: ")[2] for line in lines if "note: " in line)
-    for part in ("UTF-16", "15 missing", "OFFSET"):
+    for part in ("UTF-16", "15 are missing", "OFFSET"):
         assert any(part in note for note in notes), part
     assert not [note for note, count in notes.items() if count > 1]
 

@@ -155,7 +155,7 @@ def test_where_the_passes_lie_far_apart_is_flagged_and_said():
     assert not found.apart[:, 1].any()
     assert one.apart is None
     said = apart_sentence(found.apart, ("a", "b"))
-    assert names_in_one_line(said, "90°", f"frames {at[0]}–{at[-1]}")
+    assert names_in_one_line(said, "90°", f"frames {at[0]}–{at[-1] + 1}")
     assert apart_sentence(found.apart[:, 1:], ("b",)) == ""
     assert "3 more" in apart_sentence(found.apart[:, [0] * 9], "abcdefghi")
 
