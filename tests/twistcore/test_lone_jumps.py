@@ -45,7 +45,7 @@ CLEAN = ("walk", "dance", "basketball")
 @pytest.fixture(autouse=True)
 def no_stretches(monkeypatch):
     """A joint that is turned for ten frames is a stretch as well: see test_stretches.py."""
-    monkeypatch.setattr("twistcore.detection.stretches.find_stretches", lambda search: {})
+    monkeypatch.setattr("twistcore.detection.stretches.find_stretches", lambda _: {})
 
 
 def spun(joint, start, stop, degrees, motion=WALK.motion):
