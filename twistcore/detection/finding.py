@@ -1,4 +1,4 @@
-"""How kinds that are only shown are searched for: the input of a finder, and its result."""
+"""The search for kinds of error that no detector finds: the input of a finder, and its result."""
 
 from __future__ import annotations
 
@@ -58,9 +58,9 @@ class KindSearch:
     _kept: MutableMapping[Any, Any] = field(default_factory=dict)
 
     def once(self, work: Callable[[KindSearch], Known]) -> Known:
-        """Return the result of `work`, which the kinds of a clip share; callers must not change it.
+        """Return the result of `work`, computed once per clip and shared by its kinds.
 
-        The result may depend on everything but the chosen chains.
+        Callers must not change the result. It may depend on everything except the chosen chains.
         """
         if work not in self._kept:
             self._kept.setdefault(work, work(self))
@@ -72,7 +72,7 @@ Finder = Callable[[KindSearch], Found]
 
 
 def finder_of(kind: Kind) -> Finder:
-    """Return the finder of a kind; TwistError if it cannot be loaded."""
+    """Return the finder of a kind. Raises TwistError if it cannot be loaded."""
     module, _, name = kind.info.find.partition(":")
     with one_sentence(f"the finder of the kind {kind.value!r} cannot be loaded"):
         finder: Finder = getattr(import_module(module), name)
@@ -80,9 +80,9 @@ def finder_of(kind: Kind) -> Finder:
 
 
 def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
-    """Return the intervals of a kind in the chosen chains by chain name, each chain's by start.
+    """Return the intervals of a kind in the chosen chains, by chain name and start.
 
-    TwistError if the kind's finder fails or returns impossible intervals.
+    Raises TwistError if the kind's finder fails or returns impossible intervals.
     """
     finder, frames = finder_of(kind), search.motion.frames
     with one_sentence(f"the finder of the kind {kind.value!r} failed"):

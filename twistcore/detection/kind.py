@@ -1,4 +1,4 @@
-"""The kinds of error; each declares itself in its file in `kinds/`. This loads no numpy."""
+"""The kinds of error; each is declared in its own file in `kinds/`. This module loads no numpy."""
 
 from __future__ import annotations
 
@@ -78,14 +78,18 @@ class KindInfo:
 
 
 def plural_name(word: str) -> str:
-    """Return the plural of a kind's name: 'limb flips', 'stretches'; 'frozen frames' is one."""
+    """Return the plural of a kind's name: 'limb flips', 'stretches'. 'frozen frames' is already
+    one.
+    """
     if word.endswith("frames"):
         return word
     return word + ("es" if word.endswith(("ch", "s", "x")) else "s")
 
 
 class _Kinds(type):
-    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, `for kind in Kind` yields all of them."""
+    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, and `for kind in Kind` yields all of
+    them.
+    """
 
     def __iter__(cls) -> Iterator[Kind]:
         return iter(_known().values())
@@ -137,7 +141,7 @@ class Kind(str, metaclass=_Kinds):
     info: KindInfo
 
     def __new__(cls, value: object) -> Kind:
-        """Return the kind of a word, the same object each time."""
+        """Return the kind that a word names; always the same object for the same word."""
         if (kind := _by_word().get(_word(value))) is not None:
             return kind
         if not (isinstance(value, str) and value.strip()):
@@ -152,7 +156,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def value(self) -> str:
-        """The word in files and tables."""
+        """The word for the kind in files and tables."""
         return str.__str__(self)
 
     @property
@@ -162,12 +166,14 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def repairable(self) -> bool:
-        """True if intervals of the kind can be corrected; other kinds are only shown."""
+        """True if intervals of the kind can be corrected; other kinds are only reported."""
         return bool(self.info.repair)
 
     @property
     def of_capture(self) -> bool:
-        """True for a fault of the capture, not a twist: gates count it only on request."""
+        """True for a fault of the capture that is not a twist error; gates count it only on
+        request.
+        """
         return self.info.of_capture
 
 
@@ -194,9 +200,9 @@ def _known() -> Mapping[str, Kind]:
 
 
 def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
-    """Return the kinds that packages announce, by the entry point's name in capitals.
+    """Return the kinds that installed packages announce, by the entry point's name in capitals.
 
-    A kind that cannot be loaded, or whose word is taken, is left out with a warning.
+    A kind that cannot be loaded, or whose word is already in use, is left out with a warning.
     """
     if not _announced():
         return {}

@@ -1,4 +1,4 @@
-"""What a detector declares about itself, and what it returns. This module loads no numpy."""
+"""The declaration of a detector and the interface of its results. This module loads no numpy."""
 
 from __future__ import annotations
 
@@ -57,17 +57,19 @@ class DetectorInfo:
 
     @property
     def is_m(self) -> bool:
-        """True if its strength is the paper's m(t), which is drawn along with any other."""
+        """True if its strength is the paper's m(t), which is also drawn when other detectors are
+        shown.
+        """
         return self.strength == "m"
 
     @property
     def column(self) -> str:
-        """The label over a column."""
+        """The label above a column of a table."""
         return self.short or self.name
 
     @property
     def menu_text(self) -> str:
-        """The menu text."""
+        """The text of the detector's menu item."""
         return self.action or f"Detect with {self.label}"
 
 
@@ -75,28 +77,30 @@ class Analysis(Protocol):
     """The analysis of a motion by a detector, before a threshold is chosen."""
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ, radians."""
+        """Return the automatic τ of a chain, in radians."""
         ...
 
     def strength(self, chain: str) -> Array:
-        """Return the curve that the τ line lies on, radians ≥ 0, shape (frames,)."""
+        """Return the strength of a chain, to which τ is compared, radians ≥ 0, shape (frames,)."""
         ...
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start."""
+        """Return the intervals of a chain at threshold τ, radians, by start."""
         ...
 
 
 class Detector(Protocol):
-    """A way of finding twist errors."""
+    """A method of finding twist errors."""
 
     @property
     def info(self) -> DetectorInfo:
-        """How the detector is shown."""
+        """The information that the program shows about the detector."""
         ...
 
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> Analysis:
-        """Analyse a motion as far as that does not depend on τ; tell: called with the progress."""
+        """Analyse a motion, except for the part that depends on τ; tell: callback for the
+        progress.
+        """
         ...

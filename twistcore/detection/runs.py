@@ -25,13 +25,15 @@ SomeSpan = TypeVar("SomeSpan", bound=Span)
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the runs of True as [start, stop), by start; mask: (frames,)."""
+    """Return the runs of True in a mask (frames,) as [start, stop), by start."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
 
 
 def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
-    """Group overlapping spans, given by start; apart: the least number of frames between groups."""
+    """Group spans, sorted by start, that overlap; apart: the smallest gap between groups, in
+    frames.
+    """
     groups: list[list[SomeSpan]] = []
     end = 0
     for span in spans:

@@ -1,7 +1,7 @@
-"""Twist increments of a chain from relative rotations: no azimuth, no singularity [Method, step 1].
+"""Twist increments of a chain from relative rotations, without azimuth or singularity.
 
-Unlike differences of θp and θc they are exact for a straight limb and across a swing of 180°. Their
-sum is not θp (holonomy), so the two are never compared.
+This is step 1 of [Method]. Unlike differences of θp and θc, the increments are exact for a straight
+limb and across a swing of 180°. Their sum is not θp (holonomy), so the two are never compared.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Arra
 
 
 def _twist_between(q: Array, axis: Array, cross_sign: float) -> Array:
-    """Return the twist of q(t−1)⁻¹ q(t) (cross_sign −1) or q(t) q(t−1)⁻¹ (+1).
+    """Return the twist of q(t−1)⁻¹ q(t) if cross_sign is −1, of q(t) q(t−1)⁻¹ if it is +1.
 
-    Only w and v·a are computed.
+    Only w and v·a of the product are computed.
     """
     w0, w1 = q[:-1, 0], q[1:, 0]
     x0, y0, z0 = q[:-1, 1], q[:-1, 2], q[:-1, 3]
