@@ -1,4 +1,6 @@
-"""From a clip to its intervals: chains, detectors, correction, reasons, quantities, quality."""
+"""The way from a clip to its intervals: chains, detectors, corrections, reasons and quality
+measures.
+"""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""How far each joint bends from frame to frame, whatever the twist of its bones [Method, step 7].
+"""How far each joint bends from frame to frame, independently of any twist [Method, step 7].
 
 The bend of a joint is the angle between its parent's bone and its own. A twist error turns a joint
 about its bone and the next joint back: no bone changes its direction and no bend changes, even if

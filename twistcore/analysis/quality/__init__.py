@@ -1,1 +1,3 @@
-"""Measures of a motion without ground truth. None of them is an error."""
+"""Quality measures of a motion that need no ground truth. A high value is not in itself an
+error.
+"""

@@ -1,4 +1,6 @@
-"""Helper rolls: a twist bone in a chain turns about the bone alone. See `helper_rolls.py`."""
+"""Helper rolls: a twist bone next to the chain turns about the bone alone. See
+`helper_rolls.py`.
+"""
 
 from twistcore.detection.kind import KindInfo
 
