@@ -1,6 +1,4 @@
-"""The way from a clip to its intervals: chains, detectors, corrections, reasons and quality
-measures.
-"""
+"""From a clip to its intervals: chains, detectors, corrections, reasons and quality measures."""
 
 from importlib import import_module
 from typing import TYPE_CHECKING

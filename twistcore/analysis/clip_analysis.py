@@ -166,7 +166,7 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig: with all its chains, or with the chosen chains it
+        """Return the analysis with another rig: with all its chains, or those of the chosen ones it
         has.
         """
         every = rig.chains(self.motion)
@@ -190,15 +190,11 @@ class ClipAnalysis:
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """All chains, then all limbs: everything that may contain errors or is needed for a
-        correction.
-        """
+        """All chains, then all limbs: everything that may be wrong or that a correction needs."""
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
-        """Return the chain or limb with this name or label. Raises TwistError with similar
-        names.
-        """
+        """Return the chain or limb of a name or label. Raises TwistError with similar names."""
         return chain_named(self.chains_and_limbs, name, self.name)
 
     @cached_property
@@ -208,16 +204,12 @@ class ClipAnalysis:
 
     @cached_property
     def reliability(self) -> Mapping[str, float]:
-        """The median of ‖v⊥‖/‖v‖ for each chain, 0…1; it is low if a straight limb leaves θc
-        undefined.
-        """
+        """The median of ‖v⊥‖/‖v‖ by chain, 0…1; low if a straight limb leaves θc undefined."""
         return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
-        """The global rotations, (frames, joints, 4), and positions, (frames, joints, 3), of all
-        joints.
-        """
+        """The global rotations, (frames, joints, 4), and positions, (frames, joints, 3)."""
         return forward_kinematics(self.motion)
 
     @cached_property
@@ -227,9 +219,7 @@ class ClipAnalysis:
 
     @cached_property
     def not_examined(self) -> str:
-        """The reason why nothing in the clip could be examined, as a clause; '' if
-        anything could.
-        """
+        """The reason why the clip could not be examined at all, as a clause, or ''."""
         return why_not_examined(self.motion, self.chains_and_limbs)
 
     @cached_property
@@ -290,9 +280,7 @@ class ClipAnalysis:
         return DEFAULT_METHOD if self.failure(name) else name
 
     def failure(self, method: str) -> str:
-        """Return the error message of a detector that failed on this clip; '' if it did
-        not fail.
-        """
+        """Return the error message of a detector that failed on this clip; '' if it works."""
         if self._whole is not None:
             return self._whole.failure(method)
         detector, why = self._failed.get(method, (None, ""))
@@ -425,9 +413,7 @@ class ClipAnalysis:
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def _search(self, method: str) -> KindSearch:
-        """Return the input for the finders of kinds; method: a detector, or '' for the clip as
-        captured.
-        """
+        """Return the input for the finders of kinds; method: a detector, or '' for the raw clip."""
         whole, chosen = self._whole or self, self._of_limbs
         shared, chains = whole._shared, whole._of_limbs
         captured = KindSearch(
@@ -463,9 +449,7 @@ class ClipAnalysis:
         return applied_unasked(self._errors(method))
 
     def _refined(self, method: str) -> Callable[[int, int], Motion] | None:
-        """Return a function that makes corrected frames of the motion; None if nothing is
-        corrected.
-        """
+        """Return a function that makes corrected frames; None if nothing is corrected."""
         if method not in self._refiners:
             applied, chains = self._applied(method), self.chains_and_limbs
             made = refiner(self.motion, chains, applied) if applied else None
@@ -478,8 +462,7 @@ class ClipAnalysis:
         return self._whole.bursts if self._whole else noise_bursts(self.motion)
 
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
-        """Return the people whose joints jump alone dozens of times a minute, so no interval is
-        certain.
+        """Return the people whose joints jump dozens of times a minute, so no interval is certain.
 
         The result for a clip of one person is ('',) or (). Jumps must be as frequent in the clip as
         captured and after the corrections; if few joints jump as captured, no detector needs to
@@ -544,9 +527,7 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
-        """Return the measures that the correction of an interval changes in its limb and its
-        neighbours.
-        """
+        """Return what the correction of an interval changes in its limb and its neighbours."""
         if interval.kind != Kind.COUNTER_TWIST:  # no detector of chains is needed for other kinds
             hinges = Hinges(self.motion)
             return protected_measures(self.motion, self.chains_and_limbs, interval, hinges)
@@ -591,8 +572,8 @@ class ClipAnalysis:
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """Return the hinges, measured outside of counter-twists, for the clip or for its kept
-        frames.
+        """Return the hinges of the clip or of its kept frames, measured outside of
+        counter-twists.
         """
         key = method, kept is None
         if key not in self._hinges:
@@ -648,8 +629,7 @@ class ClipAnalysis:
     def tau_of(
         self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
     ) -> dict[str, float]:
-        """Return τ in radians by name: the value for all chains of limbs, replaced by a profile's
-        values.
+        """Return τ in radians by name: one value for all chains of limbs, then a profile's values.
 
         Names in the profile that the clip does not have are left out.
         """
@@ -729,8 +709,7 @@ class _ByName:
         return [*left, *rolls]
 
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
-        """Remove flips that only arise because a child did not turn back a twist error of the
-        limb's P.
+        """Remove flips that arise because a child did not turn back a twist error of the limb's P.
 
         The part that the child does not turn back turns the rest of the limb, so this is one error
         and not two.
@@ -753,9 +732,7 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return the evidence for an interval, and the doubt because of which a person has to
-    decide.
-    """
+    """Return the evidence for an interval, and the doubt that leaves it to a person."""
     told = explain() if explain else {}
     return {**told, "doubts": [doubt, *told.get("doubts", ())]}
 
@@ -768,9 +745,7 @@ def _kept(analysis: Analysis) -> DistinctFrames | None:
 def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
-    """Return the evidence for an interval, and the measures that its correction would make
-    worse.
-    """
+    """Return the evidence for an interval, and the measures that its correction makes worse."""
     told = explain() if explain else {}
     doubts = [m.doubt for m in worse]
     doubts += [d for d in told.get("doubts", ()) if d not in doubts]
@@ -846,8 +821,8 @@ class Detection:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes of the analysis, without the note that nothing was examined if something was
-        found.
+        """The notes of the analysis; if something was found, without the note that nothing was
+        examined.
         """
         notes = self.analysis.notes
         if self.intervals:
@@ -1139,9 +1114,7 @@ def _row(
 
 
 def _kinds(kinds: Collection[Kind | str] | str | None) -> frozenset[Kind]:
-    """Return the kinds for some words, all kinds for None. Raises TwistError for an
-    unknown word.
-    """
+    """Return the kinds for some words, all kinds for None. Raises TwistError if one is unknown."""
     if kinds is None:
         return ALL_KINDS
     wanted = []

@@ -1,6 +1,4 @@
-"""The parts of a motion that cannot be examined, with the reason, so that none is left out
-silently.
-"""
+"""The parts of a motion that cannot be examined, and why: none is left out silently."""
 
 from __future__ import annotations
 
@@ -28,9 +26,7 @@ _MOST_PIECES = 5  # pieces that a note lists
 
 
 def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
-    """Return the reason why nothing in a motion could be examined, as a clause; '' if anything
-    could.
-    """
+    """Return the reason why a motion cannot be examined at all, as a clause, or ''."""
     if not chains:
         return "no arm or leg was found in its skeleton"
     if motion.frames < max(FEWEST_FRAMES, round(SHORTEST_SEGMENT * motion.fps)):
@@ -65,9 +61,7 @@ def frames_note(motion: Motion) -> str:
 
 
 def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
-    """Return the frames [start, stop) of pieces too short to examine, except T-poses at
-    the ends.
-    """
+    """Return frames [start, stop) of pieces too short to examine, except T-poses at the ends."""
     left_out = np.ones(motion.frames, dtype=bool)
     for start, stop in segments_between(find_cuts(motion), motion.fps):
         left_out[start:stop] = False
@@ -78,9 +72,7 @@ def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
 
 
 def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
-    """Return the limbs of a body that no chain examines; chains: may include chains that a person
-    added.
-    """
+    """Return a body's limbs that no chain examines; chains: may include chains from a person."""
     found = {(bone.parent, bone.child) for line in body.lines for bone in line.bones}
     covered = {
         (c.person, body.names[c.parent].side or body.names[c.child].side, _kind_of(body, c))

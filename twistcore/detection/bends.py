@@ -77,9 +77,7 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
 
 
 def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
-    """Return the joints at the place of `joint`, from the first below a bone or a root
-    down to it.
-    """
+    """Return the joints at the place of `joint`, from the highest one down to `joint` itself."""
     parents, path = motion.skeleton.parents, [joint]
     while above[path[0]] is None and parents[parents[path[0]]] >= 0:
         path.insert(0, int(parents[path[0]]))

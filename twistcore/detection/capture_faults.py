@@ -29,9 +29,7 @@ def find_bursts(search: KindSearch) -> Found:
 
 
 def find_frozen(search: KindSearch) -> Found:
-    """Return the frozen spans, by chain name; a frozen limb is listed with its first
-    chosen chain.
-    """
+    """Return the frozen spans by chain name; each is listed with the limb's first chosen chain."""
     return frozen_intervals(search.motion, search.chains, search.chosen)
 
 
@@ -71,8 +69,7 @@ def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tup
 def frozen_intervals(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Chain] | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the frames in which a limb does not move, by the name of the limb's first chosen
-    chain.
+    """Return the frames in which a limb does not move, by name of the limb's first chosen chain.
 
     chains: all chains of the limbs; chosen: the chains to list, all if not given.
     """

@@ -1,8 +1,7 @@
-"""Carried rolls: P turns about its bone, C's bone keeps its place, and C rolls along with P.
+"""Carried rolls: P turns about its bone and C rolls with it, while C's bone keeps its direction.
 
-In a counter-twist and in a carried roll alike, C's bone turns back about P's bone as far as P turns
-(its azimuth, θc of [Choi26 Eq. 6-7]). In a carried roll C also turns about its own bone, as far as
-P does:
+In a counter-twist and in a carried roll, C turns back about P's bone by P's angle (its azimuth, θc
+of [Choi26 Eq. 6-7]). In a carried roll C also turns about its own bone by the same angle:
 
     q_P ⊗ R_a(δ),   R_a(−δ) ⊗ q_C ⊗ R_b(δ)
 
@@ -103,17 +102,14 @@ def may_carry(chain: Chain) -> bool:
 
 
 def bent_frames(motion: Motion, chain: Chain) -> Mask:
-    """Return a mask of the frames with a limb that is bent enough to show a carried roll,
-    (frames,).
-    """
+    """Return where the limb is bent enough to show a carried roll, (frames,)."""
     if not may_carry(chain):
         return np.zeros(motion.frames, dtype=bool)
     return np.asarray(Witnesses.of(motion, chain).bend >= LEAST_BEND)
 
 
 def without_roll(motion: Motion, signals: Mapping[Chain, Witnesses]) -> Motion:
-    """Return the motion with every C turned to its bone's direction, but without roll about the
-    bone.
+    """Return the motion with every C turned to its bone's direction, without roll about the bone.
 
     No joint may be C of one of these chains and P of another.
     """
@@ -152,9 +148,7 @@ def _some_edge(signals: Witnesses) -> bool:
 
 
 def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
-    """Return where the turns over `width` frames from the given frames on look like a
-    carried roll.
-    """
+    """Return where turns over `width` frames from the frames `at` on look like a carried roll."""
     names = "x", "azimuth_turns", "roll_turns"
     return _alike(*(signals.beyond_pace(name, width)[at] for name in names))
 

@@ -141,9 +141,7 @@ def _usual_of_both(
 
 
 def _usual(motion: Motion, chain: Chain, joint: int) -> _Usual | None:
-    """Return the usual twist of a joint about a chain's bone (a circular median); None if
-    undefined.
-    """
+    """Return the circular median of a joint's twist about a chain's bone; None if undefined."""
     if chain.axis.ndim > 1:
         return None
     angle: Array = twist_angle(motion.rotations[:, joint], chain.axis)

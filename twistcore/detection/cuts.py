@@ -101,9 +101,7 @@ def _jumps(motion: Motion) -> Mask:
 
 
 def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
-    """Return the frames [low, high) between cuts, without pieces too short to tell errors from
-    motion.
-    """
+    """Return the frames [low, high) between cuts, except pieces too short to examine."""
     shortest = round(SHORTEST_SEGMENT * fps)
     borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
     return tuple(

@@ -146,9 +146,7 @@ class GuardedAnalysis:
 
 
 class _Reasons:
-    """The evidence for an interval; if its computation fails, the error is returned in its
-    place.
-    """
+    """The evidence for an interval, or the error if the evidence cannot be computed."""
 
     def __init__(self, name: str, explain: Callable[[], dict[str, Any]]) -> None:
         self._name, self._explain = name, explain

@@ -111,9 +111,7 @@ def _axes(count: int) -> Array:
 
 
 def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
-    """Return the helper's increments without those that C's turn or its parent's opposite turn
-    explains.
-    """
+    """Return the helper's increments that neither C nor an opposite turn of its parent explains."""
     size = _EXPLAINED * np.abs(roll)
     driven = (np.abs(driver) > size) & (driver * roll > 0.0)
     kept = np.abs(over + roll) < size

@@ -78,18 +78,14 @@ class KindInfo:
 
 
 def plural_name(word: str) -> str:
-    """Return the plural of a kind's name: 'limb flips', 'stretches'. 'frozen frames' is already
-    one.
-    """
+    """Return the plural of a kind's name: 'limb flips', 'stretches', but 'frozen frames'."""
     if word.endswith("frames"):
         return word
     return word + ("es" if word.endswith(("ch", "s", "x")) else "s")
 
 
 class _Kinds(type):
-    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, and `for kind in Kind` yields all of
-    them.
-    """
+    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, `for kind in Kind` yields all kinds."""
 
     def __iter__(cls) -> Iterator[Kind]:
         return iter(_known().values())
@@ -171,9 +167,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def of_capture(self) -> bool:
-        """True for a fault of the capture that is not a twist error; gates count it only on
-        request.
-        """
+        """True for a fault of the capture, not a twist error; gates count it only on request."""
         return self.info.of_capture
 
 

@@ -34,9 +34,7 @@ BEHIND = 6  # frames of capture that must follow the blend
 
 
 def held_frames(rotations: Array) -> int:
-    """Return how many frames after frame 0 repeat its pose exactly; rotations: (frames,
-    joints, 4).
-    """
+    """Return how many frames after frame 0 repeat its pose; rotations: (frames, joints, 4)."""
     if len(rotations) < 2 or not np.array_equal(rotations[0], rotations[1]):
         return 0
     moved = (rotations != rotations[0]).any(axis=(1, 2))
@@ -103,8 +101,7 @@ def _like_a_blend(s: Array) -> bool:
 
 
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
-    """Return, for the joints that move far, their ways, their directions to frame `length`, and
-    s(t).
+    """Return, for joints that move far, their ways, their directions to frame `length`, and s(t).
 
     way: the chords from the first rotation, (joints, frames, 4). The returned ways are in units of
     the chord to frame `length`.
@@ -135,9 +132,7 @@ def _second(values: Array, lag: int) -> Array:
 
 
 def _end(way: Array, length: int) -> int:
-    """Return the end of the course: the last frame in which it explains most joints'
-    accelerations.
-    """
+    """Return the last frame in which the course explains most joints' accelerations."""
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : 2 * length + BEHIND], length)
     given, left, _ = _accelerations(shares, to, s, lag)

@@ -42,9 +42,7 @@ class Image:
             parts[row + 1, at] = np.einsum("ti,ti->t", q[:, 1:], axis)
 
     def __call__(self, angle: Array, row: int | slice = slice(None)) -> Array:
-        """Return the twist angles of a row, or of all rows, for angles φ of the same shape;
-        radians.
-        """
+        """Return the twist angles of a row, or of all rows, for φ of the same shape; radians."""
         w, v, tw, tv = self._parts[:, row]
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
         return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
@@ -82,8 +80,7 @@ class Limbs:
         return out.reshape(2, -1, self.frames)
 
     def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
-        """Return the limbs with some children turned about their chain's axis, in the parent's
-        frame.
+        """Return the limbs with some children turned about their chain's axis, in P's frame.
 
         turns: the turns as (row of the chain, first frame, angles in radians).
         """

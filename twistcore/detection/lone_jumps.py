@@ -33,9 +33,7 @@ _OWN_SHARE = 0.5  # of the limit: a joint that turns less by itself only follows
 
 
 def limit(fps: float) -> float:
-    """Return the largest possible turn about a joint's own axis from one frame to the next,
-    radians.
-    """
+    """Return the largest possible turn about a joint's axis from frame to frame, radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
@@ -52,8 +50,7 @@ def _in_all_chains(search: KindSearch) -> Found:
 def lone_jumps(
     motion: Motion, chains: Sequence[Chain], refined: _Frames | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the lone jumps of the chains' joints by chain name and start, each with its joint's
-    name.
+    """Return the lone jumps of the chains' joints by chain name and start, with the joints' names.
 
     refined: function that returns the frames [start, stop) of the motion without the known errors,
     so that a jump that belongs to one of them is not listed a second time. A joint must jump both
@@ -97,8 +94,7 @@ def lone_jumps(
 def _turns_too_fast(
     motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
 ) -> dict[int, Array]:
-    """Return the turns of joints where these are too fast, and 0 elsewhere; radians, (frames,), by
-    joint.
+    """Return the turns of joints where they are too fast, else 0; radians, (frames,), by joint.
 
     among: mask of the frames to examine, (frames,). The clip is processed in blocks so that no copy
     of all its rotations is needed.
@@ -149,9 +145,7 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
 
 
 def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain of each joint: the chain with this parent or, if there is none,
-    this child.
-    """
+    """Return each joint's chain: the chain whose parent it is, or else whose child it is."""
     owner = {chain.child: chain for chain in reversed(chains)}
     return owner | {chain.parent: chain for chain in chains}
 
@@ -166,9 +160,7 @@ def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return a mask of the turns that are fast enough in the parent's frame to be too fast,
-    (frames,).
-    """
+    """Return where turns in the parent's frame are fast enough to be too fast, (frames,)."""
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
 
 

@@ -75,8 +75,8 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """Return σ of a joint's noise in degrees, (frames,); 0 if its parent or a child compensates for
-    it.
+    """Return σ of a joint's noise, 0 if a neighbouring joint compensates for it, degrees,
+    (frames,).
 
     The array is read-only, because it is kept with the motion; for quiet joints it takes no memory.
     """
@@ -153,9 +153,7 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
 
 
 def turns_of(q: Array) -> Array:
-    """Return each frame's rotation since the previous frame, as rotation vectors, degrees, (frames,
-    3).
-    """
+    """Return rotations since the previous frame as rotation vectors, degrees, (frames, 3)."""
     turns = logarithm(multiply(conjugate(q[:-1]), q[1:]))
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 

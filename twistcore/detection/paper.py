@@ -35,9 +35,7 @@ class PaperAnalysis:
         return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
 
     def removed(self, chain: str, tau: float) -> Array:
-        """Return the angle that the paper's correction removes at τ radians, a running sum,
-        (frames,).
-        """
+        """Return the running sum that the paper's correction removes at τ radians, (frames,)."""
         return running_offset(self.signals[chain], tau)
 
 

@@ -1,5 +1,4 @@
-"""The prediction of natural motion from good neighbours, and the scale of its errors [Method, step
-2].
+"""The prediction of natural motion from good neighbours, and its scale [Method, step 2].
 
 Signals are stacked as (2, chains, frames): x and y. A frame is *good* for a chain if nothing jumps
 in it. Only good frames are used for predictions, and never the frame that is predicted. Most frames
@@ -55,9 +54,7 @@ def coarse_residual(signals: Array, step: int) -> Array:
 
 
 def _box_sum(values: Array | Mask, half: int) -> Array:
-    """Return the sum over t − half … t + half along the last axis, over fewer frames at
-    the ends.
-    """
+    """Return the sum over t − half … t + half along the last axis, fewer frames at the ends."""
     n = values.shape[-1]
     kind = np.int32 if values.dtype == bool else values.dtype  # whole numbers add up faster
     total = np.empty((*values.shape[:-1], n + 2 * half + 1), dtype=kind)
@@ -140,8 +137,8 @@ class Irregular:
     gap: Array
 
     def predicted(self, weights: Array) -> Array:
-        """Return the predictions Σ weights·near, (2, n); weights: (4, n), or (2, 4, n) for
-        x and y.
+        """Return the predictions Σ weights·near, (2, n); weights: (4, n), or (2, 4, n) by
+        signal.
         """
         weights = np.broadcast_to(weights, self.near.shape)
         return np.asarray(np.einsum("skn,skn->sn", self.near, weights))
@@ -253,9 +250,7 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Return how much σ grows at the four gaps, ≥ 1, (2, chains, 4), measured in good frames
-        only.
-        """
+        """Return the growth of σ at the four gaps, ≥ 1, (2, chains, 4), from good frames only."""
         frames = good.shape[1]
         out: list[Array] = []
         for n, k in enumerate(_DISTANCES):

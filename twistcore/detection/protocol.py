@@ -57,9 +57,7 @@ class DetectorInfo:
 
     @property
     def is_m(self) -> bool:
-        """True if its strength is the paper's m(t), which is also drawn when other detectors are
-        shown.
-        """
+        """True if its strength is the paper's m(t), which is also drawn with other detectors."""
         return self.strength == "m"
 
     @property
@@ -100,7 +98,5 @@ class Detector(Protocol):
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> Analysis:
-        """Analyse a motion, except for the part that depends on τ; tell: callback for the
-        progress.
-        """
+        """Analyse a motion as far as possible without τ; tell: callback for the progress."""
         ...

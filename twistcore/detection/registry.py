@@ -66,8 +66,8 @@ class Detectors(Mapping[str, Detector]):
         return sum(1 for _ in self)
 
     def named(self, name: str) -> Detector:
-        """Return the detector with a name. Raises TwistError, which lists all names, if there is
-        none.
+        """Return the detector with a name. Raises TwistError, which lists the names, if it is
+        unknown.
         """
         try:
             return self[name]
@@ -96,9 +96,7 @@ class Detectors(Mapping[str, Detector]):
         return kept
 
     def load(self, place: str) -> Detector:
-        """Register the detector of a Python file, 'FILE.py:Class'. Raises TwistError if
-        that fails.
-        """
+        """Register the detector of a Python file, 'FILE.py:Class'. Raises TwistError on failure."""
         path, _, name = place.rpartition(":")
         return self.register(_of_file(place, path, name), f"{Path(path).resolve()}:{name}")
 
@@ -122,18 +120,14 @@ class Detectors(Mapping[str, Detector]):
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the name, or the default detector's name if this one is missing or cannot be
-        loaded.
-        """
+        """Return the name, or the default detector's name if this one is missing or cannot load."""
         try:
             return self[name].info.name
         except (KeyError, TwistError):
             return DEFAULT_METHOD
 
     def version(self, name: str) -> str:
-        """Return a string that changes when another author's detector changes; '' for built-in
-        ones.
-        """
+        """Return a string that changes with another author's detector; '' for built-in ones."""
         if name in built_in():
             return ""
         if name in self._of_file():
@@ -148,9 +142,7 @@ class Detectors(Mapping[str, Detector]):
         return self._loaded[name, place]
 
     def _of_file(self) -> dict[str, GuardedDetector]:
-        """Return the registered detectors, including the one from a file given on the
-        command line.
-        """
+        """Return the registered detectors, including one from a file given on the command line."""
         place = os.environ.get(FILE_VARIABLE, "")
         if place and all(d.place != place for d in self._given.values()):
             self.load(place)
@@ -221,9 +213,7 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 
 @lru_cache(4)
 def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
-    """Return the detectors that installed packages announce, by name, without loading any
-    of them.
-    """
+    """Return the detectors that installed packages announce, by name, without loading them."""
     from importlib.metadata import entry_points  # 20 ms that few commands need
 
     return {p.name: p for p in entry_points(group=GROUP) if p.name not in built_in()}

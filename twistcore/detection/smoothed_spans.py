@@ -160,9 +160,7 @@ def _squared(changes: Array) -> Array:
 
 
 def _usual(pace: Array, fine: Array) -> Array:
-    """Return the usual fine movement of the frames that are no faster than each, (frames,
-    joints).
-    """
+    """Return the usual fine movement at each frame's pace or below it, (frames, joints)."""
     frames = len(pace)
     order = np.argsort(pace, axis=0)
     by_pace = np.take_along_axis(fine, order, axis=0)

@@ -81,9 +81,7 @@ class Corrected:
                 self._summed[chain] = own
 
     def offset(self, chain: str) -> Array:
-        """Return the angle that is removed from the twist of a chain's parent, radians,
-        (frames,).
-        """
+        """Return the angle that is removed from the twist of a chain's P, radians, (frames,)."""
         return self._offsets.get(chain, self._none)
 
     def carried(self, limb: str) -> Array:
@@ -127,8 +125,7 @@ class Corrected:
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
 
     def swivel(self, limb: Limb) -> Array:
-        """Return the angle φ of a limb minus its offset, radians, (frames,); its height is
-        unchanged.
+        """Return the angle φ of a limb minus its offset, radians, (frames,); the height stays.
 
         A correction of a chain above whose child is P turns the frame in which φ is measured; then
         φ is recomputed.
@@ -178,9 +175,7 @@ class _ClosedForm:
         self._defined = defined & np.roll(defined, 1)
 
     def angles(self, corrected: Corrected) -> Angles:
-        """Return the angles after the offsets of this chain and of the chains above it are
-        removed.
-        """
+        """Return the angles without the offsets of this chain and of the chains above it."""
         own = corrected.offset(self._chain.name)
         theta_p = self._signals.theta_p
         for chain in self._above:

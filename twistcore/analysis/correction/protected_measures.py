@@ -93,8 +93,7 @@ class Hinges:
     _exact: dict[str, Array | None] = field(default_factory=dict)
 
     def off(self, chain: Chain) -> Array | None:
-        """Return how far a joint is from its hinge in degrees, (frames,); None if it is no exact
-        hinge.
+        """Return how far a joint is from its exact hinge in degrees, (frames,); None without one.
 
         The value is NaN where the limb is too straight to show it.
         """
@@ -237,9 +236,7 @@ class _Around:
 
     @cached_property
     def places(self) -> list[tuple[Array, Array]]:
-        """The positions of a limb's C and E relative to P before and after, in the frame of P's
-        parent.
-        """
+        """The positions of C and E relative to P before and after, in the frame of P's parent."""
         assert isinstance(self.chain, Limb)
         return [places(m, self.chain) for m in self.both]
 
@@ -296,9 +293,7 @@ def _turns_in(chain: Chain, joint: int) -> bool:
 
 
 def _impossible(around: _Around) -> ProtectedMeasure:
-    """Count the frames in which a joint of the limb turns about its axis faster than any
-    body does.
-    """
+    """Count the frames in which a joint of the limb turns faster than any body does."""
     counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
     if may_be_too_fast(around.turns, fps).any():  # rare, and quick to check
         in_room = turns_about(around.in_room, around.axes)
@@ -317,9 +312,7 @@ def _roll(around: _Around) -> ProtectedMeasure | None:
 
 
 def _path(around: _Around) -> ProtectedMeasure | None:
-    """Measure the length of the middle joint's path in the frame of P's parent, as % of
-    the limb.
-    """
+    """Measure the length of the middle joint's path in P's parent's frame, % of the limb."""
     if not isinstance(limb := around.chain, Limb):
         return None
     whole = sum(bones(around.captured, limb))

@@ -162,9 +162,7 @@ def refine(
 def refiner(
     motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]
 ) -> Callable[[int, int], Motion]:
-    """Return a function that makes only the frames [start, stop) of the result of
-    :func:`refine`.
-    """
+    """Return a function that makes only frames [start, stop) of the result of :func:`refine`."""
     by_name, frames = {chain.name: chain for chain in chains}, motion.frames
     intervals = [
         i
@@ -197,9 +195,7 @@ def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[I
 
 
 def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:
-    """Return the joints without three rotation channels that prevent the correction of
-    intervals.
-    """
+    """Return the joints that prevent corrections because they lack three rotation channels."""
     carried = {i.carried for i in intervals if i.chain == chain.name}
     return uncorrectable_joints(motion, chain, carried=all(carried)) if carried else ()
 

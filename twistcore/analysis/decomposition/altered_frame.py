@@ -1,6 +1,4 @@
-"""An altered frame: the changes that a person makes to it, and the resulting motion of one
-frame.
-"""
+"""An altered frame: a person's changes to it, and the resulting motion of one frame."""
 
 from __future__ import annotations
 
@@ -91,9 +89,7 @@ def altered(
 
 
 def staged(q: Array, axis: Array, stage: float) -> Array:
-    """Return part of a rotation, (4,): stage 0 is none, 1 is the whole swing, 2 is also the whole
-    twist.
-    """
+    """Return part of a rotation, (4,): nothing at stage 0, the swing at 1, also the twist at 2."""
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     part = quaternion_from_axis_angle(normal, float(np.clip(stage, 0.0, 1.0)) * angle)

@@ -65,8 +65,7 @@ def correct_frame(
     offset_before: float,
     own: float | None = None,
 ) -> FrameCorrection:
-    """Detect an error with τ in a frame, captured or altered, and apply the correction of the
-    what-if.
+    """Detect an error with τ in a captured or altered frame, and apply the what-if's correction.
 
     offset_before: offset(t−1), radians; own: the offset of a known interval to remove, or None to
     remove offset(t).

@@ -14,8 +14,7 @@ LOCK = float(np.radians(5.0))  # between first and last axis: the two channels d
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """Return the factors of q = twist ⊗ swing', (4,) each: the same twist about a, and another
-    swing.
+    """Return the factors of q = twist ⊗ swing', (4,) each: the same twist, another swing.
 
     The angle of the swing is the same; its normal is the normal of the first swing turned back by
     the twist.
@@ -25,9 +24,7 @@ def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
 
 
 def unwrapped_twist(q: ArrayLike, axis: Array) -> float:
-    """Return 2·atan2(v·a, w), radians in (−2π, 2π]; not wrapped, so q and −q differ by a
-    full turn.
-    """
+    """Return 2·atan2(v·a, w), radians in (−2π, 2π], so that q and −q differ by a full turn."""
     q = np.asarray(q, dtype=np.float64)
     return float(2.0 * np.arctan2(q[1:] @ axis, q[0]))
 

@@ -1,3 +1,1 @@
-"""Quality measures of a motion that need no ground truth. A high value is not in itself an
-error.
-"""
+"""Quality measures of a motion without ground truth. A high value alone is not an error."""

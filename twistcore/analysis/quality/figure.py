@@ -34,9 +34,7 @@ class FigureQuality:
 
 
 def quality(places: Array, given: Array | None = None) -> FigureQuality:
-    """Return the quality of positions (frames, 24, 3) in mm; given: the input to compare
-    them with.
-    """
+    """Return the quality of positions (frames, 24, 3) in mm; given: the input for comparison."""
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
         None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
@@ -48,9 +46,7 @@ def quality(places: Array, given: Array | None = None) -> FigureQuality:
 def quality_before_and_after(
     before: Motion, after: Motion, unit: float | None = None
 ) -> tuple[FigureQuality, FigureQuality] | None:
-    """Return jitter, foot slide and deviation at 25 Hz in mm; None if the 24 joints are
-    not found.
-    """
+    """Return jitter, foot slide and deviation at 25 Hz in mm; None without the 24 joints."""
     try:
         topology, scale = find_topology(before.skeleton), metres_per_unit(before.skeleton, unit)
     except TwistError:
@@ -61,9 +57,7 @@ def quality_before_and_after(
 
 
 def figure_quality(motion: Motion) -> FigureQuality | None:
-    """Return the quality of a motion by itself, at 25 Hz in mm; None if the 24 joints are not
-    found.
-    """
+    """Return the quality of a motion by itself, at 25 Hz in mm; None without the 24 joints."""
     try:
         topology, scale = find_topology(motion.skeleton), metres_per_unit(motion.skeleton, None)
     except TwistError:

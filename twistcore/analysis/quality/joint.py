@@ -30,8 +30,7 @@ _JUMP = 90.0  # degrees by which a written angle moves more than the joint turns
 
 @dataclass(frozen=True, eq=False)
 class JointQuality:
-    """Quality measures of every joint over time; NaN where there is no value, as in a T-pose at the
-    start.
+    """Quality measures of every joint over time; NaN without a value, as in a T-pose at the start.
 
     - jitter: size of the third difference of the local rotation, degrees per frame³, (frames,
       joints), at the second of the four frames
@@ -70,7 +69,7 @@ class JointQuality:
 
     @property
     def jumps(self) -> NDArray[np.int64]:
-        """The number of frames in which numbers jump by > 90° or flip but the pose does not;
+        """The number of frames with number jumps > 90° or flips but no change of pose,
         (joints,).
         """
         far = np.nan_to_num(self.excess) > _JUMP
@@ -79,8 +78,8 @@ class JointQuality:
 
     @property
     def slides(self) -> Array:
-        """The percentage of frames in which a joint of a foot slides, (joints,); NaN for other
-        joints.
+        """The percentage of frames in which a foot's joint slides, (joints,); NaN for
+        other joints.
         """
         share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
         out = np.full(share.shape, np.nan)

@@ -192,9 +192,7 @@ def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
 
 
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
-    """Return the edge above τ that the curve shows at the frame, else the clearest one that covers
-    it.
-    """
+    """Return the edge above τ that the curve shows at the frame, else the clearest one there."""
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
     if not len(at):

@@ -117,9 +117,7 @@ def _in_notation(
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """Return the reasons for the frames of :func:`unexplained_peaks`; first: as in
-    :func:`why_not`.
-    """
+    """Return the reasons for :func:`unexplained_peaks`; first: as in :func:`why_not`."""
     return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
 
 
@@ -146,9 +144,7 @@ def _covers(interval: Interval, frame: int) -> bool:
 
 
 def _at(found: Detection, name: str, frame: int) -> Interval | None:
-    """Return the interval of a chain or limb at or next to a frame; the shortest if there are
-    several.
-    """
+    """Return the shortest interval of a chain or limb at or next to a frame, or None."""
     there = [i for i in found if i.chain == name and _covers(i, frame)]
     return min(there, key=lambda i: (not i.start <= frame < i.stop, i.frames), default=None)
 
@@ -176,8 +172,7 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
 def _edges_near(
     found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Return intervals of other chains with an edge at [start, stop) that turn a joint of the
-    chain.
+    """Return intervals of other chains with an edge at [start, stop) that turn the chain's joints.
 
     Soft intervals are included if they change there by enough to account for the strength.
     """

@@ -67,9 +67,7 @@ class SoftErrors:
 
 
 def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
-    """Return the reason for a soft error below τ with its peak at the frame; None if there
-    is none.
-    """
+    """Return the reason for a soft error below τ that peaks at the frame, or None."""
     for s in own.standing:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)

@@ -113,9 +113,7 @@ def _steps(rotations: Array) -> Array:
 
 
 def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
-    """Return the lowest median of a frame's block and the two adjacent blocks, for each joint, (n,
-    k).
-    """
+    """Return the lowest median among a frame's block and both adjacent blocks, by joint, (n, k)."""
     blocks = max(len(off) // width, 1)
     wanted = np.unique(np.clip(frames[:, None] // width + np.arange(-1, 2), 0, blocks - 1))
     usual = {b: np.median(off[b * width : (b + 1) * width], axis=0) for b in wanted.tolist()}

@@ -192,7 +192,7 @@ class _Others:
         return _Others(search, errors, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
-        """True if another error has the same joint and frames, or if its correction removes the
+        """True if another error is in the same joint and frames, or its correction removes the
         step.
         """
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
@@ -208,9 +208,7 @@ class _Others:
         return any(self._take_away(group, step, jump=jump) for group in groups)
 
     def _near(self, joint: int, step: JointStep) -> list[Interval]:
-        """Return the errors that turn a joint and begin or end in or next to the frames of
-        a step.
-        """
+        """Return the errors that turn a joint and begin or end in a step or next to it."""
         return [
             error
             for error in self.errors.get(joint, ())
@@ -228,8 +226,8 @@ class _Others:
         return (chain.parent, chain.child) if chain.child in joints else joints
 
     def _take_away(self, errors: Sequence[Interval], step: JointStep, *, jump: bool) -> bool:
-        """True if the correction of errors removes most of a step without moving it to another
-        joint.
+        """True if correcting the errors removes most of a step without moving it to
+        another joint.
         """
         if self.search.without is None:
             return False

@@ -147,9 +147,7 @@ def _spikes_at(
 
 
 def jumps(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
-    """Return the jumps of all joints, by start; each is a step into one frame between calm
-    frames.
-    """
+    """Return the jumps of all joints, by start, each a step into one frame between calm frames."""
     moves = _steps_over(rotations, limits.jump)
     moves &= counted[:, None]
     moves[: _EDGE + 1] = False
@@ -194,9 +192,7 @@ def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: in
 
 
 def _steps_over(rotations: Array, least: Array) -> Mask:
-    """Return a mask of turns by more than `least` degrees since the previous frame, (frames,
-    joints).
-    """
+    """Return where joints turn by more than `least` degrees into a frame, (frames, joints)."""
     over = np.zeros(rotations.shape[:2], dtype=bool)
     cosine = np.einsum("tji,tji->tj", rotations[1:], rotations[:-1])
     over[1:] = np.abs(cosine) < np.cos(np.radians(0.5 * least))

@@ -92,9 +92,7 @@ class ChainAnalysis:
         return automatic_tau(self.limb, self.row)
 
     def strength(self) -> Array:
-        """Return the strength in radians, (frames,): |d| at events, |jump| at an edge's peak, else
-        0.
-        """
+        """Return |d| at events, |jump| at an edge's peak, and 0 elsewhere; radians, (frames,)."""
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
         for s in self.standing:
@@ -206,15 +204,11 @@ class ConsistencyAnalysis:
         return self.chains[chain].strength()
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at threshold τ, radians, by start, without natural
-        motion.
-        """
+        """Return the intervals of a chain at τ radians, by start, without natural motion."""
         return tuple(i for i, motion in self._found(chain, tau) if not motion)
 
     def taken_for_motion(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals at τ radians that are left out because they are probably natural
-        motion.
-        """
+        """Return the intervals at τ radians that are left out as natural motion."""
         return tuple(i for i, motion in self._found(chain, tau) if motion)
 
     def _found(self, chain: str, tau: float) -> Iterator[tuple[Interval, bool]]:
@@ -224,8 +218,7 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """Return the interval, its confidence limited by all the evidence, and whether it is
-        motion.
+        """Return the interval, its confidence limited by the evidence, and whether it is motion.
 
         For a straight limb there is hardly any evidence except the course of the error, so that is
         enough as long as both bones turn at its ends and there is no noise.
@@ -264,9 +257,7 @@ class ConsistencyAnalysis:
 def judged(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
-    """Return the interval with its confidence limited by all the evidence, and whether it is
-    motion.
-    """
+    """Return the interval with its confidence limited by the evidence, and whether it is motion."""
     found = judgement_of(terms, segment, straight=straight)
     least = tempered(min(interval.confidence or 0.0, found.probability))
     explain = partial(_with_judgement, interval.explain, found)
@@ -309,9 +300,7 @@ def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
 
 
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
-    """True if both joints turn at an edge; directions are ignored, as signs mean nothing near
-    ±180°.
-    """
+    """True if both joints turn at an edge, in either direction: signs mean nothing near ±180°."""
     at = row, slice(edges.start[k], edges.stop[k])
     x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
     return min(x, y) >= SHOWN_IN_BOTH * max(x, y)

@@ -77,9 +77,7 @@ def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) ->
 def _analysed(
     motion: Motion, chains: Sequence[Chain], tell: Tell, keys: Keys | None = None
 ) -> ConsistencyAnalysis:
-    """Analyse all chains of a motion; keys: linear keys, between which only jumps are
-    searched for.
-    """
+    """Analyse all chains of a motion; keys: linear keys, to search only for jumps between them."""
     cut = find_cuts(motion)
     segments = segments_between(cut, motion.fps)
     cut[:1] = True
@@ -158,8 +156,7 @@ class _Softened:
         ]
 
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
-        """Return the soft errors that replace no interval, by index, as `given_up` of
-        :meth:`chains`.
+        """Return the soft errors that replace no interval, by index, for :meth:`chains`.
 
         The value is False for an error that is motion by the evidence; it is left to
         :meth:`ConsistencyAnalysis.taken_for_motion`. The value is True for an error that is less

@@ -37,22 +37,22 @@ class NotatedAnalysis:
     _known: dict[Interval, Interval] = field(default_factory=dict)  # as τ moves most intervals stay
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ in radians: the larger of both analyses, and no less than keys can
-        show.
+        """Return the automatic τ in radians, the larger of both analyses and of what keys
+        can show.
         """
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 
     def strength(self, chain: str) -> Array:
-        """Return the strength m_c(t) of a chain, radians ≥ 0, (frames,); the larger of both
-        analyses.
+        """Return the strength m_c(t) of a chain, the larger of both analyses, radians,
+        (frames,).
         """
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)
         return curve if self.fine is None else np.maximum(curve, self.fine.strength(chain))
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start; clear jumps take priority over
+        """Return the intervals of a chain at τ radians, by start; clear jumps replace those of the
         keys.
         """
         found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]
@@ -73,9 +73,7 @@ class NotatedAnalysis:
         }
 
     def _in_clip(self, interval: Interval) -> Interval:
-        """Return an interval with its frame numbers converted from kept frames to those of the
-        clip.
-        """
+        """Return an interval with its frame numbers converted to those of the clip."""
         if interval not in self._known:
             start, stop = self.kept.begin(interval.start), self.kept.end(interval.stop)
             explain = interval.explain and partial(_explained, self.kept, interval)

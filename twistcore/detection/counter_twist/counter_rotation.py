@@ -102,9 +102,7 @@ def counter_rotation(
 
 
 class _Rounds:
-    """The rounds of prediction, scale and joint solution, each based on the previous round's good
-    frames.
-    """
+    """Rounds of prediction, scale and joint solution, each from the last round's good frames."""
 
     def __init__(self, captured: Array, limbs: Limbs, cut: Mask, half: int) -> None:
         self._captured, self._limbs, self._half = captured, limbs, half
@@ -147,9 +145,7 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return the residuals and scales between linear keys, where the pace changes only at a
-        key.
-        """
+        """Return residuals and scales between linear keys, where the pace changes only at a key."""
         assert self._limbs.keys is not None
         keys = self._limbs.keys
         predicted = between_keys(self._signals, good, keys)
@@ -159,8 +155,8 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return the residuals and scales; from the second round on without effects of neighbours'
-        errors.
+        """Return residuals and scales; after the first round without effects of
+        neighbours' errors.
         """
         residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
@@ -168,8 +164,8 @@ class _Rounds:
         return residual, sigma
 
     def _choose(self, good: Mask, at: Index, root_cubic: Array, root_linear: Array) -> None:
-        """Choose cubic or linear prediction for each signal, whichever fits its good
-        frames better.
+        """Choose cubic or linear prediction for each signal, depending on the fit in good
+        frames.
         """
         weight = good.astype(np.float64)
         fits = []
@@ -190,8 +186,7 @@ class _Rounds:
         self._growth = self._gaps.measured(good)
 
     def _undo_images(self, residual: Array, predicted: Array, sigma: Array) -> None:
-        """Remove the effects of neighbours' errors in frames with a jump; residual: changed in
-        place.
+        """Remove the effects of neighbours' errors in frames with a jump, also from `residual`.
 
         A frame with the same prediction and scale as in the previous round keeps its solution.
         """

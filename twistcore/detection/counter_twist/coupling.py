@@ -166,8 +166,7 @@ class _Runs:
     rarer: Array
 
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
-        """Return the increments without the errors' effects, and the cost of their residuals,
-        (runs,).
+        """Return the increments without the errors' effects, and the residuals' cost, (runs,).
 
         tip_first: True to begin the iteration at the tip of the limb.
         """

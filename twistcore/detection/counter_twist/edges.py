@@ -21,8 +21,7 @@ FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the erro
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """The possible edges of a chain, by start; one run of frames can be interpreted in several
-    ways.
+    """The possible edges of a chain, by start; a run of frames may be read in several ways.
 
     start, stop: the edge's frames [start, stop); peak: the frame with the largest change; jump: its
     angle in radians; sigma: the scale of the jump; gain: the log-likelihood ratio of an error over

@@ -102,9 +102,7 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class PairTable:
-    """The gains of all pairs of edges in a segment, frames [low, high), in blocks of
-    closing edges.
-    """
+    """The gains of all pairs of edges in a segment, frames [low, high), by closing edges."""
 
     edges: Edges
     low: int
@@ -128,8 +126,7 @@ class PairTable:
 
 
 def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
-    """Return running sums of d and σ², first over steps only, then over all frames, (4, frames +
-    1).
+    """Return running sums of d and σ², over steps and over all frames, (4, frames + 1).
 
     Each sum ends before its frame; radians and radians². All segments of a chain share these sums,
     because a long clip has hundreds of segments.
@@ -207,7 +204,7 @@ def _closing(residual: Array, variance: Array) -> Array:
 
 
 def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
-    """Return the disjoint intervals with the highest total gain; their edges have at least τ
+    """Return the disjoint intervals with the highest total gain, from edges of at least τ
     radians.
     """
     asked = np.abs(table.edges.jump) >= tau
@@ -273,9 +270,7 @@ def _gain_alone(edges: Edges, side: Index) -> Array:
 
 
 def _longest_alone(fps: float) -> int:
-    """Return the longest interval, in frames, with a border and one edge that is still
-    corrected.
-    """
+    """Return the longest interval between a border and one edge that is corrected, in frames."""
     return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
 
 
@@ -318,9 +313,7 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
 
 
 def unpaired(table: PairTable, pairs: Sequence[Pair], tau: float) -> list[Pair]:
-    """Return clear jumps that no interval explains, each as the interval on the jump's shorter
-    side.
-    """
+    """Return clear jumps that no interval explains, as intervals on the jump's shorter side."""
     edges = table.edges
     clear = (np.abs(edges.jump) >= tau) & (edges.gain >= OPEN_GAIN) & edges.primary
     out: list[Pair] = []

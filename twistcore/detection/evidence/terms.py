@@ -35,8 +35,7 @@ _NEAR = 0.6  # seconds in which an edge's neighbours have more weight
 
 @dataclass(frozen=True, eq=False)
 class Find:
-    """An error in frames [start, stop), with the angle to remove from P's twist in each, in
-    degrees.
+    """An error in frames [start, stop), with the angles to remove from P's twist, in degrees.
 
     silent: True if the error shows at a joint that never twists elsewhere in the clip.
     """
@@ -115,9 +114,7 @@ class Terms:
 
 
 def terms_of(background: Background, find: Find) -> Terms:
-    """Return the evidence about an error of a chain, compared with the rest of the chain's
-    motion.
-    """
+    """Return the evidence about an error of a chain, relative to the chain's other motion."""
     return _Measured(background.without(find), find).terms()
 
 
@@ -146,9 +143,7 @@ class Background:
 
     @cached_property
     def busy(self) -> Mask:
-        """Mask of the frames of errors and one frame on either side, which show no natural
-        motion.
-        """
+        """Mask of the frames in or next to errors, which show no natural motion."""
         busy = self.taken.copy()
         busy[:-1] |= self.taken[1:]
         busy[1:] |= self.taken[:-1]
@@ -344,9 +339,7 @@ class _Measured:
         return np.asarray(turns[edge.start : edge.stop].sum(axis=0) - edge.width * pace)
 
     def _for(self, name: str, edge: Edge, expected: float) -> float:
-        """Return the log-likelihood ratio, in nats, of a turn as expected at an edge over
-        no turn.
-        """
+        """Return the log-likelihood ratio of the expected turn at an edge over no turn, nats."""
         c = self.chain
         turns: Array = getattr(c, name)
         usual = self.background.usual(name, edge.width)
@@ -397,8 +390,7 @@ class _Measured:
         return float((residual_cost(then / sigma) - residual_cost(now / sigma)).sum())
 
     def _side(self) -> tuple[float, float, float, float]:
-        """Return the angle of C's bone from its side before and after the correction, spread and
-        gain.
+        """Return the angles of C's bone from its side before and after correction, spread and gain.
 
         The spread is the angle that 95 % of the clip stays within; the gain is in nats.
         """

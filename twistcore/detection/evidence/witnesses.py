@@ -88,9 +88,7 @@ class Witnesses:
 
     @cached_property
     def _sides(self) -> tuple[Array, Array]:
-        """The bend and the azimuth of C's bone, from its components along P's bone and
-        across it.
-        """
+        """The bend and the azimuth of C's bone."""
         axis = np.broadcast_to(self.axis, (self.frames, 3))
         first = self.azimuth_zero - (axis @ self.azimuth_zero)[:, None] * axis
         first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -132,8 +130,7 @@ class Witnesses:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """The turns of C about its own bone since the previous frame, for a constant axis,
-        (frames,).
+        """The turns of C about its own bone since the previous frame; axis: constant; (frames,).
 
         y is the turn of the azimuth plus the roll times the cosine of the bend.
         """
@@ -158,8 +155,7 @@ class Witnesses:
         return turns_of(multiply(self.q_parent[low:high], self.q_child[low:high]))
 
     def beyond_pace(self, name: str, width: int) -> Array:
-        """Return how far a signal turns in [t, t + width) minus its pace next to these frames,
-        (frames,).
+        """Return how far a signal turns in [t, t + width) beyond the pace next to it, (frames,).
 
         name: x, y, azimuth_turns or roll_turns. The pace is measured in two frames on either side;
         the value is NaN if there are fewer.
@@ -176,9 +172,7 @@ class Witnesses:
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Return a mask of the frames t with a bent limb before and after [t, t + width),
-        (frames,).
-        """
+        """Return where the limb is bent before and after frames [t, t + width), (frames,)."""
         t = np.arange(self.frames)
         before = self.sine[np.maximum(t - 1, 0)]
         after = self.sine[np.minimum(t + width - 1, self.frames - 1)]

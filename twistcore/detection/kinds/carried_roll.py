@@ -1,6 +1,6 @@
 """Carried rolls: P turns about its bone and C rolls with it, while C's bone keeps its direction.
 
-The finder is in `carried_rolls.py`.
+See `carried_rolls.py`.
 """
 
 from twistcore.detection.kind import KindInfo

@@ -1,6 +1,4 @@
-"""Helper rolls: a twist bone next to the chain turns about the bone alone. See
-`helper_rolls.py`.
-"""
+"""Helper rolls: a twist bone next to a chain turns alone about the bone. See `helper_rolls.py`."""
 
 from twistcore.detection.kind import KindInfo
 

@@ -1,6 +1,4 @@
-"""Joint jumps: a joint steps between calm frames, in any direction. The finder is in
-`all_joints/`.
-"""
+"""Joint jumps: a joint steps between calm frames, in any direction. See `all_joints/`."""
 
 from twistcore.detection.kind import KindInfo
 

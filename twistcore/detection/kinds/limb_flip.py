@@ -1,6 +1,6 @@
 """Limb flips: P turns about the line to the limb's end E, which keeps its place.
 
-They are found in `limb_flips/`.
+See `limb_flips/`.
 """
 
 from twistcore.detection.kind import KindInfo

@@ -1,6 +1,6 @@
 """Lone jumps: a joint turns about its own axis too fast, and no other error explains it.
 
-The finder is in `lone_jumps.py`.
+See `lone_jumps.py`.
 """
 
 from twistcore.detection.kind import KindInfo

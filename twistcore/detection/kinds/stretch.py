@@ -1,4 +1,4 @@
-"""Stretches: a joint jumps about its own bone and stays wrong. The finder is in `stretches.py`."""
+"""Stretches: a joint jumps about its own bone and stays wrong. See `stretches.py`."""
 
 from twistcore.detection.kind import KindInfo
 

@@ -154,9 +154,7 @@ def _ways(
 
 
 def _log_density(angle: Array, weight: Array) -> Density:
-    """Return a function for the log of how often the limb is at an angle; angles in radians, any
-    shape.
-    """
+    """Return a function that gives the log of how often the limb is at an angle in radians."""
     count, _ = np.histogram(angle, _BINS, (-np.pi, np.pi), weights=weight)
     apart = 360.0 / _BINS * ((np.arange(_BINS) + _BINS // 2) % _BINS - _BINS // 2)
     blur = np.exp(-0.5 * (apart / _BLUR) ** 2)

@@ -1,6 +1,4 @@
-"""The limb flips of a motion: the swivel of every limb, its jumps, and the flips that
-explain them.
-"""
+"""The limb flips of a motion: the swivel of every limb, its jumps, and their explanation."""
 
 from __future__ import annotations
 
@@ -77,16 +75,14 @@ class LimbFlips:
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
-        """Return how far E moves beyond the median of nearby frames, as a fraction of the limb,
+        """Return how far E moves beyond the median nearby, as a fraction of the limb's length,
         (n,).
         """
         step = self.swivel.step
         return np.maximum(step[frames] - around(step, frames), 0.0)
 
     def jumps(self, tau: float) -> list[Jump]:
-        """Return the jumps of at least τ radians and the smaller ones that may pair with them, by
-        start.
-        """
+        """Return the jumps of at least τ radians and their possible partners, by start."""
         sharp = sharp_jumps(self.departures, self.scale_at, self.steps_at, tau)
         return sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
 
@@ -117,15 +113,13 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """Return the departures of the limb's turns after an offset is removed, radians,
-        (frames,).
-        """
+        """Return the departures of the limb's turns without an offset, radians, (frames,)."""
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
     def end_carried(self, start: int, offset: Array) -> bool:
-        """True if E rotated with the limb in a flip, so that turning it back makes its edges
-        smaller.
+        """True if E rotated with the limb in a flip, that is, if its edges shrink when E is turned
+        back.
 
         start, offset: the flip's first frame, and its angles in radians.
         """
@@ -216,9 +210,7 @@ def _edge(jump: Jump) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class LimbFlipAnalysis:
-    """The analysis of all limbs before a threshold is chosen; its methods are those of
-    `Analysis`.
-    """
+    """The analysis of all limbs before a threshold is chosen, with the methods of `Analysis`."""
 
     limbs: Mapping[str, LimbFlips]
 

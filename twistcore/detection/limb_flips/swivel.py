@@ -1,6 +1,4 @@
-"""The swivel of a limb: the angle of its middle joint about the line from its first joint to its
-end.
-"""
+"""The swivel of a limb: the angle of its middle joint about the line between its ends."""
 
 from __future__ import annotations
 
@@ -24,8 +22,7 @@ _LARGE = np.radians(90.0)  # a turn that may take two frames
 
 @dataclass(frozen=True, eq=False)
 class Swivel:
-    """A limb's rotation about its own line in each frame; radians, or fractions of the limb's
-    length.
+    """A limb's rotation about its own line; radians, or fractions of the limb's length.
 
     angle: the angle φ of C about the line from P to E, (frames,), measured from `side`; side: the
     direction in which C is in most of the clip, fixed in the frame of P's parent, (3,); jump: how
@@ -52,9 +49,7 @@ class Swivel:
 
 
 def swivel_of(motion: Motion, limb: Limb) -> Swivel:
-    """Return the swivel of a limb; angle and jump are 0 in frames in which the line is
-    undefined.
-    """
+    """Return the swivel of a limb; angle and jump are 0 in frames with an undefined line."""
     to_child, to_end = places(motion, limb)
     length = float(
         np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
@@ -83,9 +78,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
 
 
 def _global_rotation(motion: Motion, joint: int) -> Array:
-    """Return the global rotation of a joint, (frames, 4); the identity for the parent of
-    the root.
-    """
+    """Return the global rotation of a joint, (frames, 4); the identity for the root's parent."""
     out = np.zeros((motion.frames, 4))
     out[:, 0] = 1.0
     while joint >= 0:
@@ -137,8 +130,8 @@ def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mas
 
 
 def _least_turn(a: Array, b: Array) -> Array:
-    """Return the quaternions of the shortest rotations from unit vectors a to unit vectors b, (n,
-    4).
+    """Return the shortest rotations from unit vectors a to unit vectors b, as quaternions,
+    (n, 4).
     """
     q = np.concatenate([1.0 + np.einsum("ti,ti->t", a, b)[:, None], np.cross(a, b)], axis=1)
     size = np.linalg.norm(q, axis=1, keepdims=True)
@@ -174,9 +167,7 @@ def _angle(line: Array, aside: Array, side: Array) -> Array:
 
 
 def angle_about(axis: Array, a: Array, b: Array) -> Array:
-    """Return the angles from a to b about a unit axis perpendicular to both, radians; (n, 3) →
-    (n,).
-    """
+    """Return angles from a to b about a unit axis perpendicular to both, radians; (n, 3) → (n,)."""
     across = np.einsum("ti,ti->t", np.cross(a, b), axis)
     angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
     return angle

@@ -74,8 +74,7 @@ class Span:
         return noise
 
     def nodes(self, first: int, many: int) -> tuple[Index, Array]:
-        """Return the frames used by the departures at `many` positions from `first` on, and
-        weights.
+        """Return the frames that `many` departures from position `first` on use, and their weights.
 
         The frames are of the probe and of the four ends of its bridge, (5, probes, positions); the
         weights are those with which :meth:`departures` uses the ends, (4, probes).
@@ -111,8 +110,7 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
 
 
 def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
-    """Return the natural course of levels (…, frames) over [start, stop), from the frames around
-    it.
+    """Return the natural course of levels (…, frames) over [start, stop), from nearby frames.
 
     Both ends need at least one frame outside; if there are fewer than `reach`, the slope is
     measured over the frames that exist.

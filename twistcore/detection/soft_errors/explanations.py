@@ -160,8 +160,8 @@ class Explanations:
             known[a, b] = Tried(float(left[n]) + self._price * (b - a), offsets[n], sigmas[n])
 
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
-        """Return the softened level with the lowest cost, or a clear free offset if that costs
-        less.
+        """Return the softened level with the lowest cost, or a clear free offset if that is
+        cheaper.
 
         ratio: the largest value of the free offset, in σ.
         """

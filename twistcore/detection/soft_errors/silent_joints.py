@@ -97,8 +97,8 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
 
 
 def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], ...]:
-    """Return (side, joint that may be silent, other joint) for P and for C of a chain, as
-    increments.
+    """Return (side, silent joint, other joint) with the joints' increments, for both sides of a
+    chain.
     """
     x, y = surprise.x[row], surprise.y[row]
     return (1, x, y), (-1, y, x)
@@ -202,9 +202,7 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return the remaining turns of both joints without an error, relative to the other joint's
-    turns.
-    """
+    """Return both joints' remaining turns without an error, relative to the other joint's turns."""
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]

@@ -59,8 +59,7 @@ class SoftError:
 def judged(
     error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], side: int = 0, *, last: bool
 ) -> SoftError:
-    """Return the error, marked unsure if only one joint moved or if the wrong side may be
-    corrected.
+    """Return the error, marked unsure if only one joint moved or the wrong side may be corrected.
 
     x, y: the captured increments of the error's chain, (frames,); cut: mask of the clip's cuts,
     (frames,); side: 1 if the error shows at a P that never twists, −1 if at such a C, 0 if at
@@ -93,9 +92,7 @@ def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
 
 
 def _shown_in_both(error: SoftError, x: Array, y: Array, if_unclear: bool) -> bool:
-    """True if x turns with the error and y turns against it; `if_unclear` if the data cannot
-    decide.
-    """
+    """True if x turns with the error and y against it; `if_unclear` if that cannot be decided."""
     course = np.zeros(len(x) + 1)
     course[error.start : error.stop] = error.offset
     steps = np.diff(course, prepend=course[0])[: len(x)]

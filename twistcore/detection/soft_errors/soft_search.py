@@ -21,9 +21,7 @@ IN_VAIN = 20  # seeds of a limb in a row without an explanation, after which it 
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
-    """Return how much the probes of the k-th span gain over natural motion, nats, (rows,
-    positions).
-    """
+    """Return the gain of the k-th span's probes over natural motion, nats, (rows, positions)."""
     a = surprise.at[k]
     u = a.u[:, rows]
     size = np.abs(u)
@@ -63,9 +61,7 @@ class Search:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Recompute the gains of a row's spans and the best seed of each; discard its
-        explanations.
-        """
+        """Recompute the gains of a row's spans and their best seeds; discard its explanations."""
         self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
@@ -103,8 +99,8 @@ class Search:
         return max(seeds, key=lambda s: (round(s.gain), -s.length), default=None)
 
     def explain(self, top: Seed) -> None:
-        """Explain a seed and remove its error, or mark its frames as finished if nothing explains
-        it.
+        """Explain a seed and remove its error; if nothing explains it, mark its frames as
+        finished.
         """
         best = self._best_of_limb(top)
         if best is None:
@@ -136,8 +132,8 @@ class Search:
         self._surprise.look_again(row, start, start + len(offset))
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
-        """Return the best explanation of a seed, by an error of its own chain or of a neighbouring
-        one.
+        """Return the best explanation of a seed by an error of its chain or of a neighbouring
+        chain.
         """
         rivals: list[SoftError] = []
         for row in self._surprise.beside(top.row):
@@ -160,9 +156,7 @@ class Search:
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return how much the surprise of a chain and its neighbours decreases without an error,
-        nats.
-        """
+        """Return how much less surprising a chain and its neighbours are without an error, nats."""
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
         rows = self._surprise.beside(error.row)

@@ -69,9 +69,7 @@ def course(levels: Array, kernel: Kernel, frames: int) -> Array:
 
 
 def guess(offset: Array) -> Level | None:
-    """Return a level that resembles an arbitrary offset (frames,); None if the offset is
-    too flat.
-    """
+    """Return a level that resembles any offset (frames,); None if the offset is too flat."""
     size = np.abs(offset)
     top = int(size.argmax())
     if size[top] <= 0.0 or len(offset) < 3:
@@ -143,9 +141,7 @@ class _Descent:
         self.begun = self.ended = False
 
     def arrives(self, number: Array, course_: Array, left: Array) -> bool:
-        """Accept a course if its residuals are smaller; return True if its derivatives are
-        needed.
-        """
+        """Accept a course with smaller residuals; return True if its derivatives are needed."""
         self.begun = True
         self.left_steps -= 1
         value = float(left @ left)
@@ -167,9 +163,7 @@ class _Descent:
         return self.ended
 
     def damped(self) -> Array:
-        """Return the damped matrix for the next step, or an identity matrix before the
-        first step.
-        """
+        """Return the damped matrix for the next step; an identity matrix before the first step."""
         if not self.begun:
             return np.eye(len(_AT))
         damped = self.curvature.copy()

@@ -37,8 +37,7 @@ class SpanDepartures:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """All departures that overlap a stretch of so many frames, by span, probe and position; n in
-    all.
+    """All n departures that overlap a stretch of so many frames, by span, probe and position.
 
     nodes: the frames that each departure uses, the frame of its probe first, (5, n); a frame
     outside the stretch has the index `frames`; weights: the weights of the other four frames, (4,
@@ -68,7 +67,7 @@ class Stretch:
         )
 
     def departures(self, courses: Array) -> Array:
-        """Return the departures of courses (m, frames), which are 0 outside the stretch: (m, n),
+        """Return the departures of courses (m, frames), 0 outside the stretch, as (m, n),
         radians.
         """
         level = np.zeros((len(courses), self.frames + 1))
@@ -111,8 +110,9 @@ class Stretch:
 
 
 def stretch(low: int, frames: int, told: Sequence[SpanDepartures]) -> Stretch:
-    """Return the stretch of `frames` frames from `low` on; told: departures by span, shortest
-    first.
+    """Return the stretch of `frames` frames from `low` on.
+
+    told: the departures by span, the shortest span first.
     """
     nodes, weights = [], []
     for t in told:

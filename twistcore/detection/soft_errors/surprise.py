@@ -78,8 +78,7 @@ class Surprise:
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
     def take_out(self, row: int, start: int, offset: Array) -> None:
-        """Remove a twist error of P from frames [start, start + n), without updating the
-        departures.
+        """Remove a twist error of P from frames [start, start + n); departures stay unchanged.
 
         Call :meth:`look_again` to update them.
         """
@@ -91,9 +90,7 @@ class Surprise:
         child[at] = normalise(multiply(quaternion_from_axis_angle(axis, offset), child[at]))
 
     def look_again(self, row: int, start: int, stop: int) -> None:
-        """Update the increments and departures of a row and its neighbours in frames
-        [start, stop).
-        """
+        """Update increments and departures of a row and its neighbours in frames [start, stop)."""
         low, high = max(start - 1, 0), min(stop + 1, self.frames)
         for r in self.beside(row):
             k, i = divmod(r, self.limbs.count)
@@ -161,9 +158,7 @@ class Surprise:
         return found
 
     def stretch(self, row: int, low: int, frames: int) -> Stretch:
-        """Return the departures over the spans that overlap `frames` frames of a row from
-        `low` on.
-        """
+        """Return the departures over the spans that overlap `frames` frames from `low` on."""
         told = []
         for a in self._telling(frames):
             first, last = self._positions(a.natural.span, low, low + frames, a.u.shape[-1])
@@ -209,15 +204,13 @@ class Surprise:
         return WEIGHT * span.step / max(span.length / 4.0, 1.0)
 
     def price_of_a_frame(self, length: int) -> float:
-        """Return the sum of the weights of departures per frame, in a stretch of the given
-        length.
-        """
+        """Return the total weight of the departures per frame, in a stretch of the given length."""
         return sum(
             len(PROBES) * self._weight(a) / a.natural.span.step for a in self._telling(length)
         )
 
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
-        """Return the offset over [start, stop) after whose removal u follows its bridge, and its σ;
+        """Return the offset in [start, stop) without which u follows its bridge, and its σ;
         radians.
 
         β and σ are estimated from the spans of similar length at that position.
@@ -231,9 +224,7 @@ class Surprise:
         return dx - beta * (dx + dy), sigma
 
     def scale(self, row: int, start: int, stop: int) -> tuple[float, float]:
-        """Return β and σ for a bridge over [start, stop), interpolated between spans of similar
-        length.
-        """
+        """Return β and σ for a bridge over [start, stop), from the two spans of similar length."""
         length = max(stop - start, 1)
         lengths = [s.length for s in self.spans]
         k = bisect_left(lengths, length)

@@ -179,7 +179,7 @@ def straight_limb(
 
 
 def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
-    """Return limbs without the given errors; offsets: radians, (frames,), by row of
+    """Return limbs without errors; offsets: the errors in radians, (frames,), by row of
     `increments`.
     """
     joints = limbs.joints.copy()
@@ -238,7 +238,5 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
 
 
 def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:
-    """True if removing an interval brings the bent limb back to its hinge; None if that is
-    unknown.
-    """
+    """True if removing an interval returns the bent limb to its hinge; None if that is unknown."""
     return bend.nearer(jumping.frames, jumping.offset, bend.bent[jumping.frames])

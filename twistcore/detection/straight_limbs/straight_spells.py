@@ -46,9 +46,7 @@ class Bend:
 
     @cached_property
     def bent(self) -> Mask:
-        """Mask of the frames in which the limb is bent enough for its twist to be well
-        determined.
-        """
+        """Mask of the frames in which the limb is bent enough to show its twist well."""
         return self.angle > BENT
 
     def nearer(
@@ -74,9 +72,7 @@ class Bend:
 
 @dataclass(frozen=True)
 class Spell:
-    """Frames [start, stop) in which the limb is not bent, within the segment [low, high) between
-    cuts.
-    """
+    """Frames [start, stop) without a bent limb, within the segment [low, high) between cuts."""
 
     start: int
     stop: int
@@ -89,9 +85,7 @@ class Spell:
         return int(self.start > self.low) + int(self.stop < self.high)
 
     def windows(self, window: int) -> slice:
-        """Return the range of windows over the spell and its neighbours, by the frame before each
-        window.
-        """
+        """Return the windows over the spell and its neighbours, by the frame before each window."""
         first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
         return slice(first, max(first, last))
 
@@ -145,9 +139,7 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
 def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
-    """Return the spells in [low, high) next to a bent limb in which P and C turn against each
-    other.
-    """
+    """Return the spells in [low, high) next to a bent limb in which P and C counter-turn."""
     out = []
     for start, stop in runs(~bend.bent[low:high]):
         spell = Spell(start + low, stop + low, low, high)
