@@ -75,9 +75,9 @@ RESTLESS_DOUBT = "lone jumps all over the clip make every find uncertain"
 
 
 class ClipAnalysis:
-    """The analysis of a motion before any decision, as :func:`analyse` returns it.
+    """The analysis of a motion, before any threshold or decision, as :func:`analyse` returns it.
 
-    The object does not change, computes everything once on first use, and is thread-safe.
+    The object does not change, computes everything only once, on first use, and is thread-safe.
 
     Parameters
     ----------
@@ -166,8 +166,8 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig: with all its chains, or those of the chosen ones it
-        has.
+        """Return the analysis with another rig: with all its chains, or with those that were
+        chosen.
         """
         every = rig.chains(self.motion)
         if self._people is not None:
@@ -572,9 +572,7 @@ class ClipAnalysis:
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """Return the hinges of the clip or of its kept frames, measured outside of
-        counter-twists.
-        """
+        """Return the hinges of the clip or its kept frames, measured outside of counter-twists."""
         key = method, kept is None
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion
@@ -762,7 +760,7 @@ def _same_frames(a: Interval, b: Interval) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """The intervals of a clip, by chain and start, limbs last, as :func:`detect` returns them.
+    """The intervals of a clip, by chain and start, limbs last; the result of :func:`detect`.
 
     A sequence of :class:`Interval`. Indexed by a name, ``found["LeftArm"]``, it returns the
     detection of that chain or limb alone.
@@ -801,7 +799,7 @@ class Detection:
 
     @property
     def chains(self) -> tuple[Chain, ...]:
-        """The chains that were searched for counter-twists."""
+        """The chains that were searched for errors."""
         return tuple(c for c in self.analysis.chains if c.name in self.tau)
 
     @property
@@ -811,7 +809,7 @@ class Detection:
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """The chains and limbs that were searched and that a correction needs."""
+        """The chains and limbs that were searched, all of which a correction needs."""
         return *self.chains, *self.limbs
 
     @property
@@ -821,8 +819,8 @@ class Detection:
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes of the analysis; if something was found, without the note that nothing was
-        examined.
+        """The notes of the analysis; a note that nothing was examined is dropped if something was
+        found.
         """
         notes = self.analysis.notes
         if self.intervals:
@@ -889,7 +887,7 @@ class Detection:
         return self.chains_and_limbs, sure
 
     def refined(self, at_least: float | None = None, *, include_open: bool = False) -> Motion:
-        """Return the motion with the intervals corrected that may be corrected automatically.
+        """Return the motion with all intervals corrected for which this is done automatically.
 
         Parameters
         ----------
@@ -916,7 +914,7 @@ class Detection:
         )
 
     def to_rows(self, *, explain: bool = False) -> list[dict[str, Any]]:
-        """Return one dict an interval, with the fields of `twistcore detect --json`.
+        """Return one dict per interval, with the fields of `twistcore detect --json`.
 
         Parameters
         ----------
@@ -959,7 +957,7 @@ def analyse(
     rig: Rig = AS_FOUND,
     people: Sequence[str] | str | None = None,
 ) -> ClipAnalysis:
-    """Analyse a clip: chains, signals and detectors, each computed once when needed.
+    """Analyse a clip: chains, signals and detectors, each computed when it is first needed.
 
     Parameters
     ----------
@@ -1050,7 +1048,7 @@ def detect(
         Threshold τ, in degrees or in radians, for all chains or by the name of a chain or limb;
         automatic where not given.
     tell : callable, optional
-        Called from time to time with the share of the work that is done, 0…1.
+        Called from time to time with the fraction of the work that is done, 0…1.
 
     Returns
     -------

@@ -28,22 +28,22 @@ class KindSearch:
     motion : Motion
         The clip as it was captured.
     chains : tuple of Chain
-        All chains of limbs; each find belongs to one of them.
+        All chains of limbs; each detection belongs to one of them.
     chosen : tuple of Chain
         The chains to list: all or some of `chains`.
     whole : bool
-        False if `chains` are not all chains of the clip: joints outside them are then not listed.
+        False if `chains` are not all chains of the clip; joints outside them are then left out.
     named : tuple of Chain
-        All chains, twist bones and limbs; the known errors belong to these.
+        All chains, twist bones and limbs, to which the known errors belong.
     errors : callable
-        Returns the intervals of all kinds that can be repaired, at the automatic τ.
+        Function that returns the intervals of all correctable kinds, at the automatic τ.
     corrected : callable
-        Returns a function that makes frames of the motion with all automatic corrections; None if
-        there are none.
+        Function that returns a function, which makes frames of the motion with all automatic
+        corrections, or None if there are none.
     without : callable
-        Returns a function that makes frames of the motion without some of the errors.
+        Function that returns a function, which makes frames of the motion without the given errors.
     captured : KindSearch, optional
-        The same search in the clip as captured, without known errors; itself if not given.
+        The same search in the clip as captured, without known errors; None if this is the one.
     """
 
     motion: Motion

@@ -21,39 +21,39 @@ class KindInfo:
     Parameters
     ----------
     name : str
-        The word in files, in tables and for ``--kinds``.
+        The word for the kind in files, in tables and for ``--kinds``.
     label : str
         The plural, as the name of a filter: "Lone jumps".
     short : str
         The singular for a narrow column: "jump".
     place : int
-        Its rank in lists, from common to rare.
+        The rank of the kind in lists, from common to rare.
     repair : str
-        What a correction turns back; "" for a kind that is only shown.
+        What a correction turns back; "" for a kind that is reported but not corrected.
     automatic : bool
         True if it may be corrected without a person's decision.
     of_capture : bool
-        True for a fault of the capture, not a twist: gates count it only on request.
+        True for a fault of the capture, not a twist error; gates count it only on request.
     sign : str
-        How its angle is written: "+" with a sign, "±" without one, "" for a kind without an angle.
+        How an angle is written: "+" with a sign, "±" without one, "" for a kind without an angle.
     size : str
-        The field of `detect --json` with its size.
+        The field of `detect --json` that holds the size of an error.
     weight : float or None
-        Its weight in the severity; None: the weight of its segment.
+        The weight of the kind in the severity; None for the weight of the segment.
     find : str
-        The finder of a kind that is only shown, 'package.module:function'. It takes a
-        `twistcore.detection.finding.KindSearch`, returns intervals by chain name, and is
+        The finder of a kind that is reported but not corrected, 'package.module:function'. It
+        takes a `twistcore.detection.finding.KindSearch`, returns intervals by chain name, and is
         loaded when the kind is first searched for. "" for a kind that the detectors find.
     corrected : bool
         True if the search comes after all automatic corrections.
     colour : str
-        The theme colour of its word in the list of intervals; "" for the text colour.
+        The theme colour of the kind's word in the list of intervals; "" for the text colour.
     counted : str
         The singular for counts; the name if not given.
     here, named, legend, tip, why : str
-        Texts about one interval: with the playhead in it, as a neighbour, in the 3D view, in the
-        list, and a sentence about the error. {frames}, {span}, {size}, {joint} and {angle} are
-        replaced in them; in `why` only {joint} and {size}.
+        Texts about one interval: for a frame inside it, for a frame next to it, for the 3D view,
+        for the list, and a sentence about the error. {frames}, {span}, {size}, {joint} and {angle}
+        are replaced in them; in `why` only {joint} and {size}.
     """
 
     name: str
@@ -107,7 +107,7 @@ class Kind(str, metaclass=_Kinds):
     ----------
     value : str
         The word, in any case, with ``-``, ``_`` or a space inside. An unknown word, as in a
-        session of a later version, makes a kind that is shown but never corrected.
+        session of a later version, makes a kind that is reported but never corrected.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Lines of chains that share joints, and how an error of one shows in the next [Method, step 4].
+"""Lines of chains that share joints, and how an error of one affects the next [Method, step 4].
 
 An error of chain k turns the parent of chain k+1 and the child of chain k−1, so it shows as an
 *image* in x of k+1 and in y of k−1. The image depends on the pose but not on the level of the

@@ -1,4 +1,4 @@
-"""Events that a clip has by itself: no detector is blamed or credited for them.
+"""Events that a clip contains from the start: no detector is blamed or credited for them.
 
 The rule: in a clip without injected errors an event is
 
@@ -6,12 +6,12 @@ The rule: in a clip without injected errors an event is
   against each other;
 * a *flip*: in one frame P or C alone turns about the bone by FLIP_DEGREES and FLIP_SIGMA local
   scales more than the consistency detector expects from the neighbouring frames. No limb does that;
-  the capture's solver does, or Euler angles that pass a gimbal lock. The other joint does not make
-  up for it, so it is no twist error in the sense of [Choi26], and never an interval;
+  the capture's solver does, or Euler angles that pass a gimbal lock. The other joint does not
+  compensate for it, so it is not a twist error in the sense of [Choi26], and never an interval;
 * a *limb flip* found at the automatic τ: P turns about the line to the limb's end E.
 
 A chain or limb is *audited* in a clip if it has no event there. A limb's flip also counts as an
-event of the chains that share P or E with it, and vice versa, since the same joints are altered.
+event of the chains that share P or E with it, and vice versa, since the same joints are affected.
 """
 
 from __future__ import annotations

@@ -17,31 +17,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DetectorInfo:
-    """How a detector is shown; declared in the detector's own file.
+    """What the program shows about a detector; it is declared in the detector's own file.
 
     Parameters
     ----------
     name : str
         The word for ``--method``, files and profiles: small letters, digits, ``-`` and ``_``.
     label : str
-        Its name within a sentence: "the paper's detector".
+        The detector's name within a sentence: "the paper's detector".
     measures : str
-        One sentence on what it measures.
+        One sentence about what the detector measures.
     short : str
-        The label over a column; the name if not given.
+        The label above a column of a table; the name if not given.
     strength : str
-        The word or symbol for its strength, the curve that the τ line lies on. "m" is the paper's
+        The word or symbol for its strength, the curve to which τ is compared. "m" is the paper's
         m(t).
     has_confidence : bool
         True if its intervals have a confidence.
     tau : str
-        How its automatic τ is described: "noise floor", or a fixed "automatic τ".
+        The description of its automatic τ: "noise floor", or "automatic τ" if it is fixed.
     limb_flips : bool
         True if the benchmark also searches for limb flips with it.
     note : str
-        The benchmark's description; `measures` if not given.
+        The description in the benchmark; `measures` if not given.
     action : str
-        The menu text; "Detect with" and the label if not given.
+        The text of the menu item; "Detect with" and the label if not given.
     """
 
     name: str

@@ -66,9 +66,7 @@ class Detectors(Mapping[str, Detector]):
         return sum(1 for _ in self)
 
     def named(self, name: str) -> Detector:
-        """Return the detector with a name. Raises TwistError, which lists the names, if it is
-        unknown.
-        """
+        """Return the detector with a name. Raises TwistError, which lists the names, if unknown."""
         try:
             return self[name]
         except KeyError:
@@ -153,23 +151,23 @@ DETECTORS = Detectors()
 
 
 def register(detector: Detector) -> Detector:
-    """Register a detector by its name, in this process.
+    """Register a detector under its name, in this process.
 
     Parameters
     ----------
     detector : Detector
         An object with an `info` and an `analyse`. An earlier detector of the
-        same name is replaced; the program's own detectors cannot be replaced.
+        same name is replaced; built-in detectors cannot be replaced.
 
     Returns
     -------
     Detector
-        The detector as it is used from then on.
+        The detector in its guarded form, which is used from then on.
 
     Raises
     ------
     TwistError
-        If it is not a detector, or has the name of one of the program's own.
+        If it is not a detector, or has the name of a built-in one.
     """
     return DETECTORS.register(detector)
 

@@ -10,15 +10,15 @@ from numpy.typing import NDArray
 
 
 class Span(Protocol):
-    """Frames [start, stop)."""
+    """A span of frames [start, stop)."""
 
     @property
     def start(self) -> int:
-        """The first frame."""
+        """The first frame of the span."""
 
     @property
     def stop(self) -> int:
-        """The frame after the last one."""
+        """The frame after the last frame of the span."""
 
 
 SomeSpan = TypeVar("SomeSpan", bound=Span)

@@ -131,25 +131,26 @@ def protected_measures(
     hinges: Hinges | None = None,
     others: Sequence[Interval] = (),
 ) -> tuple[ProtectedMeasure, ...]:
-    """Return what a correction changes in the limb and its neighbours.
+    """Return the measures that a correction changes in the limb and its neighbours.
 
     The measures, each with its tolerance:
 
-    - *hinge*: how far the joint that is turned is off its exact hinge, on average over the frames
+    - *hinge*: how far the joint that is turned is from its exact hinge, on average over the frames
       in which the limb is bent by more than 30°; only if 95 % of the clip is within 3° of one.
       Tolerance: 1°.
     - *impossible turns*: frames in which a joint of the limb turns about its own axis faster than
       any body does (:func:`lone_jumps.limit`). Tolerance: none.
-    - *next joint's roll*: the fastest turn of the joint below about its own bone, degrees a frame:
+    - *next joint's roll*: the fastest turn of the joint below about its own bone, degrees per frame:
       of C after a counter-twist, of the limb's end after a flip. Tolerance: 5°, or half of the
       value before.
     - *path*: for a flip, the length of the middle joint's path, % of the limb. Tolerance: 0.1 %.
     - *ends*: how far a joint moves that should stay in place, % of the skeleton's height.
       Tolerance: 0.1 %. Leaves off the bone, such as helpers, turn with it.
 
-    chains: of the motion, including limbs; hinges: created once for all corrections of a clip, else
-    from the motion alone; others: intervals that are corrected in both states. Nothing is measured
-    for an interval that cannot be corrected.
+    chains: the chains of the motion, including limbs; hinges: the clip's hinges, which can be shared
+    by all its corrections; if not given, they are determined from the motion alone; others: other
+    intervals, which are corrected both before and after. Nothing is measured for an interval that
+    cannot be corrected.
     """
     every = tuple(chains)
     chain = next((c for c in every if c.name == interval.chain), None)

@@ -99,7 +99,7 @@ def refine(
     chains: Correctable | Iterable[Interval] | Sequence[Chain],
     intervals: Iterable[Interval] | None = None,
 ) -> Motion:
-    """Remove errors from a motion; all other frames and joints keep their rotations bit by bit.
+    """Remove errors from a motion; all other frames and joints keep exactly the same rotations.
 
     Call it as ``refine(clip, found)`` or as ``refine(clip, chains, intervals)``.
 
@@ -114,8 +114,8 @@ def refine(
     chains : sequence of Chain
         The chains and limbs that the intervals name.
     intervals : iterable of Interval
-        The intervals to remove. Intervals of other chains are left out, and intervals that cannot
-        be corrected because a joint lacks rotation channels.
+        The intervals to remove. Intervals of other chains are left out, and so are intervals that
+        cannot be corrected because a joint lacks rotation channels.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def refine(
     TypeError
         If `clip` is neither a clip nor a motion, or `found` is none of the above.
     TwistError
-        If an interval ends behind the last frame.
+        If an interval ends after the last frame.
 
     See Also
     --------

@@ -95,8 +95,8 @@ class Decomposition:
 
     @property
     def dtheta_c_is_defined(self) -> bool:
-        """True if v⊥ has a direction (the limb is not straight) in this frame and the
-        previous one.
+        """True if v⊥ has a direction in this frame and the previous one: the limb is not
+        straight.
         """
         before = float(np.linalg.norm(self.across_before))
         return min(self.azimuth_reliability, before) > UNDEFINED

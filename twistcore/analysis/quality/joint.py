@@ -69,18 +69,14 @@ class JointQuality:
 
     @property
     def jumps(self) -> NDArray[np.int64]:
-        """The number of frames with number jumps > 90° or flips but no change of pose,
-        (joints,).
-        """
+        """The number of frames with number jumps > 90° or flips but the same pose, (joints,)."""
         far = np.nan_to_num(self.excess) > _JUMP
         count: NDArray[np.int64] = (far | self.flipped).sum(axis=0)
         return count
 
     @property
     def slides(self) -> Array:
-        """The percentage of frames in which a foot's joint slides, (joints,); NaN for
-        other joints.
-        """
+        """The percentage of frames in which a foot's joint slides, (joints,); NaN elsewhere."""
         share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
         out = np.full(share.shape, np.nan)
         out[list(self.feet)] = share[list(self.feet)]

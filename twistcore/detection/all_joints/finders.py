@@ -192,7 +192,7 @@ class _Others:
         return _Others(search, errors, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
-        """True if another error is in the same joint and frames, or its correction removes the
+        """True if another error is in the same joint and frames, or if correcting it removes the
         step.
         """
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
@@ -226,9 +226,7 @@ class _Others:
         return (chain.parent, chain.child) if chain.child in joints else joints
 
     def _take_away(self, errors: Sequence[Interval], step: JointStep, *, jump: bool) -> bool:
-        """True if correcting the errors removes most of a step without moving it to
-        another joint.
-        """
+        """True if correcting errors removes most of a step without moving it to another joint."""
         if self.search.without is None:
             return False
         motion = self.search.motion

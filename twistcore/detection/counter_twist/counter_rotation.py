@@ -155,18 +155,14 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return residuals and scales; after the first round without effects of
-        neighbours' errors.
-        """
+        """Return residuals and scales; from the second round on without neighbours' errors."""
         residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
             self._undo_images(residual, predicted, sigma)
         return residual, sigma
 
     def _choose(self, good: Mask, at: Index, root_cubic: Array, root_linear: Array) -> None:
-        """Choose cubic or linear prediction for each signal, depending on the fit in good
-        frames.
-        """
+        """Choose cubic or linear prediction for each signal by the fit in its good frames."""
         weight = good.astype(np.float64)
         fits = []
         for root, at_root in (

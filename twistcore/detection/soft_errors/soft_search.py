@@ -99,9 +99,7 @@ class Search:
         return max(seeds, key=lambda s: (round(s.gain), -s.length), default=None)
 
     def explain(self, top: Seed) -> None:
-        """Explain a seed and remove its error; if nothing explains it, mark its frames as
-        finished.
-        """
+        """Explain a seed and remove its error; if nothing explains it, mark its frames as done."""
         best = self._best_of_limb(top)
         if best is None:
             self._in_vain += 1
@@ -132,9 +130,7 @@ class Search:
         self._surprise.look_again(row, start, start + len(offset))
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
-        """Return the best explanation of a seed by an error of its chain or of a neighbouring
-        chain.
-        """
+        """Return the best explanation of a seed by an error of its chain or of a neighbour."""
         rivals: list[SoftError] = []
         for row in self._surprise.beside(top.row):
             if row not in self._done:
