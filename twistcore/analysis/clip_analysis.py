@@ -166,8 +166,8 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig: with all its chains, or with those that were
-        chosen.
+        """Return the analysis with another rig: with all its chains, or only with the
+        chosen ones.
         """
         every = rig.chains(self.motion)
         if self._people is not None:

@@ -38,12 +38,13 @@ class KindSearch:
     errors : callable
         Function that returns the intervals of all correctable kinds, at the automatic τ.
     corrected : callable
-        Function that returns a function, which makes frames of the motion with all automatic
-        corrections, or None if there are none.
+        Function that returns a function that makes frames of the motion with all automatic
+        corrections, or None if there are no corrections.
     without : callable
-        Function that returns a function, which makes frames of the motion without the given errors.
+        Function that, for some errors, returns a function that makes frames without these errors.
     captured : KindSearch, optional
-        The same search in the clip as captured, without known errors; None if this is the one.
+        The same search in the clip as captured, without known errors; None if this search is
+        already in that clip.
     """
 
     motion: Motion

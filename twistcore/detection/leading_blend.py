@@ -101,7 +101,7 @@ def _like_a_blend(s: Array) -> bool:
 
 
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
-    """Return, for joints that move far, their ways, their directions to frame `length`, and s(t).
+    """Return, for joints that move far, their paths, directions to frame `length`, and s(t).
 
     way: the chords from the first rotation, (joints, frames, 4). The returned ways are in units of
     the chord to frame `length`.

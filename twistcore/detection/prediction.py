@@ -233,7 +233,9 @@ class GapGrowth:
     """
 
     def __init__(self, signals: Array, cubic: Mask) -> None:
-        """signals: (2, chains, frames); cubic: (2, chains, 1), else linear."""
+        """Measure the errors; signals: (2, chains, frames); cubic: (2, chains, 1), False for
+        linear.
+        """
         self._shape, frames = signals.shape[:2], signals.shape[-1]
         self._roots = []
         for k in _DISTANCES:

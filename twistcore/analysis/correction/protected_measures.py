@@ -140,15 +140,15 @@ def protected_measures(
       Tolerance: 1°.
     - *impossible turns*: frames in which a joint of the limb turns about its own axis faster than
       any body does (:func:`lone_jumps.limit`). Tolerance: none.
-    - *next joint's roll*: the fastest turn of the joint below about its own bone, degrees per frame:
-      of C after a counter-twist, of the limb's end after a flip. Tolerance: 5°, or half of the
-      value before.
+    - *next joint's roll*: the fastest turn of the joint below about its own bone, degrees per
+      frame: of C after a counter-twist, of the limb's end after a flip. Tolerance: 5°, or half of
+      the value before.
     - *path*: for a flip, the length of the middle joint's path, % of the limb. Tolerance: 0.1 %.
     - *ends*: how far a joint moves that should stay in place, % of the skeleton's height.
       Tolerance: 0.1 %. Leaves off the bone, such as helpers, turn with it.
 
-    chains: the chains of the motion, including limbs; hinges: the clip's hinges, which can be shared
-    by all its corrections; if not given, they are determined from the motion alone; others: other
+    chains: the chains of the motion, including limbs; hinges: the clip's hinges, which all its
+    corrections can share; if not given, they are determined from the motion alone; others: other
     intervals, which are corrected both before and after. Nothing is measured for an interval that
     cannot be corrected.
     """

@@ -118,7 +118,7 @@ class AskedFrame:
         )
 
     def called(self, frame: int) -> str:
-        """Return a frame with the number that people see."""
+        """Return the number of a frame as people see it: 'frame 12'."""
         return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:

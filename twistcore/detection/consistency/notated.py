@@ -37,22 +37,22 @@ class NotatedAnalysis:
     _known: dict[Interval, Interval] = field(default_factory=dict)  # as τ moves most intervals stay
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ in radians, the larger of both analyses; keys set a lower
-        limit.
+        """Return the automatic τ in radians, the larger of both analyses, at least what
+        keys show.
         """
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 
     def strength(self, chain: str) -> Array:
-        """Return the strength m_c(t) of a chain, the larger of both analyses; radians,
-        (frames,).
+        """Return the strength m_c(t) of a chain, radians, (frames,); the larger of both
+        analyses.
         """
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)
         return curve if self.fine is None else np.maximum(curve, self.fine.strength(chain))
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start; clear jumps replace those of
+        """Return the intervals of a chain at τ radians, by start; clear jumps have priority over
         keys.
         """
         found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]

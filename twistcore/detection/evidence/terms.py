@@ -232,8 +232,10 @@ class Background:
 
 @dataclass(frozen=True, eq=False)
 class _Usual:
-    """The usual turns of a signal: turned: turns minus the pace, in degrees; free: mask of the
-    frames without errors; scale: the scale of the turns, NaN if there are too few.
+    """The usual turns of a signal.
+
+    turned: the turns minus the pace, in degrees; free: mask of the frames without errors; scale:
+    the scale of the turns, NaN if there are too few.
     """
 
     turned: Array

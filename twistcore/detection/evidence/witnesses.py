@@ -130,7 +130,8 @@ class Witnesses:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """The turns of C about its own bone since the previous frame; axis: constant; (frames,).
+        """The turns of C about its own bone since the previous frame, (frames,); P's axis must be
+        constant.
 
         y is the turn of the azimuth plus the roll times the cosine of the bend.
         """
