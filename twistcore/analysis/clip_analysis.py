@@ -1,4 +1,4 @@
-"""From a clip to its intervals: chains, signals and detectors, each computed once and kept."""
+"""From a clip to its intervals: chains, signals and detectors, each computed on first use."""
 
 from __future__ import annotations
 
@@ -75,9 +75,9 @@ RESTLESS_DOUBT = "lone jumps all over the clip make every find uncertain"
 
 
 class ClipAnalysis:
-    """The analysis of a motion before any decision, as :func:`analyse` returns it.
+    """The analysis of a motion, before any threshold or decision, as :func:`analyse` returns it.
 
-    The object does not change, computes everything once on first use, and is thread-safe.
+    The object does not change, computes everything only once, on first use, and is thread-safe.
 
     Parameters
     ----------
@@ -146,9 +146,9 @@ class ClipAnalysis:
         return f"<ClipAnalysis {self.name}: {len(self.chains)} chains, {done}>"
 
     def with_rig(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with another rig; TwistError if it has none of the chains.
+        """Return the analysis with another rig, keeping a choice of people or chains.
 
-        A choice of people or chains is kept.
+        Raises TwistError if the rig has none of the chosen chains.
         """
         if rig == self.rig:
             return self
@@ -166,7 +166,9 @@ class ClipAnalysis:
         return other
 
     def _with_chains_of(self, rig: Rig) -> ClipAnalysis:
-        """Return the analysis with a rig: with all its chains, or the chosen ones it has."""
+        """Return the analysis with another rig: with all its chains, or only with the
+        chosen ones.
+        """
         every = rig.chains(self.motion)
         if self._people is not None:
             every = tuple(c for c in every if c.person in self._people)
@@ -183,7 +185,7 @@ class ClipAnalysis:
 
     @property
     def every_chain(self) -> tuple[Chain, ...]:
-        """The chains that the detectors analyse: all of them, even if only some were chosen."""
+        """The chains that the detectors analyse: all chains, even if only some were chosen."""
         return self._whole.chains if self._whole else self.chains
 
     @property
@@ -192,37 +194,37 @@ class ClipAnalysis:
         return *self.chains, *self.limbs
 
     def chain(self, name: str) -> Chain:
-        """Return the chain or limb of a name or label; TwistError suggests similar names."""
+        """Return the chain or limb of a name or label. Raises TwistError with similar names."""
         return chain_named(self.chains_and_limbs, name, self.name)
 
     @cached_property
     def signals(self) -> Mapping[str, TwistSignals]:
-        """θp, θc and m of every chain by name."""
+        """The signals θp, θc and m of every chain, by name."""
         return signals_of_chains(self.motion, self.chains)
 
     @cached_property
     def reliability(self) -> Mapping[str, float]:
-        """Median of ‖v⊥‖/‖v‖ by chain, 0…1: low where a straight limb leaves θc undefined."""
+        """The median of ‖v⊥‖/‖v‖ by chain, 0…1; low if a straight limb leaves θc undefined."""
         return {k: median(s.azimuth_reliability) for k, s in self.signals.items()}
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
-        """Global rotations (frames, joints, 4) and positions (frames, joints, 3)."""
+        """The global rotations, (frames, joints, 4), and positions, (frames, joints, 3)."""
         return forward_kinematics(self.motion)
 
     @cached_property
     def body(self) -> Body:
-        """The roles that the joints' names give them, and the limbs that were found."""
+        """The roles of the joints, found by their names, and the limbs."""
         return self.rig.body(self.motion)
 
     @cached_property
     def not_examined(self) -> str:
-        """Why nothing could be examined in the clip: a clause, or '' if something could."""
+        """The reason why the clip could not be examined at all, as a clause, or ''."""
         return why_not_examined(self.motion, self.chains_and_limbs)
 
     @cached_property
     def unexamined(self) -> tuple[Unexamined, ...]:
-        """The arms and legs that no chain examines; none if a person chose the chains."""
+        """The arms and legs that no chain examines; empty if a person chose the chains."""
         if self.chosen:
             return ()
         every = unexamined_limbs(self.body, self.chains)
@@ -251,7 +253,7 @@ class ClipAnalysis:
     def by(self, method: str = DEFAULT_METHOD, tell: Tell | None = None) -> Analysis:
         """Return the analysis of the chains by a detector, computed on first use.
 
-        tell: called with the progress. TwistError for an unknown method.
+        tell: callback for the progress. Raises TwistError for an unknown method.
         """
         tell, detector = tell or nobody, DETECTORS.named(method)
         if self._whole is not None:
@@ -270,22 +272,22 @@ class ClipAnalysis:
             return self._by_method[method]
 
     def usable(self, method: str) -> str:
-        """Return the detector's name, or the default one's if it is missing or failed on the clip.
+        """Return the detector's name, or the default one's if it is missing or failed on this clip.
 
-        This runs no detector: one that has not run yet counts as usable.
+        No detector is run for this; a detector that has not run yet is considered usable.
         """
         name = DETECTORS.usable(method)
         return DEFAULT_METHOD if self.failure(name) else name
 
     def failure(self, method: str) -> str:
-        """Return the message of a detector that failed on this clip; '' for any other."""
+        """Return the error message of a detector that failed on this clip; '' if it works."""
         if self._whole is not None:
             return self._whole.failure(method)
         detector, why = self._failed.get(method, (None, ""))
         return why if detector is not None and detector is DETECTORS.get(method) else ""
 
     def give_up(self, method: str, why: str) -> None:
-        """Stop using a detector on this clip; why: the message of its error."""
+        """Stop using a detector on this clip; why: its error message."""
         if self._whole is not None:
             self._whole.give_up(method, why)
         elif method != DEFAULT_METHOD:
@@ -293,7 +295,7 @@ class ClipAnalysis:
             self._failed[method] = DETECTORS.named(method), why
 
     def _forget(self, method: str) -> None:
-        """Discard the results of an earlier detector of the name."""
+        """Discard the results of an earlier detector with this name."""
         for known in (
             self._by_method,
             self._detectors,
@@ -310,11 +312,11 @@ class ClipAnalysis:
             del self._hinges[key]
 
     def kept(self, method: str) -> Analysis | None:
-        """Return the analysis by a detector if it is already there; never waits."""
+        """Return the analysis by a detector if it is already computed, else None; never waits."""
         return self._whole.kept(method) if self._whole else self._by_method.get(method)
 
     def _fault_notes(self) -> Iterator[Note]:
-        """Yield notes on bursts, frozen spans, bursts outside the chains and smoothed spans."""
+        """Yield the notes about bursts of noise, frozen spans and smoothed spans."""
         chains = self._of_limbs
         if not chains:  # only limbs were chosen
             joints = {j for limb in self.limbs for j in (limb.parent, limb.child)}
@@ -337,7 +339,7 @@ class ClipAnalysis:
         yield from (Note(SMOOTHED, text) for text in smoothed_sentences(smoothed, names))
 
     def _of_people(self, faults: Iterable[SomeFault]) -> list[SomeFault]:
-        """Return the faults of joints without those of people who were not chosen."""
+        """Return the faults of joints without the faults of people who were not chosen."""
         if self._people is None:
             return list(faults)
         others = {
@@ -368,7 +370,7 @@ class ClipAnalysis:
 
     @property
     def flips(self) -> LimbFlipAnalysis:
-        """The analysis of the limbs, computed on first use."""
+        """The analysis of limb flips, computed on first use."""
         if self._whole is not None:
             return self._whole.flips
         if self._flips is not None:  # also while a detector is running
@@ -379,9 +381,10 @@ class ClipAnalysis:
             return self._flips
 
     def shown(self, kind: Kind, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the intervals of a kind that is only shown, by chain; searched on first use.
+        """Return the intervals of a kind that is reported but not corrected, by chain.
 
-        For some kinds the search comes after the method's automatic corrections.
+        They are computed on first use. For some kinds the search comes after the detector's
+        automatic corrections.
         """
         by = method if kind.info.corrected else ""
         if (kind, by) not in self._shown:
@@ -389,11 +392,11 @@ class ClipAnalysis:
         return self._shown[kind, by]
 
     def carried_along(self, twist: Interval) -> bool:
-        """True if C rolled along in an interval that a detector takes for a counter-twist."""
+        """True if C rolled with P in an interval that a detector takes for a counter-twist."""
         return self._rolls.along(self.chain(twist.chain), twist)
 
     def carried_rolls(self, method: str = DEFAULT_METHOD) -> CarriedRolls:
-        """Return the carried rolls that are found after a detector's automatic corrections."""
+        """Return the carried rolls that remain after a detector's automatic corrections."""
         if self._whole is not None:
             return self._whole.carried_rolls(method)
         if method not in self._carried:
@@ -406,11 +409,11 @@ class ClipAnalysis:
         return self._carried[method]
 
     def jumps(self, method: str = DEFAULT_METHOD) -> Mapping[str, tuple[Interval, ...]]:
-        """Return the lone jumps by chain that remain after all automatic corrections."""
+        """Return the lone jumps that remain after all automatic corrections, by chain."""
         return (self._whole or self).shown(Kind.LONE_JUMP, method)
 
     def _search(self, method: str) -> KindSearch:
-        """Return the input for the finders of kinds; method: '' for the clip as captured."""
+        """Return the input for the finders of kinds; method: a detector, or '' for the raw clip."""
         whole, chosen = self._whole or self, self._of_limbs
         shared, chains = whole._shared, whole._of_limbs
         captured = KindSearch(
@@ -433,7 +436,7 @@ class ClipAnalysis:
         )
 
     def _errors(self, method: str) -> tuple[Interval, ...]:
-        """Return all intervals that can be corrected, at the automatic τ."""
+        """Return all intervals at the automatic τ that can be corrected."""
         if method not in self._known:
             detector = _ByName(self, method, REPAIRED, final=False)
             names = self._looked_at(REPAIRED)
@@ -446,7 +449,7 @@ class ClipAnalysis:
         return applied_unasked(self._errors(method))
 
     def _refined(self, method: str) -> Callable[[int, int], Motion] | None:
-        """Return a function that makes corrected frames of the motion; None without corrections."""
+        """Return a function that makes corrected frames; None if nothing is corrected."""
         if method not in self._refiners:
             applied, chains = self._applied(method), self.chains_and_limbs
             made = refiner(self.motion, chains, applied) if applied else None
@@ -459,11 +462,11 @@ class ClipAnalysis:
         return self._whole.bursts if self._whole else noise_bursts(self.motion)
 
     def restless(self, method: str = DEFAULT_METHOD) -> tuple[str, ...]:
-        """Return the people whose joints jump alone dozens of times a minute: no interval is sure.
+        """Return the people whose joints jump dozens of times a minute, so no interval is certain.
 
-        For a clip of one person the result is ('',) or (). Jumps are counted as captured and as
-        corrected: if only a few jump as captured, no detector needs to run. Jumps in a burst of
-        noise do not count.
+        The result for a clip of one person is ('',) or (). Jumps must be as frequent in the clip as
+        captured and after the corrections; if few joints jump as captured, no detector needs to
+        run. Jumps during a burst of noise are not counted.
         """
         if self._whole is not None:
             return self._whole.restless(method)
@@ -479,7 +482,7 @@ class ClipAnalysis:
         return self._with_many(found_by(Kind.LONE_JUMP, self._search("")))
 
     def _with_many(self, jumps: Mapping[str, Sequence[Interval]]) -> tuple[str, ...]:
-        """Return the people whose chains have many of these jumps."""
+        """Return the people whose chains have many of the given jumps."""
         least = max(RESTLESS, RESTLESS_A_MINUTE * self.motion.frames / self.motion.fps / 60.0)
         counts = {
             person: sum(not self._in_burst(j) for c in own for j in jumps[c.name])
@@ -493,7 +496,7 @@ class ClipAnalysis:
         return any(jump.start < b.stop and b.start < jump.stop for b in same)
 
     def left_open(self, interval: Interval) -> Interval:
-        """Return a restless person's interval as an open one; the same object each time."""
+        """Return the interval of a restless person as an open interval; always the same object."""
         if interval.open or not interval.repairable:
             return interval
         if (kept := self._left.get(interval)) is None:
@@ -502,10 +505,11 @@ class ClipAnalysis:
         return kept
 
     def protected(self, interval: Interval, method: str = DEFAULT_METHOD) -> Interval:
-        """Return an interval, open if its correction makes something worse; always the same.
+        """Return the interval, as an open one if its correction makes something worse.
 
-        A counter-twist at a step of the whole body, which may be the error by itself, becomes open,
-        too. Intervals of a detector without confidence, like the paper's, stay as they are.
+        The same object is returned each time. A counter-twist at a step of the whole body also
+        becomes open, because that step alone may be the error. Intervals of a detector without
+        confidence, such as the paper's, are returned unchanged.
         """
         if self._whole is not None:
             return self._whole.protected(interval, method)
@@ -523,7 +527,7 @@ class ClipAnalysis:
         return self._protected[interval] or interval
 
     def _measures(self, interval: Interval, method: str) -> tuple[ProtectedMeasure, ...]:
-        """Return what the correction of an interval changes in its limb and the neighbours."""
+        """Return what the correction of an interval changes in its limb and its neighbours."""
         if interval.kind != Kind.COUNTER_TWIST:  # no detector of chains is needed for other kinds
             hinges = Hinges(self.motion)
             return protected_measures(self.motion, self.chains_and_limbs, interval, hinges)
@@ -542,10 +546,10 @@ class ClipAnalysis:
         return protected_measures(kept.motion, chains, own, hinges, others)
 
     def _corrected_with(self, interval: Interval, method: str) -> list[Interval]:
-        """Return automatically corrected counter-twists in chains that share a joint.
+        """Return the automatically corrected counter-twists in chains that share a joint.
 
-        At a τ other than the automatic one, those in the interval's own chain may be the same error
-        and are left out.
+        If the interval is not one of them, as at a τ that is not automatic, counter-twists in its
+        own chain are left out, because they may be the same error.
         """
         own = self.chain(interval.chain)
         joints = {own.parent, own.child}
@@ -568,7 +572,7 @@ class ClipAnalysis:
         return [i for n in names for i in known.intervals(n, known.automatic_tau(n))]
 
     def _hinges_by(self, method: str, kept: DistinctFrames | None) -> Hinges:
-        """Return the hinges of the clip or of its kept frames, without counter-twists."""
+        """Return the hinges of the clip or its kept frames, measured outside of counter-twists."""
         key = method, kept is None
         if key not in self._hinges:
             finds, motion = self._twists_by(method), self.motion
@@ -581,11 +585,11 @@ class ClipAnalysis:
     def detector(
         self, method: str = DEFAULT_METHOD, kinds: Collection[Kind] | None = None
     ) -> Analysis:
-        """Return an analysis of chains and limbs by name, limited to these kinds.
+        """Return an analysis of chains and limbs by name, limited to the given kinds.
 
-        For a chain it combines :meth:`by` and :meth:`shown`, for a limb it uses :attr:`flips`.
-        Nothing is computed before it is needed; kinds: all if not given. TwistError for an unknown
-        method.
+        For a chain it combines :meth:`by` and :meth:`shown`; for a limb it uses :attr:`flips`.
+        Nothing is computed before it is needed. kinds: all if not given. Raises TwistError for an
+        unknown method.
         """
         DETECTORS.named(method)
         return _ByName(self, method, ALL_KINDS if kinds is None else frozenset(kinds))
@@ -599,12 +603,16 @@ class ClipAnalysis:
         tau_degrees: Tau | None = None,
         tell: Tell | None = None,
     ) -> Detection:
-        """Return the intervals of these kinds: chains first, then limbs.
+        """Return the intervals of the given kinds: first of chains, then of limbs.
 
-        τ: for all chains, or by the name of a chain or limb; automatic where not given. The τ of a
-        limb or a twist bone is another quantity, so one τ for all applies to other chains only;
-        kinds that cannot be corrected have none. method: the name of a detector, or a detector to
-        register; tell: called with the progress. TwistError for an unknown kind, method or name.
+        - method: the name of a detector, or a detector to register
+        - kinds: the kinds to search for, all if not given
+        - tau_radians, tau_degrees: τ for all chains, or by the name of a chain or limb; automatic
+          where it is not given. The τ of a limb or a twist bone is a different quantity, so a
+          single number applies only to the other chains. Kinds that cannot be corrected have no τ.
+        - tell: callback for the progress
+
+        Raises TwistError for an unknown kind, method or name.
         """
         wanted, method = _kinds(kinds), _name_of(method)
         detector = self.detector(method, wanted)
@@ -619,7 +627,7 @@ class ClipAnalysis:
     def tau_of(
         self, for_all: float | None, by_name: Mapping[str, float] = MappingProxyType({})
     ) -> dict[str, float]:
-        """Return τ in radians by name: one for all chains of limbs, then the values of a profile.
+        """Return τ in radians by name: one value for all chains of limbs, then a profile's values.
 
         Names in the profile that the clip does not have are left out.
         """
@@ -632,7 +640,7 @@ class ClipAnalysis:
         return tuple(c.name for c in (*chains, *(self.limbs if Kind.LIMB_FLIP in kinds else ())))
 
     def _given(self, radians: Tau | None, degrees: Tau | None) -> dict[str, float]:
-        """Return τ in radians by name, for the chains and limbs that it is given for."""
+        """Return τ in radians by name, for the chains and limbs for which it is given."""
         if degrees is not None:
             if radians is not None:
                 raise TwistError("expected τ in degrees or in radians, found both")
@@ -644,10 +652,10 @@ class ClipAnalysis:
 
 @dataclass(frozen=True, eq=False)
 class _ByName:
-    """The detector of chains and the detector of limb flips as one.
+    """The detector for chains and the detector for limb flips, combined.
 
-    final: True to leave the intervals of restless people open, which is known only after all
-    others.
+    final: True to return the intervals of restless people as open ones; who is restless is known
+    only after all other kinds were searched.
     """
 
     clip: ClipAnalysis
@@ -684,10 +692,10 @@ class _ByName:
         return tuple(sorted(found, key=lambda i: (i.start, i.stop)))
 
     def _with_carried(self, chain: str, tau: float, found: list[Interval]) -> list[Interval]:
-        """Add a chain's carried rolls, and remove counter-twists that are part of one.
+        """Add a chain's carried rolls, and remove the counter-twists that are part of one.
 
-        In a bent limb a carried roll looks like a counter-twist; in a nearly straight one a share
-        of it does.
+        In a bent limb a carried roll looks like a counter-twist; in a nearly straight limb part of
+        it does.
         """
         rolls = self.clip.carried_rolls(self.method).intervals(chain, tau)
         sure = [r for r in rolls if not r.open]
@@ -699,9 +707,10 @@ class _ByName:
         return [*left, *rolls]
 
     def _unless_not_followed(self, limb: Limb, flips: Sequence[Interval]) -> list[Interval]:
-        """Remove flips in which a child did not follow a twist error of the limb's first joint.
+        """Remove flips that arise because a child did not turn back a twist error of the limb's P.
 
-        The part that the child does not turn back turns the rest of the limb: one error, not two.
+        The part that the child does not turn back turns the rest of the limb, so this is one error
+        and not two.
         """
         known = self.clip.by(self.method)
         twists = [
@@ -721,20 +730,20 @@ class _ByName:
 
 
 def _doubted(doubt: str, explain: Callable[[], dict[str, Any]] | None) -> dict[str, Any]:
-    """Return why an interval was found, and why it is left to a reviewer."""
+    """Return the evidence for an interval, and the doubt that leaves it to a person."""
     told = explain() if explain else {}
     return {**told, "doubts": [doubt, *told.get("doubts", ())]}
 
 
 def _kept(analysis: Analysis) -> DistinctFrames | None:
-    """Return the frames by which a clip in coarse notation was examined; None for any other."""
+    """Return the frames by which a clip in coarse notation was examined; None for other clips."""
     return analysis.kept if isinstance(analysis, NotatedAnalysis) else None
 
 
 def _made_worse(
     explain: Callable[[], dict[str, Any]] | None, worse: Sequence[ProtectedMeasure]
 ) -> dict[str, Any]:
-    """Return why an interval was found, and what its correction would make worse."""
+    """Return the evidence for an interval, and the measures that its correction makes worse."""
     told = explain() if explain else {}
     doubts = [m.doubt for m in worse]
     doubts += [d for d in told.get("doubts", ()) if d not in doubts]
@@ -751,7 +760,7 @@ def _same_frames(a: Interval, b: Interval) -> bool:
 
 @dataclass(frozen=True, eq=False)
 class Detection:
-    """The intervals of a clip, by chain and start, limbs last, as :func:`detect` returns them.
+    """The intervals of a clip, by chain and start, limbs last; the result of :func:`detect`.
 
     A sequence of :class:`Interval`. Indexed by a name, ``found["LeftArm"]``, it returns the
     detection of that chain or limb alone.
@@ -790,7 +799,7 @@ class Detection:
 
     @property
     def chains(self) -> tuple[Chain, ...]:
-        """The chains that were searched for counter-twists."""
+        """The chains that were searched for errors."""
         return tuple(c for c in self.analysis.chains if c.name in self.tau)
 
     @property
@@ -800,17 +809,19 @@ class Detection:
 
     @property
     def chains_and_limbs(self) -> tuple[Chain, ...]:
-        """The chains and limbs that were searched and that a correction needs."""
+        """The chains and limbs that were searched, all of which a correction needs."""
         return *self.chains, *self.limbs
 
     @property
     def not_examined(self) -> str:
-        """Why nothing could be found in the clip: a clause, or '' if the clip was examined."""
+        """The reason why nothing could be found in the clip, as a clause; '' if it was examined."""
         return "" if self.intervals else self.analysis.not_examined
 
     @property
     def notes(self) -> tuple[Note, ...]:
-        """The notes of the analysis; if something was found, the clip was examined."""
+        """The notes of the analysis; a note that nothing was examined is dropped if something was
+        found.
+        """
         notes = self.analysis.notes
         if self.intervals:
             notes = tuple(n for n in notes if n.kind != NOT_EXAMINED)
@@ -876,7 +887,7 @@ class Detection:
         return self.chains_and_limbs, sure
 
     def refined(self, at_least: float | None = None, *, include_open: bool = False) -> Motion:
-        """Return the motion with the intervals corrected that may be corrected automatically.
+        """Return the motion with all intervals corrected for which this is done automatically.
 
         Parameters
         ----------
@@ -903,7 +914,7 @@ class Detection:
         )
 
     def to_rows(self, *, explain: bool = False) -> list[dict[str, Any]]:
-        """Return one dict an interval, with the fields of `twistcore detect --json`.
+        """Return one dict per interval, with the fields of `twistcore detect --json`.
 
         Parameters
         ----------
@@ -946,7 +957,7 @@ def analyse(
     rig: Rig = AS_FOUND,
     people: Sequence[str] | str | None = None,
 ) -> ClipAnalysis:
-    """Analyse a clip: chains, signals and detectors, each computed once when needed.
+    """Analyse a clip: chains, signals and detectors, each computed when it is first needed.
 
     Parameters
     ----------
@@ -1037,7 +1048,7 @@ def detect(
         Threshold τ, in degrees or in radians, for all chains or by the name of a chain or limb;
         automatic where not given.
     tell : callable, optional
-        Called from time to time with the share of the work that is done, 0…1.
+        Called from time to time with the fraction of the work that is done, 0…1.
 
     Returns
     -------
@@ -1081,7 +1092,7 @@ _COLUMNS = ("chain", "parent", "child", "start", "stop", "delta_deg", "confidenc
 def _row(
     interval: Interval, chain: Chain, names: Sequence[str], *, explain: bool
 ) -> dict[str, Any]:
-    """Return an interval as a row of `detect --json`; names: of the joints."""
+    """Return an interval as a row of `detect --json`; names: the joints' names."""
     parent = names[chain.parent]
     values = (
         *(parent, parent, names[chain.child], interval.start, interval.stop),
@@ -1101,7 +1112,7 @@ def _row(
 
 
 def _kinds(kinds: Collection[Kind | str] | str | None) -> frozenset[Kind]:
-    """Return the kinds of some words, all for None; TwistError for an unknown word."""
+    """Return the kinds for some words, all kinds for None. Raises TwistError if one is unknown."""
     if kinds is None:
         return ALL_KINDS
     wanted = []

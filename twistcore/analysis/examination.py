@@ -1,4 +1,4 @@
-"""The parts of a motion that cannot be examined, and why: no part is left out silently."""
+"""The parts of a motion that cannot be examined, and why: none is left out silently."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _MOST_PIECES = 5  # pieces that a note lists
 
 
 def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
-    """Return why nothing in a motion could be examined: a clause, or '' if something could."""
+    """Return the reason why a motion cannot be examined at all, as a clause, or ''."""
     if not chains:
         return "no arm or leg was found in its skeleton"
     if motion.frames < max(FEWEST_FRAMES, round(SHORTEST_SEGMENT * motion.fps)):
@@ -42,9 +42,9 @@ def why_not_examined(motion: Motion, chains: Sequence[Chain]) -> str:
 
 
 def frames_note(motion: Motion) -> str:
-    """Return a sentence about frames whose piece between two cuts is too short to examine, or ''.
+    """Return a sentence about frames in a piece between cuts that is too short to examine, or ''.
 
-    A T-pose at either end and a blend out of it or into it are also left out, but not listed here.
+    A T-pose at either end and a blend from or to it are also left out, but not mentioned here.
     """
     frames = unexamined_frames(motion)
     if not frames:
@@ -61,7 +61,7 @@ def frames_note(motion: Motion) -> str:
 
 
 def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
-    """Return frames [start, stop) in pieces too short to examine, except T-poses at the ends."""
+    """Return frames [start, stop) of pieces too short to examine, except T-poses at the ends."""
     left_out = np.ones(motion.frames, dtype=bool)
     for start, stop in segments_between(find_cuts(motion), motion.fps):
         left_out[start:stop] = False
@@ -72,7 +72,7 @@ def unexamined_frames(motion: Motion) -> tuple[tuple[int, int], ...]:
 
 
 def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, ...]:
-    """Return the limbs of a body that no chain examines; chains: including those of a person."""
+    """Return a body's limbs that no chain examines; chains: may include chains from a person."""
     found = {(bone.parent, bone.child) for line in body.lines for bone in line.bones}
     covered = {
         (c.person, body.names[c.parent].side or body.names[c.child].side, _kind_of(body, c))
@@ -85,8 +85,9 @@ def unexamined_limbs(body: Body, chains: Sequence[Chain]) -> tuple[Unexamined, .
 def joints_outside(body: Body, chains: Sequence[Chain]) -> Mapping[str, tuple[str, ...]]:
     """Return the names of the joints that no chain examines, by part of the body.
 
-    The parts are the root, the trunk (everything that limbs hang on), the joints below the hands
-    and below the feet (if names are unknown: below the limbs), and others, such as neck and head.
+    The parts are the root, the trunk (everything from which limbs hang), the joints below the hands
+    and below the feet (below the limbs, if names are unknown), and the others, such as neck and
+    head.
     """
     skeleton = body.skeleton
     inside = {j for c in chains for j in (c.parent, c.child)}
@@ -115,7 +116,7 @@ _PARTS = ("root", "trunk", *_BELOW.values(), "below the limbs", "others")
 
 
 def _kind_of(body: Body, chain: Chain) -> str:
-    """Return 'arm' or 'leg' by the names of a chain's joints, or '' if they do not say."""
+    """Return 'arm' or 'leg' by the names of a chain's joints, or '' if the names do not show it."""
     roles = {role for j in (chain.parent, chain.child) for role in body.names[j].roles}
     if roles & {"shoulder", "arm", "forearm", "hand"}:
         return "arm"

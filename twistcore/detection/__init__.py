@@ -1,7 +1,7 @@
 """Find the intervals in which a parent and its child twist against each other.
 
-A detector analyses a motion once, without any threshold. Its analysis then answers for every τ,
-fast enough to follow a line that a person drags.
+A detector analyses a motion once, without a threshold. The resulting analysis returns the intervals
+for any τ, fast enough to follow a threshold line that a person drags.
 """
 
 from importlib import import_module

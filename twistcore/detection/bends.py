@@ -1,7 +1,7 @@
-"""How far each joint bends from frame to frame, independent of its bones' twist [Method, step 7].
+"""How far each joint bends from frame to frame, independently of any twist [Method, step 7].
 
-A joint's bend is the angle between its parent's bone and its own. A twist error turns a joint about
-its bone and turns the next joint back: no bone changes its direction and no bend changes, even if
+The bend of a joint is the angle between its parent's bone and its own. A twist error turns a joint
+about its bone and the next joint back: no bone changes its direction and no bend changes, even if
 many chains have errors in the same frames. A limb flip changes two bends of its limb.
 """
 
@@ -21,10 +21,10 @@ _SHORTEST = 1e-6  # of the skeleton's height: anything shorter has no direction
 
 
 def bend_steps(motion: Motion) -> Array:
-    """Return the changes of all bends and the turns of all roots, radians ≥ 0, (n, frames − 1).
+    """Return the frame-to-frame changes of all bends and rotations of all roots, (n, frames − 1).
 
-    For a joint at its root's place, with no bone above it, the turn of its own bone in the root's
-    frame is taken.
+    They are in radians ≥ 0. For a joint that coincides with its root, and so has no bone above it,
+    the rotation of its own bone in the root's frame is used instead.
     """
     parents, q = motion.skeleton.parents, motion.rotations
     above = [bone_direction(motion, j, []) if p >= 0 else None for j, p in enumerate(parents)]
@@ -64,7 +64,8 @@ def bend_steps(motion: Motion) -> Array:
 def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | None:
     """Return the direction of a joint's longest bone in its own frame, or None if it has no bone.
 
-    Shape (3,) or (frames, 3). The End Site counts if all children are at the joint's own place.
+    The direction is (3,) or (frames, 3). The End Site is used if no child is at a distance from the
+    joint.
     """
     children = [c for c in motion.skeleton.children[joint] if above[c] is not None]
     if children:
@@ -76,7 +77,7 @@ def _own_bone(motion: Motion, joint: int, above: list[Array | None]) -> Array | 
 
 
 def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
-    """Return the joints at one place, from the first below a bone or a root down to `joint`."""
+    """Return the joints at the place of `joint`, from the highest one down to `joint` itself."""
     parents, path = motion.skeleton.parents, [joint]
     while above[path[0]] is None and parents[parents[path[0]]] >= 0:
         path.insert(0, int(parents[path[0]]))
@@ -84,13 +85,13 @@ def _path(motion: Motion, joint: int, above: list[Array | None]) -> list[int]:
 
 
 def _together(directions: Sequence[Array]) -> Array:
-    """Stack directions (3,) or (frames, 3) of joints to (joints, 3) or (frames, joints, 3)."""
+    """Stack directions of joints, (3,) or (frames, 3), into (joints, 3) or (frames, joints, 3)."""
     stacked: Array = np.stack(np.broadcast_arrays(*directions), axis=-2)
     return stacked
 
 
 def _angles(one: Array, other: Array) -> Array:
-    """Return the angles between unit vectors (frames, joints, 3), radians, (joints, frames)."""
+    """Return the angles between unit vectors (frames, joints, 3), in radians, (joints, frames)."""
     cosine = np.einsum("...jc,...jc->...j", one, other).T
     angles: Array = np.arccos(np.clip(cosine, -1.0, 1.0))
     return angles

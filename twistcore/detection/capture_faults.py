@@ -23,13 +23,13 @@ _APART = 0.1  # seconds: two bursts of a chain that are closer than this count a
 
 
 def find_bursts(search: KindSearch) -> Found:
-    """Return bursts of noise by chain name."""
+    """Return the bursts of noise, by chain name."""
     bursts = noise_bursts(search.motion)
     return burst_intervals(search.motion, search.chains, bursts, search.chosen)
 
 
 def find_frozen(search: KindSearch) -> Found:
-    """Return frozen frames by chain name; a frozen limb is listed with its first chosen chain."""
+    """Return the frozen spans by chain name; each is listed with the limb's first chosen chain."""
     return frozen_intervals(search.motion, search.chains, search.chosen)
 
 
@@ -39,13 +39,13 @@ def burst_intervals(
     bursts: Iterable[NoiseBurst],
     chosen: Sequence[Chain] | None = None,
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the bursts of chains' joints by chain name, by start; chosen: the chains to list.
+    """Return the bursts of noise in the chains' joints, by chain name and start.
 
-    A burst that concerns a chosen chain is always listed: with its own chain if that is chosen, or
-    with the first chosen chain that it concerns. Bursts of a chain that overlap, or nearly do, are
-    merged into one interval, named after its noisiest joint. `residual` is σ of the noise about
-    each axis in that joint; the offset is 0, because nothing is removed. Bursts of joints outside
-    these chains are left out.
+    chosen: the chains to list. A burst that affects a chosen chain is always listed: with the
+    joint's own chain if that is chosen, or with the first chosen chain that it affects. Bursts of a
+    chain that overlap, or nearly do, are merged into one interval, which is named after the
+    noisiest joint. `residual` is σ of the noise about each axis in that joint; the offset is 0,
+    because nothing is removed. Bursts of joints outside these chains are left out.
     """
     chosen, apart = chains if chosen is None else chosen, 1 + int(_APART * motion.fps)
     own: dict[str, list[NoiseBurst]] = {chain.name: [] for chain in chosen}
@@ -69,7 +69,7 @@ def outside_chains(chains: Sequence[Chain], bursts: Iterable[NoiseBurst]) -> tup
 def frozen_intervals(
     motion: Motion, chains: Sequence[Chain], chosen: Sequence[Chain] | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return frames in which a limb does not move at all, by the name of its first chosen chain.
+    """Return the frames in which a limb does not move, by name of the limb's first chosen chain.
 
     chains: all chains of the limbs; chosen: the chains to list, all if not given.
     """
@@ -90,7 +90,7 @@ def frozen_intervals(
 
 
 def at_body_step(motion: Motion, interval: Interval) -> bool:
-    """True if an interval begins or ends where many joints step at once."""
+    """True if an interval begins or ends at a step of the whole body."""
     edges = {interval.start, interval.stop}
     return any(not edges.isdisjoint(range(b.start, b.stop)) for b in body_steps(motion))
 
@@ -121,7 +121,7 @@ def _fault(kind: Kind, chain: str, start: int, stop: int, told: dict[str, Any]) 
 
 
 def frozen_sentence(spans: int) -> str:
-    """Return the note for a number of frozen spans; '' for none."""
+    """Return the note about a number of frozen spans; '' if there are none."""
     if not spans:
         return ""
     if spans == 1:

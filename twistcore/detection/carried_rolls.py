@@ -1,8 +1,7 @@
-"""Carried rolls: P turns about its bone, C's bone keeps its place, and C rolls along with P.
+"""Carried rolls: P turns about its bone and C rolls with it, while C's bone keeps its direction.
 
-In a counter-twist and in a carried roll alike, C's bone turns back about P's bone as far as P turns
-(its azimuth, θc of [Choi26 Eq. 6-7]). In a carried roll C also turns about its own bone, as far as
-P does:
+In a counter-twist and in a carried roll, C turns back about P's bone by P's angle (its azimuth, θc
+of [Choi26 Eq. 6-7]). In a carried roll C also turns about its own bone by the same angle:
 
     q_P ⊗ R_a(δ),   R_a(−δ) ⊗ q_C ⊗ R_b(δ)
 
@@ -38,17 +37,18 @@ _OUTSTANDING = 4.0  # times the usual turn beyond the pace: the least turn that 
 
 @dataclass(frozen=True, eq=False)
 class CarriedRolls:
-    """Carried rolls of chains before a threshold is chosen.
+    """The carried rolls of chains before a threshold is chosen.
 
-    known: what the consistency detector finds in each chain without C's own roll; signals: of the
-    same chains. Chains without any edge of a carried roll are in neither.
+    known: the analyses that the consistency detector makes of the chains without C's own roll;
+    signals: the signals of the same chains. Chains in which no edge looks like a carried roll are
+    in neither.
     """
 
     known: Mapping[str, ConsistencyAnalysis | NotatedAnalysis]
     signals: Mapping[str, Witnesses]
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the carried rolls of a chain at τ radians, by start."""
+        """Return the carried rolls of a chain at threshold τ, radians, by start."""
         if chain not in self.known:
             return ()
         found = self.known[chain].intervals(chain, tau)
@@ -61,13 +61,13 @@ class CarriedRolls:
 
 @dataclass(frozen=True, eq=False)
 class RollsOfChains:
-    """The rolls of C along with P in a motion, measured when a chain is first asked for."""
+    """A test of whether C rolls with P; the signals of a chain are computed on first use."""
 
     motion: Motion
     _signals: dict[str, Witnesses] = field(default_factory=dict)
 
     def along(self, chain: Chain, twist: Interval) -> bool:
-        """True if C rolled along with P in an interval of a chain."""
+        """True if C rolled with P in an interval of the given chain."""
         if not may_carry(chain):
             return False
         if chain.name not in self._signals:
@@ -76,9 +76,9 @@ class RollsOfChains:
 
 
 def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRolls:
-    """Analyse carried rolls as far as that does not depend on τ.
+    """Analyse carried rolls, except for the part that depends on τ.
 
-    motion: without its counter-twists, which would be found again here.
+    motion: the motion without its counter-twists, which would be found a second time here.
     """
     signals = {}
     for chain in chains:
@@ -96,7 +96,7 @@ def analyse_carried_rolls(motion: Motion, chains: Iterable[Chain]) -> CarriedRol
 
 
 def may_carry(chain: Chain) -> bool:
-    """True if C has a bone of its own whose position shows the azimuth."""
+    """True if C has a bone of its own, and the position of its child shows the azimuth."""
     constant = chain.axis.ndim == chain.arm.ndim == 1
     return chain.grandchild >= 0 and chain.ends and constant and not isinstance(chain, Helper)
 
@@ -109,9 +109,9 @@ def bent_frames(motion: Motion, chain: Chain) -> Mask:
 
 
 def without_roll(motion: Motion, signals: Mapping[Chain, Witnesses]) -> Motion:
-    """Return the motion with every C turned to where its bone is, without roll about that bone.
+    """Return the motion with every C turned to its bone's direction, without roll about the bone.
 
-    No joint may be C in one of these chains and P in another.
+    No joint may be C of one of these chains and P of another.
     """
     rotations = motion.rotations.copy()
     for chain, own in signals.items():
@@ -120,7 +120,7 @@ def without_roll(motion: Motion, signals: Mapping[Chain, Witnesses]) -> Motion:
 
 
 def _apart(chains: Iterable[Chain]) -> list[list[Chain]]:
-    """Group chains so that in a group no C is the P of another chain."""
+    """Group chains so that no two chains of a group share a joint."""
     groups: list[list[Chain]] = []
     for chain in chains:
         fits = (g for g in groups if all(_share_no_joint(chain, other) for other in g))
@@ -135,7 +135,7 @@ def _share_no_joint(a: Chain, b: Chain) -> bool:
 
 
 def _some_edge(signals: Witnesses) -> bool:
-    """True if P turns at least once as in a carried roll, far more than is usual in the clip."""
+    """True if P turns at least once as in a carried roll, by far more than is usual in the clip."""
     for width in range(1, max(1, round(WIDEST * signals.fps)) + 1):
         x = np.abs(signals.beyond_pace("x", width))
         at = np.flatnonzero(x >= LEAST)
@@ -148,13 +148,13 @@ def _some_edge(signals: Witnesses) -> bool:
 
 
 def _turned(signals: Witnesses, at: Index, width: int) -> Mask:
-    """Return where turns over `width` frames from these frames on look like a carried roll."""
+    """Return where turns over `width` frames from the frames `at` on look like a carried roll."""
     names = "x", "azimuth_turns", "roll_turns"
     return _alike(*(signals.beyond_pace(name, width)[at] for name in names))
 
 
 def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
-    """Return where the azimuth turns back, and C rolls along, about as far as P turns; degrees."""
+    """Return where the azimuth turns back and C rolls with P, both by about P's angle; degrees."""
     x, azimuth, roll = np.asarray(x), np.asarray(azimuth), np.asarray(roll)
     limit = _AGREE * np.abs(x)
     back, along = np.abs(wrapped(x + azimuth)) <= limit, np.abs(wrapped(x - roll)) <= limit
@@ -162,9 +162,9 @@ def _alike(x: ArrayLike, azimuth: ArrayLike, roll: ArrayLike) -> Mask:
 
 
 def is_carried(signals: Witnesses, found: Interval) -> bool:
-    """True if the limb is always bent, and C rolls along wherever an interval begins or ends.
+    """True if the limb is always bent and C rolls with P wherever an interval begins or ends.
 
-    found: from a detector of counter-twists.
+    found: an interval of a detector of counter-twists.
     """
     around = slice(max(found.start - 1, 0), found.stop + 1)
     if signals.bend[around].min() < LEAST_BEND:

@@ -1,9 +1,9 @@
-"""Bones that are turned against their child in every frame, by comparison with the other side.
+"""Bones that are turned against their child in every frame, found by comparing both sides.
 
-A constant counter-twist has no edge and changes no position, but the same bone on the other side
-reveals it. A body is symmetric on average, and mirrored twists about the outgoing bone have
-opposite signs, so left + right is about 0 for P's twist and for C's. An error of δ on one side adds
-+δ to the one sum and −δ to the other, which no pose does for a whole clip.
+A constant counter-twist has no edge and changes no position, but the same bone on the other side of
+the body reveals it. A body is symmetric on average, and mirrored twists about the outgoing bone
+have opposite signs. So the sum of left and right is about 0 for P's twist and for C's. An error of
+δ on one side adds +δ to one sum and −δ to the other, which no pose does for a whole clip.
 """
 
 from __future__ import annotations
@@ -28,9 +28,10 @@ _CLEARLY = math.radians(30.0)  # one side is farther from the rest pose than the
 
 @dataclass(frozen=True)
 class ConstantOffset:
-    """A chain whose P is turned by `degrees` against C in every frame; other: on the other side.
+    """A chain whose P is turned by `degrees` against C in every frame.
 
-    clear: True if the rest poses show that this chain is wrong, not the other one.
+    other: the same chain on the other side; clear: True if the rest poses show that this chain is
+    wrong and not the other one.
     """
 
     chain: Chain
@@ -52,7 +53,7 @@ class ConstantOffset:
 
 @dataclass(frozen=True)
 class _Usual:
-    """The usual angle of a joint's twist, radians, and how much it varies, 0…1."""
+    """The usual angle of a joint's twist, in radians, and how much it varies, 0…1."""
 
     angle: float
     varies: float
@@ -60,7 +61,7 @@ class _Usual:
 
 @dataclass(frozen=True)
 class _Pair:
-    """The same bone on both sides, with the usual twists: left P, left C, right P, right C."""
+    """The same bone on both sides, with the usual twists of left P, left C, right P and right C."""
 
     left: Chain
     right: Chain
@@ -68,9 +69,10 @@ class _Pair:
 
 
 def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantOffset, ...]:
-    """Return the chains that are off by a constant, as far as the other side shows it.
+    """Return the chains with a constant error that a comparison with the other side shows.
 
-    An error of a bone also turns the C of the bone above. Of two such bones the lower one is wrong.
+    An error of a bone also turns the C of the bone above. If two such bones are found, the lower
+    one is wrong.
     """
     pairs = [_Pair(*sides, _usual_of_both(motion, *sides)) for sides in _pairs(chains)]
     above = {pair.left.child: pair for pair in pairs}
@@ -85,7 +87,10 @@ def constant_offsets(motion: Motion, chains: Sequence[Chain]) -> tuple[ConstantO
 
 
 def _compared(pair: _Pair, below: _Pair | None) -> ConstantOffset | None:
-    """Return the constant offset of a bone of both sides; below: the next bone of the limb."""
+    """Return the constant offset of a bone that exists on both sides, or None.
+
+    below: the next bone of the limb.
+    """
     if pair.usual is None:
         return None
     left_p, left_c, right_p, right_c = pair.usual
@@ -107,7 +112,7 @@ def _compared(pair: _Pair, below: _Pair | None) -> ConstantOffset | None:
 
 
 def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
-    """Yield the same bone, or the same piece of it, on both sides of a person."""
+    """Yield each bone, or piece of a bone, that exists on both sides of a person."""
     places: dict[tuple[str, str, int], dict[str, Chain]] = {}
     counts: dict[tuple[str, str, str], int] = {}
     for chain in chains:
@@ -124,7 +129,7 @@ def _pairs(chains: Sequence[Chain]) -> Iterator[tuple[Chain, Chain]]:
 def _usual_of_both(
     motion: Motion, left: Chain, right: Chain
 ) -> tuple[_Usual, _Usual, _Usual, _Usual] | None:
-    """Return the usual twists of P and C on both sides, or None if one of them has none."""
+    """Return the usual twists of P and C on both sides, or None if one of them is undefined."""
     left_p, left_c, right_p, right_c = (
         _usual(motion, chain, joint)
         for chain in (left, right)

@@ -1,4 +1,7 @@
-"""Clip-wide discontinuities: a T-pose at an end, cuts. Borders, not errors [Method, step 7]."""
+"""Discontinuities of the whole clip, such as cuts or a T-pose at an end [Method, step 7].
+
+They are borders of segments, not errors.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ BLOCK_SECONDS = 0.13
 
 
 def find_cuts(motion: Motion) -> Mask:
-    """Return where the step into a frame is no motion, (frames,).
+    """Return a mask of the frames whose step from the previous frame is not motion, (frames,).
 
     Such a step is a cut, or part of a blend out of the clip's first pose or into a rest pose at its
     end.
@@ -49,7 +52,10 @@ def _cuts(motion: Motion) -> Mask:
 
 
 def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
-    """Return the cuts of distinct frames in all frames; a blend continues while a frame is held."""
+    """Convert the cuts of a clip without held frames to all its frames.
+
+    A blend also includes the frames that are held during it.
+    """
     full = np.zeros(held.frames, dtype=bool)
     full[held.first] = cut
     full[held.first[0] : held.first[-1]] |= np.repeat(cut[:-1] & cut[1:], np.diff(held.first))
@@ -57,10 +63,11 @@ def _among_held(cut: Mask, held: DistinctFrames) -> Mask:
 
 
 def _jumps(motion: Motion) -> Mask:
-    """Return where the bends of most joints jump at once on the way into a frame.
+    """Return a mask of the frames into which the bends of most joints jump at the same time.
 
-    A joint votes if it bends by more than JUMP times its median pace in the calmest nearby block,
-    or if it hardly bends. A cut needs SHARE of the votes of the joints that ever bend.
+    A joint votes for a cut if its bend changes by more than JUMP times its median pace in the
+    calmest nearby block, or if it hardly bends at all. A cut needs the fraction SHARE of the votes
+    of the joints that ever bend.
     """
     frames = motion.frames
     cut = np.zeros(frames, dtype=bool)
@@ -94,7 +101,7 @@ def _jumps(motion: Motion) -> Mask:
 
 
 def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
-    """Return frames [low, high) between cuts, except pieces too short to tell error from motion."""
+    """Return the frames [low, high) between cuts, except pieces too short to examine."""
     shortest = round(SHORTEST_SEGMENT * fps)
     borders = [0, *np.flatnonzero(cut).tolist(), len(cut)]
     return tuple(
@@ -105,9 +112,9 @@ def segments_between(cut: Mask, fps: float) -> tuple[tuple[int, int], ...]:
 def leading_frames(motion: Motion) -> int:
     """Return the number of frames at the start that are a rest pose or a blend out of it.
 
-    These are the frames before the last cut (:func:`find_cuts`) among the 12 transitions after a
-    first pose, held or not, and before the end of a longer blend. CMU clips: frame 0. The Daz
-    conversion: the first 8 to 12.
+    These are the frames before the last cut (:func:`find_cuts`) among the 12 transitions after the
+    first pose, which may be held, and the frames before the end of a longer blend. In CMU clips it
+    is frame 0, in the Daz conversion the first 8 to 12 frames.
     """
     cut = find_cuts(motion)
     near = np.flatnonzero(cut[: held_frames(motion.rotations) + LEADING + 1])
@@ -118,12 +125,12 @@ def leading_frames(motion: Motion) -> int:
 
 
 def trailing_frames(motion: Motion) -> int:
-    """Return the number of frames at the end that are a blend back into a rest pose."""
+    """Return the number of frames at the end that are a blend into a rest pose."""
     return rest_frames(motion.rotations, motion.fps)
 
 
 def border_notes(motion: Motion) -> tuple[str, ...]:
-    """Return sentences about the frames left out at the ends; none for a lone T-pose in frame 0."""
+    """Return the notes about frames left out at the ends; none for a single T-pose in frame 0."""
     first, last = leading_frames(motion), trailing_frames(motion)
     notes = []
     if first > 1:

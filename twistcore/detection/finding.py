@@ -1,4 +1,4 @@
-"""How kinds that are only shown are searched for: the input of a finder, and its result."""
+"""The search for kinds of error that no detector finds: the input of a finder, and its result."""
 
 from __future__ import annotations
 
@@ -28,22 +28,23 @@ class KindSearch:
     motion : Motion
         The clip as it was captured.
     chains : tuple of Chain
-        All chains of limbs; each find belongs to one of them.
+        All chains of limbs; each detection belongs to one of them.
     chosen : tuple of Chain
         The chains to list: all or some of `chains`.
     whole : bool
-        False if `chains` are not all chains of the clip: joints outside them are then not listed.
+        False if `chains` are not all chains of the clip; joints outside them are then left out.
     named : tuple of Chain
-        All chains, twist bones and limbs; the known errors belong to these.
+        All chains, twist bones and limbs, to which the known errors belong.
     errors : callable
-        Returns the intervals of all kinds that can be repaired, at the automatic τ.
+        Function that returns the intervals of all correctable kinds, at the automatic τ.
     corrected : callable
-        Returns a function that makes frames of the motion with all automatic corrections; None if
-        there are none.
+        Function that returns a function that makes frames of the motion with all automatic
+        corrections, or None if there are no corrections.
     without : callable
-        Returns a function that makes frames of the motion without some of the errors.
+        Function that, for some errors, returns a function that makes frames without these errors.
     captured : KindSearch, optional
-        The same search in the clip as captured, without known errors; itself if not given.
+        The same search in the clip as captured, without known errors; None if this search is
+        already in that clip.
     """
 
     motion: Motion
@@ -58,9 +59,9 @@ class KindSearch:
     _kept: MutableMapping[Any, Any] = field(default_factory=dict)
 
     def once(self, work: Callable[[KindSearch], Known]) -> Known:
-        """Return the result of `work`, which the kinds of a clip share; callers must not change it.
+        """Return the result of `work`, computed once per clip and shared by its kinds.
 
-        The result may depend on everything but the chosen chains.
+        Callers must not change the result. It may depend on everything except the chosen chains.
         """
         if work not in self._kept:
             self._kept.setdefault(work, work(self))
@@ -72,7 +73,7 @@ Finder = Callable[[KindSearch], Found]
 
 
 def finder_of(kind: Kind) -> Finder:
-    """Return the finder of a kind; TwistError if it cannot be loaded."""
+    """Return the finder of a kind. Raises TwistError if it cannot be loaded."""
     module, _, name = kind.info.find.partition(":")
     with one_sentence(f"the finder of the kind {kind.value!r} cannot be loaded"):
         finder: Finder = getattr(import_module(module), name)
@@ -80,9 +81,9 @@ def finder_of(kind: Kind) -> Finder:
 
 
 def found_by(kind: Kind, search: KindSearch) -> dict[str, tuple[Interval, ...]]:
-    """Return the intervals of a kind in the chosen chains by chain name, each chain's by start.
+    """Return the intervals of a kind in the chosen chains, by chain name and start.
 
-    TwistError if the kind's finder fails or returns impossible intervals.
+    Raises TwistError if the kind's finder fails or returns impossible intervals.
     """
     finder, frames = finder_of(kind), search.motion.frames
     with one_sentence(f"the finder of the kind {kind.value!r} failed"):

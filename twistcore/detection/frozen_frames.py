@@ -1,4 +1,4 @@
-"""Limbs that do not move at all in the middle of a clip: markers were lost, or a pose was held."""
+"""Limbs that do not move at all in the middle of a clip: lost markers, or a pose that was held."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ _ALIVE = 0.7  # of the other frames, in which the same limb must move
 
 
 def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, int, int], ...]:
-    """Return limbs with the frames [start, stop) in which they do not move at all, by start.
+    """Return the limbs that do not move at all, each with its frames [start, stop), by start.
 
-    Frames at either end of the clip, where a pose is held on purpose, do not count, nor do clips
-    whose notation holds frames.
+    Frames at either end of the clip, where a pose may be held on purpose, are left out, and so are
+    clips in a notation with held frames.
     """
     if motion.frames < 3 or without_held(motion) is not None:
         return ()
@@ -45,7 +45,7 @@ def frozen_spans(motion: Motion, chains: Sequence[Chain]) -> tuple[tuple[str, in
 
 
 def limb_of(chain: Chain) -> str:
-    """Return the limb that a chain is part of, in words; '' for a chain of the trunk."""
+    """Return the name of the limb that a chain is part of; '' for a chain of the trunk."""
     if not chain.side:
         return ""
     kind = "leg" if chain.segment in ("UpLeg", "Leg") else "arm"

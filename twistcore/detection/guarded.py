@@ -1,4 +1,4 @@
-"""Detectors of other authors, guarded: a failure becomes one sentence that names the detector."""
+"""Guards for detectors of other authors: a failure becomes one sentence that names the detector."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def one_sentence(what: str) -> Iterator[None]:
-    """Raise a TwistError that begins with `what` in place of any error of foreign code."""
+    """Convert any error of foreign code to a TwistError whose message begins with `what`."""
     try:
         yield
     except MemoryError:
@@ -35,22 +35,26 @@ def one_sentence(what: str) -> Iterator[None]:
 
 
 class GuardedDetector:
-    """A detector whose results are checked; place: the file and class that it comes from, or ''."""
+    """A detector whose results are checked.
+
+    place: the file and class from which it was loaded, or ''.
+    """
 
     def __init__(self, detector: Detector, place: str = "") -> None:
         self.detector, self.place = detector, place
 
     @property
     def info(self) -> DetectorInfo:
-        """What the program shows about the detector."""
+        """The information that the program shows about the detector."""
         return self.detector.info
 
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> GuardedAnalysis:
-        """Analyse a motion as far as that does not depend on τ; TwistError if the detector fails.
+        """Analyse a motion, except for the part that depends on τ.
 
-        Strength and τ of each chain are computed at once, so most failures happen here.
+        Raises TwistError if the detector fails. The strength, the automatic τ and the intervals at
+        it are computed immediately for each chain, so most failures occur here.
         """
         name = self.info.name
         with one_sentence(f"the detector {name!r} failed"):
@@ -68,7 +72,7 @@ class GuardedDetector:
 
 
 class GuardedAnalysis:
-    """The analysis of such a detector; a wrong result raises a TwistError."""
+    """The analysis of a guarded detector; a wrong result raises a TwistError."""
 
     def __init__(self, name: str, analysis: Analysis, frames: int) -> None:
         self._name, self.analysis, self._frames = name, analysis, frames
@@ -77,7 +81,7 @@ class GuardedAnalysis:
         self._known: WeakKeyDictionary[Interval, Interval] = WeakKeyDictionary()
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ, radians."""
+        """Return the automatic τ of a chain, in radians."""
         with one_sentence(f"the detector {self._name!r} failed on {chain}"):
             tau = float(self.analysis.automatic_tau(chain))
         if not 0.0 < tau <= math.pi:
@@ -85,7 +89,7 @@ class GuardedAnalysis:
         return tau
 
     def strength(self, chain: str) -> Array:
-        """Return the curve that the τ line lies on, radians, shape (frames,)."""
+        """Return the strength of a chain, to which τ is compared, radians ≥ 0, (frames,)."""
         import numpy as np  # names of detectors are listed without it
 
         if chain not in self._strengths:
@@ -100,7 +104,7 @@ class GuardedAnalysis:
         return self._strengths[chain]
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start."""
+        """Return the intervals of a chain at threshold τ, radians, by start."""
         with one_sentence(f"the detector {self._name!r} failed on {chain}"):
             found = list(self.analysis.intervals(chain, tau))
         for one in found:
@@ -142,7 +146,7 @@ class GuardedAnalysis:
 
 
 class _Reasons:
-    """The reasons for an interval; if computing them fails, the error is the reason."""
+    """The evidence for an interval, or the error if the evidence cannot be computed."""
 
     def __init__(self, name: str, explain: Callable[[], dict[str, Any]]) -> None:
         self._name, self._explain = name, explain

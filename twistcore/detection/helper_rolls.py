@@ -1,7 +1,7 @@
-"""Twist bones that turn about their bone alone: a jump, or a driver that flips at ±180°.
+"""Twist bones that turn about their bone alone: after a jump, or by a driver that flips at ±180°.
 
-A helper shares the roll of the joint C at the end of its bone. If it jumps about the bone, C does
-not, and its parent does not turn the other way, the helper alone is wrong.
+A helper takes part in the roll of the joint C at the end of its bone. If it jumps about the bone
+while C does not jump and its parent does not turn the other way, then only the helper is wrong.
 """
 
 from __future__ import annotations
@@ -32,24 +32,24 @@ _AXIS = np.array([1.0, 0.0, 0.0])
 
 @dataclass(frozen=True, eq=False)
 class HelperAnalysis:
-    """Helpers before a threshold is chosen: the jumps of each about its bone.
+    """The analysis of helpers before a threshold is chosen: their jumps about the bone.
 
-    own: how far each helper turns on its own in a frame, radians, (frames,), by name.
+    own: how far each helper turns by itself in each frame, radians, (frames,), by name.
     """
 
     helpers: Mapping[str, ChainAnalysis]
     own: Mapping[str, Array]
 
     def automatic_tau(self, helper: str) -> float:
-        """Return max(20°, the automatic τ of the helper's own roll), radians."""
+        """Return the larger of 20° and the automatic τ for the helper's own roll, in radians."""
         return max(SMALLEST_ROLL, self.helpers[helper].automatic_tau())
 
     def strength(self, helper: str) -> Array:
-        """Return the helper's jumps about its bone, radians ≥ 0, (frames,)."""
+        """Return the sizes of the helper's jumps about its bone, radians ≥ 0, (frames,)."""
         return self.helpers[helper].strength()
 
     def intervals(self, helper: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals in which a helper alone is turned, at τ radians, by start."""
+        """Return the intervals at τ radians, by start, in which only the helper is turned."""
         found = self.helpers[helper].intervals(max(tau, SMALLEST_ROLL))
         return tuple(
             replace(
@@ -64,14 +64,14 @@ class HelperAnalysis:
         )
 
     def _alone(self, helper: str, interval: Interval) -> bool:
-        """True if only the helper turned where the interval begins and ends."""
+        """True if only the helper turned at the beginning or at the end of the interval."""
         own = self.own[helper]
         edges = [t for t in (interval.start, interval.stop) if 0 < t < len(own)]
         return any(abs(own[t]) > (1.0 - _EXPLAINED) * abs(interval.shown) for t in edges)
 
 
 def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis:
-    """Analyse helpers as far as that does not depend on τ."""
+    """Analyse helpers, except for the part that depends on τ."""
     if not helpers or motion.frames < 2:
         return HelperAnalysis({}, {})
     cut = find_cuts(motion)
@@ -99,7 +99,7 @@ def analyse_helpers(motion: Motion, helpers: Sequence[Helper]) -> HelperAnalysis
 
 
 def _explained(helper: str, own: Array, interval: Interval) -> dict[str, str | float | None]:
-    """Return why the interval was found: how far the helper jumps where it opens and closes."""
+    """Return the evidence for an interval: the jumps of the helper at both ends, in degrees."""
     opens, closes = (
         math.degrees(own[t]) if 0 < t < len(own) else None for t in (interval.start, interval.stop)
     )
@@ -111,7 +111,7 @@ def _axes(count: int) -> Array:
 
 
 def _own_turn(roll: Array, driver: Array, over: Array) -> Array:
-    """Return the helper's increments that neither C nor its parent, turning back, explains."""
+    """Return the helper's increments that neither C nor an opposite turn of its parent explains."""
     size = _EXPLAINED * np.abs(roll)
     driven = (np.abs(driver) > size) & (driver * roll > 0.0)
     kept = np.abs(over + roll) < size

@@ -20,7 +20,7 @@ __all__ = ["Interval", "Kind", "circular_median"]
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Frames [start, stop) of a chain or limb with the error of P in each.
+    """Frames [start, stop) in which P of a chain or limb has an error, with its size in each.
 
     Parameters
     ----------
@@ -31,25 +31,25 @@ class Interval:
     offset : ndarray, shape (stop − start,)
         The angle to remove from P's twist, or from its turn about the limb's line, radians.
     confidence : float, optional
-        0…1; None if the detector has none.
+        The probability that the interval is right, 0…1; None if the detector has none.
     open : bool
-        True if the frames outside may be the wrong ones, or only one joint is wrong. Such an
-        interval is not corrected automatically.
+        True if the frames outside the interval may be the wrong ones, or if only one joint is
+        wrong. Such an interval is not corrected automatically.
     residual : float
         The offset that remains after the closing edge, the turn of a lone jump, or σ of a noise
         burst, radians.
     explain : callable, optional
-        Returns the evidence; called only when a person asks for it.
+        Function that returns the evidence; called only when a person asks for it.
     kind : Kind
         The kind of error.
     carried : bool
-        True for a limb flip in which E turned along with P, and for every carried roll, in which C
-        rolled along.
+        True for a limb flip in which E turned with P, and for every carried roll, in which C
+        rolled with P.
     joint : str
-        The joint that jumps alone, is the noisiest, or begins a frozen limb.
+        The name of the joint that jumps alone, is the noisiest, or begins a frozen limb.
     followed : float
-        The share of the offset by which C turned back; less than 1 only if it clearly did so in
-        part.
+        The fraction of the offset that C turned back; less than 1 only if it clearly turned back
+        only a part.
 
     Examples
     --------
@@ -83,21 +83,21 @@ class Interval:
 
     @property
     def evidence(self) -> dict[str, Any] | None:
-        """Return the evidence by name: numbers, texts and lists, as in JSON; angles in °."""
+        """The evidence by name, as numbers, texts and lists for JSON; angles in degrees."""
         return self.explain() if self.explain else None
 
     def __getstate__(self) -> dict[str, Any]:
-        """Return the state for another process, with evidence in place of the analysis."""
+        """Return the state for another process, in which the evidence replaces the analysis."""
         own = {name: value for name, value in vars(self).items() if name != "as_written"}
         evidence = self.evidence
         return {**own, "explain": evidence and partial(dict, evidence)}
 
     @cached_property
     def as_written(self) -> Interval:
-        """The interval with its offset as files hold it: degrees with nine decimals, no −0.0.
+        """The interval with its offset as in files: degrees with nine decimals, no −0.0.
 
-        Cached on the interval, because dragging τ returns mostly the same objects. A separate table
-        would keep them alive after their clip is closed, since `explain` refers to the clip.
+        It is cached on the interval, because dragging τ returns mostly the same objects. A separate
+        table would keep them alive after their clip is closed, since `explain` refers to the clip.
         """
         offset = self.offset
         one = (
@@ -108,7 +108,7 @@ class Interval:
 
     @property
     def frames(self) -> int:
-        """The number of frames."""
+        """The number of frames of the interval."""
         return self.stop - self.start
 
     @property
@@ -118,34 +118,39 @@ class Interval:
 
     @property
     def size(self) -> float:
-        """The angle for tables, radians: the offset's median, a lone jump's turn, or σ of noise."""
+        """The angle for tables, radians: the median offset, the turn of a lone jump, or σ
+        of noise.
+        """
         return self.delta if self.repairable or not self.kind.known else self.residual
 
     @property
     def largest(self) -> float:
-        """The offset of largest size, with its sign, radians; 0 without frames."""
+        """The offset with the largest size, with its sign, radians; 0 if there are no frames."""
         return float(self.offset[np.abs(self.offset).argmax()]) if len(self.offset) else 0.0
 
     @property
     def soft_ended(self) -> bool:
-        """True if the offset of a counter-twist is below a quarter of its maximum at either end."""
+        """True if a counter-twist's offset is below a quarter of its maximum at either end."""
         if self.kind != Kind.COUNTER_TWIST or not len(self.offset):
             return False
         return bool(np.abs(self.offset[[0, -1]]).min() < 0.25 * abs(self.largest))
 
     @property
     def shown(self) -> float:
-        """The angle that people see: `size`, or the largest offset if that is more meaningful.
+        """The angle that is shown to people: `size`, or the largest offset if that is more
+        meaningful.
 
-        The median of a ramp or a drift depends on how much of its ends is counted, and an offset
-        that goes both ways may have a median near 0.
+        The median of a ramp or a drift depends on how much of its ends is included, and an offset
+        in both directions may have a median near 0.
         """
         twist = self.kind == Kind.COUNTER_TWIST
         both_ways = twist and abs(self.size) < 0.5 * abs(self.largest)
         return self.largest if both_ways or self.soft_ended else self.size
 
     def angle_text(self, digits: int) -> str:
-        """Return `shown` in degrees with its sign, '±8.0°' for noise, '–' for frozen frames."""
+        """Return `shown` as text in degrees with its sign, '±8.0°' for noise, '–' for frozen
+        frames.
+        """
         if not (sign := self.kind.info.sign):
             return "–"
         degrees = f"{math.degrees(self.shown):+.{digits}f}°"
@@ -153,7 +158,7 @@ class Interval:
 
     @property
     def seen_at(self) -> int:
-        """The first frame with at least half of the largest offset."""
+        """The first frame in which the offset is at least half of the largest offset."""
         there = np.flatnonzero(np.abs(self.offset) >= 0.5 * abs(self.largest))
         return self.start + (int(there[0]) if len(there) else 0)
 
@@ -164,7 +169,7 @@ class Interval:
 
     @property
     def automatic(self) -> bool:
-        """True for a kind of error that may be corrected without a person's decision."""
+        """True if the kind of error may be corrected without a person's decision."""
         return self.repairable and self.kind.info.automatic
 
     def with_offset(self, start: int, offset: Array) -> Interval:
@@ -173,7 +178,7 @@ class Interval:
 
 
 def circular_median(angles: Array) -> float:
-    """Return the median of angles (n,) on the circle, radians in (−π, π]; 0 for none."""
+    """Return the circular median of angles (n,), radians in (−π, π]; 0 if there are none."""
     if len(angles) == 0:
         return 0.0
     centre = np.angle(np.exp(1j * angles).sum()) if len(angles) > 1 else angles[0]

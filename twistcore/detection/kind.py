@@ -1,4 +1,4 @@
-"""The kinds of error; each declares itself in its file in `kinds/`. This loads no numpy."""
+"""The kinds of error; each is declared in its own file in `kinds/`. This module loads no numpy."""
 
 from __future__ import annotations
 
@@ -21,39 +21,39 @@ class KindInfo:
     Parameters
     ----------
     name : str
-        The word in files, in tables and for ``--kinds``.
+        The word for the kind in files, in tables and for ``--kinds``.
     label : str
         The plural, as the name of a filter: "Lone jumps".
     short : str
         The singular for a narrow column: "jump".
     place : int
-        Its rank in lists, from common to rare.
+        The rank of the kind in lists, from common to rare.
     repair : str
-        What a correction turns back; "" for a kind that is only shown.
+        What a correction turns back; "" for a kind that is reported but not corrected.
     automatic : bool
         True if it may be corrected without a person's decision.
     of_capture : bool
-        True for a fault of the capture, not a twist: gates count it only on request.
+        True for a fault of the capture, not a twist error; gates count it only on request.
     sign : str
-        How its angle is written: "+" with a sign, "±" without one, "" for a kind without an angle.
+        How an angle is written: "+" with a sign, "±" without one, "" for a kind without an angle.
     size : str
-        The field of `detect --json` with its size.
+        The field of `detect --json` that holds the size of an error.
     weight : float or None
-        Its weight in the severity; None: the weight of its segment.
+        The weight of the kind in the severity; None for the weight of the segment.
     find : str
-        The finder of a kind that is only shown, 'package.module:function'. It takes a
-        `twistcore.detection.finding.KindSearch`, returns intervals by chain name, and is
+        The finder of a kind that is reported but not corrected, 'package.module:function'. It
+        takes a `twistcore.detection.finding.KindSearch`, returns intervals by chain name, and is
         loaded when the kind is first searched for. "" for a kind that the detectors find.
     corrected : bool
         True if the search comes after all automatic corrections.
     colour : str
-        The theme colour of its word in the list of intervals; "" for the text colour.
+        The theme colour of the kind's word in the list of intervals; "" for the text colour.
     counted : str
         The singular for counts; the name if not given.
     here, named, legend, tip, why : str
-        Texts about one interval: with the playhead in it, as a neighbour, in the 3D view, in the
-        list, and a sentence about the error. {frames}, {span}, {size}, {joint} and {angle} are
-        replaced in them; in `why` only {joint} and {size}.
+        Texts about one interval: for a frame inside it, for a frame next to it, for the 3D view,
+        for the list, and a sentence about the error. {frames}, {span}, {size}, {joint} and {angle}
+        are replaced in them; in `why` only {joint} and {size}.
     """
 
     name: str
@@ -78,14 +78,14 @@ class KindInfo:
 
 
 def plural_name(word: str) -> str:
-    """Return the plural of a kind's name: 'limb flips', 'stretches'; 'frozen frames' is one."""
+    """Return the plural of a kind's name: 'limb flips', 'stretches', but 'frozen frames'."""
     if word.endswith("frames"):
         return word
     return word + ("es" if word.endswith(("ch", "s", "x")) else "s")
 
 
 class _Kinds(type):
-    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, `for kind in Kind` yields all of them."""
+    """The metaclass of kinds: `Kind.LONE_JUMP` is a kind, `for kind in Kind` yields all kinds."""
 
     def __iter__(cls) -> Iterator[Kind]:
         return iter(_known().values())
@@ -107,7 +107,7 @@ class Kind(str, metaclass=_Kinds):
     ----------
     value : str
         The word, in any case, with ``-``, ``_`` or a space inside. An unknown word, as in a
-        session of a later version, makes a kind that is shown but never corrected.
+        session of a later version, makes a kind that is reported but never corrected.
 
     Examples
     --------
@@ -137,7 +137,7 @@ class Kind(str, metaclass=_Kinds):
     info: KindInfo
 
     def __new__(cls, value: object) -> Kind:
-        """Return the kind of a word, the same object each time."""
+        """Return the kind that a word names; always the same object for the same word."""
         if (kind := _by_word().get(_word(value))) is not None:
             return kind
         if not (isinstance(value, str) and value.strip()):
@@ -152,7 +152,7 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def value(self) -> str:
-        """The word in files and tables."""
+        """The word for the kind in files and tables."""
         return str.__str__(self)
 
     @property
@@ -162,12 +162,12 @@ class Kind(str, metaclass=_Kinds):
 
     @property
     def repairable(self) -> bool:
-        """True if intervals of the kind can be corrected; other kinds are only shown."""
+        """True if intervals of the kind can be corrected; other kinds are only reported."""
         return bool(self.info.repair)
 
     @property
     def of_capture(self) -> bool:
-        """True for a fault of the capture, not a twist: gates count it only on request."""
+        """True for a fault of the capture, not a twist error; gates count it only on request."""
         return self.info.of_capture
 
 
@@ -194,9 +194,9 @@ def _known() -> Mapping[str, Kind]:
 
 
 def _of_packages(taken: set[str]) -> dict[str, KindInfo]:
-    """Return the kinds that packages announce, by the entry point's name in capitals.
+    """Return the kinds that installed packages announce, by the entry point's name in capitals.
 
-    A kind that cannot be loaded, or whose word is taken, is left out with a warning.
+    A kind that cannot be loaded, or whose word is already in use, is left out with a warning.
     """
     if not _announced():
         return {}

@@ -1,9 +1,10 @@
-"""A blend out of a first pose: all joints follow one course [Method].
+"""A blend out of a first pose, during which all joints follow the same course [Method].
 
 A release often begins in a T-pose that is blended into the capture: each joint moves from its first
-rotation towards the capture by a share s(t) of its way. That share is the same for all joints, even
-or eased, on the sphere or by channels. So where the blend begins and ends each joint's acceleration
-points along its own way, by the same s″(t) of it. Natural motion has no such course: no s explains
+rotation towards the capture, and at time t it has covered the fraction s(t) of the way. That
+fraction is the same for all joints, whether it grows evenly or eased, and whether rotations or
+channels are interpolated. So where the blend begins and ends, the acceleration of each joint points
+along its own way and is proportional to s″(t). Natural motion has no such course: no s explains
 more than a small part of its accelerations.
 """
 
@@ -33,7 +34,7 @@ BEHIND = 6  # frames of capture that must follow the blend
 
 
 def held_frames(rotations: Array) -> int:
-    """Return how many frames after frame 0 repeat its pose exactly; (frames, joints, 4)."""
+    """Return how many frames after frame 0 repeat its pose; rotations: (frames, joints, 4)."""
     if len(rotations) < 2 or not np.array_equal(rotations[0], rotations[1]):
         return 0
     moved = (rotations != rotations[0]).any(axis=(1, 2))
@@ -41,16 +42,17 @@ def held_frames(rotations: Array) -> int:
 
 
 def rest_frames(rotations: Array, fps: float) -> int:
-    """Return how many frames at the end blend into a rest pose, with the frames that repeat it."""
+    """Return how many frames at the end are a blend into a rest pose or repeat that pose."""
     held = held_frames(rotations[::-1])
     blended = blend_end(rotations[::-1][held:], fps, from_rest=True)
     return held + blended if blended else 0
 
 
 def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
-    """Return the first frame after a blend out of frame 0, 0 without one; (frames, joints, 4).
+    """Return the first frame after a blend out of frame 0; 0 if there is no blend.
 
-    from_rest: search only for blends out of a rest pose, where most joints' rotations are zero.
+    rotations: (frames, joints, 4); from_rest: search only for blends out of a rest pose, in which
+    the rotations of most joints are zero.
     """
     longest = max(FRAMES, round(SECONDS * fps))
     q = rotations[: 2 * longest + 1].transpose(1, 0, 2)
@@ -78,9 +80,10 @@ def blend_end(rotations: Array, fps: float, *, from_rest: bool = False) -> int:
 
 
 def _left(way: Array, length: int) -> Array | None:
-    """Return the share of accelerations that s″ leaves, weighted by s″², (joints that go far,).
+    """Return the fraction of the accelerations that s″ does not explain, weighted by s″².
 
-    None if most joints do not go far, or if s is not like a blend.
+    One number for each joint that moves far. None if most joints do not move far, or if s does not
+    look like a blend.
     """
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : length + 1 + 2 * lag], length)
@@ -92,16 +95,16 @@ def _left(way: Array, length: int) -> Array | None:
 
 
 def _like_a_blend(s: Array) -> bool:
-    """True if s goes from 0 to 1 over several frames and begins at once; s: (frames,)."""
+    """True if s rises from 0 to 1 over several frames and begins immediately; s: (frames,)."""
     begun, nearly = int((s > BEGUN).argmax()), int((s > NEARLY).argmax())
     return s.min() > UNDER and s.max() < OVER and 1 < nearly >= 3 * begun - 2 > 0
 
 
 def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
-    """Return, for joints that go far, their ways, the direction to frame `length`, and s(t).
+    """Return, for joints that move far, their paths, directions to frame `length`, and s(t).
 
-    way: chords from the first rotation, (joints, frames, 4). The ways returned are in units of the
-    chord to frame `length`.
+    way: the chords from the first rotation, (joints, frames, 4). The returned ways are in units of
+    the chord to frame `length`.
     """
     to = way[:, length]
     far = np.sqrt(np.einsum("jc,jc->j", to, to))
@@ -113,9 +116,9 @@ def _course(way: Array, length: int) -> tuple[Array, Array, Array]:
 
 
 def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array, Array, Array]:
-    """Return squared accelerations from frame 1 on, what s″ leaves of them, and s″.
+    """Return the squared accelerations from frame 1 on, the part that s″ does not explain, and s″.
 
-    The first two have the shape (joints, frames).
+    The first two are (joints, frames).
     """
     bends, bend = _second(shares[:, 1:], lag), _second(s[None, 1:], lag)[0]
     rest = bends - bend[:, None] * to[:, None]
@@ -124,12 +127,12 @@ def _accelerations(shares: Array, to: Array, s: Array, lag: int) -> tuple[Array,
 
 
 def _second(values: Array, lag: int) -> Array:
-    """Return second differences along axis 1, with `lag` frames to either side."""
+    """Return the second differences along axis 1, from values `lag` frames before and after."""
     return np.asarray(values[:, 2 * lag :] - 2.0 * values[:, lag:-lag] + values[:, : -2 * lag])
 
 
 def _end(way: Array, length: int) -> int:
-    """Return where the course ends: the last frame where it explains most joints' accelerations."""
+    """Return the last frame in which the course explains most joints' accelerations."""
     lag = 1 + length // LONGER_LAG
     shares, to, s = _course(way[:, : 2 * length + BEHIND], length)
     given, left, _ = _accelerations(shares, to, s, lag)

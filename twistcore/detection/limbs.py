@@ -1,4 +1,4 @@
-"""Lines of chains that share joints, and how an error of one shows in the next [Method, step 4].
+"""Lines of chains that share joints, and how an error of one affects the next [Method, step 4].
 
 An error of chain k turns the parent of chain k+1 and the child of chain k−1, so it shows as an
 *image* in x of k+1 and in y of k−1. The image depends on the pose but not on the level of the
@@ -28,33 +28,33 @@ from twistcore.skeleton.rotation import (
 
 
 class Image:
-    """Twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ; 0 unless set."""
+    """The twist angle of cos(φ/2)·plain + sin(φ/2)·turned as a function of φ; 0 where not set."""
 
     def __init__(self, shape: tuple[int, ...]) -> None:
         self._parts = np.zeros((4, *shape))
         self._parts[0] = 1.0
 
     def set(self, at: Index, plain: Array, turned: Array, axis: Array) -> None:
-        """Set the quaternions (n, 4) and axes (n, 3) at flat indices."""
+        """Set the quaternions, (n, 4), and the axes, (n, 3), at flat indices."""
         parts = self._parts.reshape(4, -1)
         for row, q in ((0, plain), (2, turned)):
             parts[row, at] = q[:, 0]
             parts[row + 1, at] = np.einsum("ti,ti->t", q[:, 1:], axis)
 
     def __call__(self, angle: Array, row: int | slice = slice(None)) -> Array:
-        """Return the angles of a row, or of all rows, for φ of the same shape; radians."""
+        """Return the twist angles of a row, or of all rows, for φ of the same shape; radians."""
         w, v, tw, tv = self._parts[:, row]
         c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
         return wrap(2.0 * np.arctan2(c * v + s * tv, c * w + s * tw))
 
 
 class Limbs:
-    """Lines of n chains each: joint k is the parent of chain k, and joint k+1 its child.
+    """Lines of n chains each: joint k is the parent of chain k, and joint k+1 is its child.
 
-    Limbs of equal length, such as both arms, are solved together, their frames one after the other.
-    joints: local rotations, (n + 1, limbs, frames, 4); axes: (n, limbs, 3) or
-    (n, limbs, frames, 3); step: of the angles as written, radians, 0 if it is fine; keys: linear
-    keys, between which natural motion keeps its pace.
+    Limbs of equal length, such as both arms, are solved together. joints: local rotations, (n + 1,
+    limbs, frames, 4); axes: (n, limbs, 3) or (n, limbs, frames, 3); step: the rounding step of the
+    angles in the file, radians, 0 if it is fine; keys: the linear keys, between which natural
+    motion keeps its pace, or None.
     """
 
     def __init__(
@@ -64,11 +64,14 @@ class Limbs:
         self.count, self.frames = joints.shape[1:3]
 
     def __len__(self) -> int:
-        """Number of chains in a limb."""
+        """The number of chains in a limb."""
         return len(self.axes)
 
     def increments(self) -> Array:
-        """Return x and y of all chains, (2, n·limbs, frames); row k·limbs + i: chain k, limb i."""
+        """Return x and y of all chains, (2, n·limbs, frames).
+
+        Chain k of limb i is in row k·limbs + i.
+        """
         out = np.empty((2, len(self), self.count, self.frames))
         for k, axes in enumerate(self.axes):
             for i, axis in enumerate(axes):
@@ -77,9 +80,9 @@ class Limbs:
         return out.reshape(2, -1, self.frames)
 
     def turned(self, turns: Sequence[tuple[int, int, Array]]) -> Limbs:
-        """Return limbs whose children are turned about their chain's axis, in their parent's frame.
+        """Return the limbs with some children turned about their chain's axis, in P's frame.
 
-        turns: row of the chain, first frame, angles (frames,) in radians.
+        turns: the turns as (row of the chain, first frame, angles in radians).
         """
         joints = self.joints.copy()
         for row, start, angle in turns:
@@ -91,20 +94,21 @@ class Limbs:
         return self.with_joints(joints)
 
     def only(self, limb: int) -> Limbs:
-        """Return one of the lines alone."""
+        """Return a single one of the limbs."""
         at = slice(limb, limb + 1)
         return Limbs(self.joints[:, at], self.axes[:, at], self.step, self.keys)
 
     def with_joints(self, joints: Array) -> Limbs:
-        """Return the lines with other rotations."""
+        """Return the limbs with other rotations."""
         return Limbs(joints, self.axes, self.step, self.keys)
 
     def images(self, first: Index, length: int, t: Index) -> tuple[Image, Image]:
-        """Return the images of errors of runs of chains, first … first + length − 1, in neighbours.
+        """Return how errors in runs of `length` chains appear in the neighbouring chains.
 
-        Row s of the first image: the error of chain first + s in x of the next chain. Row s of the
-        second image: in y of the chain before. Beyond the ends of a line there is none. first, t:
-        (runs,), t indices into (limbs · frames), never the first frame of a limb.
+        Row s of the first image is for the error of chain first + s in x of the next chain, row s
+        of the second image is for the same error in y of the previous chain. Beyond the ends of a
+        line the images are 0. first: the first chain of each run, (runs,); t: indices into (limbs ·
+        frames), (runs,), never the first frame of a limb.
         """
         down, up = Image((length, len(t))), Image((length, len(t)))
         chain = (first + np.arange(length)[:, None]).ravel()
@@ -118,10 +122,10 @@ class Limbs:
         return down, up
 
     def _shared_joint(self, chain: Index, side: int, t: Index) -> tuple[Array, Array, Array, Array]:
-        """Return q(t−1)⁻¹ and q(t) of a shared joint, the chain's axis and the other chain's axis.
+        """Return q(t−1)⁻¹ and q(t) of a shared joint, and the axes of both chains.
 
-        The joint is shared with the next chain (side 1) or the one before (−1); the chain's own
-        axis is a quaternion.
+        side: 1 if the joint is shared with the next chain, −1 if with the previous one. The axis of
+        the chain itself is returned as a quaternion.
         """
         joints = self.joints.reshape(len(self.joints), -1, 4)
         joint = chain + (side > 0)

@@ -1,7 +1,7 @@
 """Joints that turn about their own axis faster than any body does, without an explanation.
 
 No segment of a body turns about itself faster than about 7,500°/s (a pitcher's shoulder reaches
-7,000). Any faster turn is an error and is shown, whether or not it can be corrected.
+7,000). Any faster turn is an error and is reported, whether or not it can be corrected.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ _OWN_SHARE = 0.5  # of the limit: a joint that turns less by itself only follows
 
 
 def limit(fps: float) -> float:
-    """Return the limit for a turn about a joint's own axis from one frame to the next, radians."""
+    """Return the largest possible turn about a joint's axis from frame to frame, radians."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
 def find_lone_jumps(search: KindSearch) -> Found:
-    """Return the lone jumps by chain name that remain after the automatic corrections."""
+    """Return the lone jumps that remain after the automatic corrections, by chain name."""
     as_captured = search.captured if search.corrected() is None else None
     return (as_captured or search).once(_in_all_chains)
 
@@ -50,13 +50,14 @@ def _in_all_chains(search: KindSearch) -> Found:
 def lone_jumps(
     motion: Motion, chains: Sequence[Chain], refined: _Frames | None = None
 ) -> dict[str, tuple[Interval, ...]]:
-    """Return the jumps of chains' joints by chain name, by start, each with the name of its joint.
+    """Return the lone jumps of the chains' joints by chain name and start, with the joints' names.
 
-    refined: the frames [start, stop) of the motion without the known errors, so that a jump that
-    they explain is not listed twice. A joint must jump both in the room and in its parent's frame:
-    a child that only follows, or one that stays while its parent turns, does not jump. Jumps at a
-    clip-wide cut do not count. `residual` is the turn in the jump's fastest frame; the offset is 0,
-    because no correction is known.
+    refined: function that returns the frames [start, stop) of the motion without the known errors,
+    so that a jump that belongs to one of them is not listed a second time. A joint must jump both
+    in world space and in its parent's frame: a child that only follows its parent does not jump,
+    and neither does a child that keeps its place while its parent turns. Jumps at a cut are left
+    out. `residual` is the turn in the jump's fastest frame; the offset is 0, because no correction
+    is known.
     """
     if motion.frames < 2 or not chains:
         return {chain.name: () for chain in chains}
@@ -93,10 +94,10 @@ def lone_jumps(
 def _turns_too_fast(
     motion: Motion, joints: Sequence[int], among: NDArray[np.bool_], refined: _Frames
 ) -> dict[int, Array]:
-    """Return how far joints turn where that is too fast, 0 elsewhere, (frames,) by joint.
+    """Return the turns of joints where they are too fast, else 0; radians, (frames,), by joint.
 
-    among: the frames that count, (frames,). The clip is processed in blocks, so that no copy of its
-    rotations is as long as the clip.
+    among: mask of the frames to examine, (frames,). The clip is processed in blocks so that no copy
+    of all its rotations is needed.
     """
     axes = {joint: own_axis(motion.skeleton, joint) for joint in joints}
     found: dict[int, Array] = {}
@@ -121,16 +122,16 @@ def _turns_too_fast(
 
 
 def _as_written(jump: Interval, held: DistinctFrames) -> Interval:
-    """Return a jump of distinct frames with its frames in the clip."""
+    """Return a jump with its frame numbers converted from the frames without held ones."""
     start, stop = held.end(jump.start), held.end(jump.stop - 1) + 1
     return replace(jump, start=start, stop=stop, offset=np.zeros(stop - start))
 
 
 def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
-    """Return the unit direction of a joint's bone to its farthest child or End Site, (3,), or None.
+    """Return the unit direction from a joint to its farthest child or End Site, (3,), or None.
 
-    If all children are at the joint's own place, as in the hands of some rigs, the first child with
-    a bone decides.
+    If all children coincide with the joint, as in the hands of some rigs, the bone of the first
+    child that has one is used.
     """
     ends = [skeleton.offsets[child] for child in skeleton.children[joint]]
     if joint in skeleton.end_offsets:
@@ -144,26 +145,27 @@ def own_axis(skeleton: Skeleton, joint: int) -> Array | None:
 
 
 def chain_of_joint(chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain of each joint: the one whose parent it is, or else whose child it is."""
+    """Return each joint's chain: the chain whose parent it is, or else whose child it is."""
     owner = {chain.child: chain for chain in reversed(chains)}
     return owner | {chain.parent: chain for chain in chains}
 
 
 def too_fast(in_room: Array, own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return where a joint turns about its own axis faster than any body does, (frames,).
+    """Return a mask of the frames in which a joint turns about its axis faster than any body does.
 
-    in_room, own: from :func:`turns_about`, for its rotation in the room and in its parent's frame.
+    in_room, own: turns from :func:`turns_about`, (frames,), in world space and in the parent's
+    frame.
     """
     return np.asarray((np.abs(in_room) > limit(fps)) & may_be_too_fast(own, fps))
 
 
 def may_be_too_fast(own: Array, fps: float) -> NDArray[np.bool_]:
-    """Return where a joint turns fast enough in its parent's frame to be too fast, (frames,)."""
+    """Return where turns in the parent's frame are fast enough to be too fast, (frames,)."""
     return np.asarray(np.abs(own) > _OWN_SHARE * limit(fps))
 
 
 def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
-    """Return the global rotations of a joint at some frames, (n, 4)."""
+    """Return the global rotations of a joint at the given frames, (n, 4)."""
     line = [joint]
     while (above := int(motion.skeleton.parents[line[-1]])) >= 0:
         line.append(above)
@@ -174,9 +176,9 @@ def _in_room(motion: Motion, joint: int, at: NDArray[np.intp]) -> Array:
 
 
 def turns_about(rotations: Array, axis: Array) -> Array:
-    """Return the turn about a joint's own axis since the frame before, radians, without swing.
+    """Return the turn about a joint's own axis since the previous frame, without swing, radians.
 
-    rotations: (frames, …, 4); axis: unit, (…, 3); returns (frames, …).
+    rotations: (frames, …, 4); axis: unit vector, (…, 3); result: (frames, …).
     """
     out = np.zeros(rotations.shape[:-1])
     out[1:] = twist_angle(multiply(conjugate(rotations[:-1]), rotations[1:]), axis)
@@ -184,7 +186,7 @@ def turns_about(rotations: Array, axis: Array) -> Array:
 
 
 def _explained(joint: str, turn: float, fps: float) -> dict[str, float | str]:
-    """Return the evidence of a jump; degrees and seconds."""
+    """Return the evidence for a jump by name, in degrees and seconds."""
     return {
         "joint": joint,
         "turn_deg": math.degrees(turn),

@@ -1,4 +1,4 @@
-"""Events that a clip has by itself: no detector is blamed or credited for them.
+"""Events that a clip contains from the start: no detector is blamed or credited for them.
 
 The rule: in a clip without injected errors an event is
 
@@ -6,12 +6,12 @@ The rule: in a clip without injected errors an event is
   against each other;
 * a *flip*: in one frame P or C alone turns about the bone by FLIP_DEGREES and FLIP_SIGMA local
   scales more than the consistency detector expects from the neighbouring frames. No limb does that;
-  the capture's solver does, or Euler angles that pass a gimbal lock. The other joint does not make
-  up for it, so it is no twist error in the sense of [Choi26], and never an interval;
+  the capture's solver does, or Euler angles that pass a gimbal lock. The other joint does not
+  compensate for it, so it is not a twist error in the sense of [Choi26], and never an interval;
 * a *limb flip* found at the automatic τ: P turns about the line to the limb's end E.
 
 A chain or limb is *audited* in a clip if it has no event there. A limb's flip also counts as an
-event of the chains that share P or E with it, and vice versa, since the same joints are altered.
+event of the chains that share P or E with it, and vice versa, since the same joints are affected.
 """
 
 from __future__ import annotations
@@ -36,10 +36,11 @@ FLIP_DEGREES, FLIP_SIGMA = 60.0, 10.0
 
 @dataclass(frozen=True)
 class NaturalEvent:
-    """An event in a clip without injected errors: frames [start, stop) of a chain or limb.
+    """An event in a clip without injected errors, in frames [start, stop) of a chain or limb.
 
-    kind: 'interval', 'open', 'flip' or 'limb flip'; degrees: the flip about the bone, or the
-    interval's offset; joint: the one that flips, P or C; P for an interval or a limb.
+    kind: 'interval', 'open', 'flip' or 'limb flip'; degrees: the angle of the flip about the bone,
+    or the interval's offset; joint: the joint that flips, P or C; it is P for an interval or a limb
+    flip.
     """
 
     chain: str
@@ -50,12 +51,12 @@ class NaturalEvent:
     joint: int
 
     def to_json(self) -> dict[str, Any]:
-        """Return the event as a dict."""
+        """Return the event as a dict for JSON."""
         return {k: v for k, v in vars(self).items() if k != "joint"}
 
 
 def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalEvent]:
-    """Return all events of a clip without injected errors by the rule above, by chain."""
+    """Return all events of a clip without injected errors, by chain; see the rule above."""
     events: list[NaturalEvent] = []
     for chain in chains:
         for i in analysis.intervals(chain.name, analysis.automatic_tau(chain.name)):
@@ -73,7 +74,7 @@ def natural_events(chains: Sequence[Chain], analysis: Analysis) -> list[NaturalE
 
 
 def limb_flips(limbs: Sequence[Limb], found: Iterable[Interval]) -> list[NaturalEvent]:
-    """Return the flips of limbs among the intervals found in a clip without injected errors."""
+    """Return the limb flips among the intervals of a clip without injected errors."""
     parent = {limb.name: limb.parent for limb in limbs}
     return [
         NaturalEvent(i.chain, i.kind.value, i.start, i.stop, _degrees(i.delta), parent[i.chain])
@@ -88,7 +89,7 @@ def with_events(
     limbs: Sequence[Limb],
     events: Iterable[NaturalEvent],
 ) -> frozenset[str]:
-    """Return the names of the chains and limbs that are not audited, by the rule above."""
+    """Return the names of the chains and limbs that are not audited; see the rule above."""
     own = {e.chain for e in events}
     out = set(own)
     for limb in limbs:
@@ -102,7 +103,7 @@ def with_events(
 
 
 def flips(chain: Chain, analysis: ChainAnalysis) -> Iterator[NaturalEvent]:
-    """Yield the flips of P, then those of C, by the rule above."""
+    """Yield the flips of P, then the flips of C; see the rule above."""
     c, row = analysis.limb, analysis.row
     alone = np.zeros(c.x.shape[1], dtype=bool)
     for table in analysis.tables:  # a cut is no flip

@@ -1,9 +1,9 @@
-"""Bursts of noise: spans in which a joint jitters as no body moves.
+"""Bursts of noise: spans in which a joint jitters more than any body can.
 
-With white noise of σ in each frame, the turns from frame to frame have a variance of 2σ² and the
-changes of these turns one of 6σ²: three times as much. Natural motion is smooth, so its turns
-change little. A window in which the turns change by more than their own size is therefore noise,
-and its σ follows.
+White noise of σ in each frame gives the turns from frame to frame a variance of 2σ², and the
+changes of these turns a variance of 6σ², three times as much. Natural motion is smooth, so its
+turns change little. A window in which the changes are larger than the turns themselves is therefore
+noise, and σ follows from them.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _EDGE = 1.2  # σ: how far a frame is off the mean of its neighbours at the bord
 
 @dataclass(frozen=True)
 class NoiseBurst:
-    """Frames [start, stop) in which a joint jitters; degrees: σ about each axis."""
+    """A burst of noise in frames [start, stop) of a joint; degrees: σ about each axis."""
 
     joint: int
     start: int
@@ -47,7 +47,7 @@ class NoiseBurst:
 
 @once_a_motion
 def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
-    """Return the bursts of all joints, by start."""
+    """Return the bursts of noise of all joints, by start."""
     found = []
     for joint, sigma in enumerate(_levels(motion, range(len(motion.skeleton)))):
         for start, stop in runs(sigma > 0.0):
@@ -56,7 +56,10 @@ def noise_bursts(motion: Motion) -> tuple[NoiseBurst, ...]:
 
 
 def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
-    """Return σ of the largest burst in joints or above them, degrees, (frames,); 0 without one."""
+    """Return the largest σ of the noise in joints or in joints above them, degrees, (frames,).
+
+    It is 0 in frames without a burst.
+    """
     near = set(joints)
     for joint in tuple(near):
         near.update(ancestors(motion.skeleton, joint))
@@ -64,7 +67,7 @@ def noise_near(motion: Motion, joints: Iterable[int]) -> Array:
 
 
 def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
-    """Return σ of each joint's noise, degrees, (frames,); held frames repeat the value before."""
+    """Return σ of each joint's noise, degrees, (frames,); held frames get the previous value."""
     if (held := without_held(motion)) is None:
         return [_of_joint(motion, joint) for joint in joints]
     shown = np.maximum(np.searchsorted(held.first, np.arange(motion.frames), side="right") - 1, 0)
@@ -72,9 +75,10 @@ def _levels(motion: Motion, joints: Iterable[int]) -> list[Array]:
 
 
 def _of_joint(motion: Motion, joint: int) -> Array:
-    """Return σ of a joint's noise, 0 if its parent or a child takes it back, degrees, (frames,).
+    """Return σ of a joint's noise, 0 if a neighbouring joint compensates for it, degrees,
+    (frames,).
 
-    The array is read-only: it is kept with the motion, and for quiet joints it takes no memory.
+    The array is read-only, because it is kept with the motion; for quiet joints it takes no memory.
     """
     known = _by_joint(motion)
     if joint not in known:
@@ -85,7 +89,7 @@ def _of_joint(motion: Motion, joint: int) -> Array:
 
 @once_a_motion
 def _by_joint(motion: Motion) -> dict[int, Array]:
-    """Return the results of :func:`_of_joint` so far, by joint."""
+    """Return the results of :func:`_of_joint` that are known so far, by joint."""
     del motion
     return {}
 
@@ -108,7 +112,7 @@ def _noise_of(motion: Motion, joint: int) -> Array:
 
 
 def _changes(turns: Array) -> Array:
-    """Return the squared changes of the turns from one frame to the next, (frames,)."""
+    """Return the squared changes of the turns from frame to frame, (frames,)."""
     out = np.zeros(len(turns))
     out[1:-1] = ((turns[2:] - turns[1:-1]) ** 2).sum(axis=1)
     return out
@@ -117,10 +121,11 @@ def _changes(turns: Array) -> Array:
 def burst_sentences(
     count: int, outside: Iterable[NoiseBurst], names: Sequence[str]
 ) -> tuple[str, ...]:
-    """Return the notes on a clip's bursts.
+    """Return the notes about a clip's bursts of noise.
 
-    count: the number of intervals in chains, listed or not; outside: bursts in joints of no chain,
-    by start, whose frames the notes list, overlapping ones together; names: of the joints.
+    count: the number of intervals in chains, including intervals that are not listed; outside: the
+    bursts in joints of no chain, by start; their frames are given in the notes, and overlapping
+    bursts share a note; names: the joints' names.
     """
     spans = overlapping(outside)
     said = [_said(span, names) for span in spans[:_MOST]]
@@ -148,15 +153,15 @@ def _said(span: Sequence[NoiseBurst], names: Sequence[str]) -> str:
 
 
 def turns_of(q: Array) -> Array:
-    """Return turns since the frame before as rotation vectors, degrees, (frames, 3)."""
+    """Return rotations since the previous frame as rotation vectors, degrees, (frames, 3)."""
     turns = logarithm(multiply(conjugate(q[:-1]), q[1:]))
     return np.asarray(np.degrees(np.concatenate([np.zeros((1, 3)), turns])))
 
 
 def noise_level(turns: Array, fps: float) -> Array:
-    """Return σ of the noise in the frames of a burst, degrees, (frames,); 0 in all others.
+    """Return σ of the noise in the frames of a burst, degrees, (frames,); 0 in all other frames.
 
-    turns: rotation vectors from the frame before, degrees, (frames, 3).
+    turns: the rotation vectors since the previous frame, degrees, (frames, 3).
     """
     frames = len(turns)
     width = max(_FEWEST, round(_WINDOW * fps))
@@ -192,7 +197,7 @@ def noise_level(turns: Array, fps: float) -> Array:
 
 
 def _often(mask: Mask, width: int) -> bool:
-    """True if the median over a window of so many frames may be one of the True frames."""
+    """True if a window of the given width may exist in which most frames of the mask are True."""
     half = width // 2
     counts = np.concatenate([[0], np.cumsum(np.pad(mask, half, mode="edge"))])
     around = counts[2 * half + 1 :] - counts[: -2 * half - 1]

@@ -1,4 +1,4 @@
-"""The computations of the detector of [Choi26] §3.3; the detector is `detectors/paper.py`."""
+"""The computations of the detector of [Choi26] §3.3, which is declared in `detectors/paper.py`."""
 
 from __future__ import annotations
 
@@ -17,49 +17,52 @@ DEFAULT_TAU = float(np.radians(5.0))  # the paper gives none; 5° reproduces its
 
 @dataclass(frozen=True, eq=False)
 class PaperAnalysis:
-    """The signals of every chain; a new τ only applies a threshold to them."""
+    """The signals of every chain; a new τ only changes the threshold that is applied to them."""
 
     signals: Mapping[str, TwistSignals]
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ, radians, the same for every chain."""
+        """Return the automatic τ in radians, which is the same for every chain."""
         del chain
         return DEFAULT_TAU
 
     def strength(self, chain: str) -> Array:
-        """Return m(t), radians, shape (frames,)."""
+        """Return the strength m(t) of a chain, radians, (frames,)."""
         return self.signals[chain].strength
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians."""
+        """Return the intervals of a chain at threshold τ, radians."""
         return intervals_of_offset(chain, running_offset(self.signals[chain], tau), tau)
 
     def removed(self, chain: str, tau: float) -> Array:
-        """Return what the paper's correction removes at τ radians: its running sum, (frames,)."""
+        """Return the running sum that the paper's correction removes at τ radians, (frames,)."""
         return running_offset(self.signals[chain], tau)
 
 
 def running_offset(signals: TwistSignals, tau: float) -> Array:
-    """Return offset(t) = offset(t−1) + err(t), err = sign(Δθp)·m where m ≥ τ [Choi26 §3.3.1].
+    """Return offset(t) = offset(t−1) + err(t), with err = sign(Δθp)·m where m ≥ τ [Choi26 §3.3.1].
 
-    Shape (frames,). The sum is not wrapped. As errors of estimation add up, it need not return to
-    0.
+    The offset is (frames,) and is not wrapped. It need not return to 0, because the errors of the
+    estimate add up.
     """
     return np.cumsum(error_of(signals.dtheta_p, signals.strength, tau))
 
 
 def error_of(dtheta_p: ArrayLike, strength: ArrayLike, tau: float) -> Array:
-    """Return err(t) = sign(Δθp)·m where m ≥ τ, else 0; radians, shape as given [Choi26 §3.3.1]."""
+    """Return err(t) = sign(Δθp)·m where m ≥ τ and 0 elsewhere; radians [Choi26 §3.3.1].
+
+    The result has the shape of the arguments.
+    """
     found: Array = np.where(np.asarray(strength) >= tau, np.sign(dtheta_p) * strength, 0.0)
     return found
 
 
 def intervals_of_offset(chain: str, offset: Array, tau: float) -> tuple[Interval, ...]:
-    """Cut the running sum into intervals for a person to judge.
+    """Divide the running sum into intervals that a person can judge.
 
-    An event opens an interval; it closes where |wrap(offset)| < τ. The remainder is its residual
-    and is not carried into the next interval. An interval that does not close runs to the last
-    frame, and its residual is the offset there.
+    An event opens an interval, which closes where |wrap(offset)| < τ. The remaining offset is its
+    residual and is not carried into the next interval. An interval that does not close extends to
+    the last frame, and its residual is the offset there.
     """
     found = []
     events = np.flatnonzero(np.diff(offset, prepend=0.0) != 0.0)

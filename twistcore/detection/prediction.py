@@ -1,9 +1,10 @@
-"""Natural motion predicted from good neighbours, and the scale of its errors [Method, step 2].
+"""The prediction of natural motion from good neighbours, and its scale [Method, step 2].
 
-Signals are stacked (2, chains, frames): x and y. A frame is *good* for a chain if nothing jumps
-there; predictions use good frames only, and never the frame that they predict. Most frames have two
-good neighbours on either side: their predictions never change and are made once. The other frames,
-the *irregular* ones, are predicted again in each round, as flat indices into (chains, frames).
+Signals are stacked as (2, chains, frames): x and y. A frame is *good* for a chain if nothing jumps
+in it. Only good frames are used for predictions, and never the frame that is predicted. Most frames
+have two good neighbours on either side; their predictions never change and are computed once. The
+other frames, called *irregular*, are predicted in every round, as flat indices into (chains,
+frames).
 """
 
 from __future__ import annotations
@@ -29,14 +30,15 @@ _GAPS = np.log(np.array([2.0 * k - 1.0 for k in _DISTANCES]))
 
 
 def half_window(fps: float) -> int:
-    """Return half the window of the local scale, frames."""
+    """Return half the length of the window for the local scale, in frames."""
     return max(WINDOW_FRAMES, round(WINDOW_SECONDS * fps))
 
 
 def coarse_residual(signals: Array, step: int) -> Array:
-    """Return the signals minus the median of 5 samples `step` frames apart, radians.
+    """Return the signals minus the median of 5 samples that are `step` frames apart, radians.
 
-    This is the estimate before jumps are known: the median ignores a short interval or a ramp.
+    This is the first estimate, while jumps are still unknown: the median ignores a short interval
+    or a ramp.
     """
     n = signals.shape[-1]
     padded = np.pad(signals, ((0, 0), (0, 0), (2 * step, 2 * step)), mode="edge")
@@ -52,7 +54,7 @@ def coarse_residual(signals: Array, step: int) -> Array:
 
 
 def _box_sum(values: Array | Mask, half: int) -> Array:
-    """Return the sum over t − half … t + half along the last axis, cut at the ends."""
+    """Return the sum over t − half … t + half along the last axis, fewer frames at the ends."""
     n = values.shape[-1]
     kind = np.int32 if values.dtype == bool else values.dtype  # whole numbers add up faster
     total = np.empty((*values.shape[:-1], n + 2 * half + 1), dtype=kind)
@@ -66,11 +68,12 @@ def _box_sum(values: Array | Mask, half: int) -> Array:
 def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Array:
     """Return σ = 1.48·(mean √|r|)² over the good frames near t, radians.
 
-    root: √|r|, (2, chains, frames); least: the smallest σ.
+    root: √|r|, (2, chains, frames); good: mask of the good frames; least: the smallest σ.
 
-    The mean of square roots is a standard deviation that few jumps affect (1.48 makes it one for a
-    normal distribution). Where few good frames are near, a window four times as wide fills in, and
-    where that has few, the whole clip.
+    The mean of square roots is a measure of spread on which a few jumps have little effect (the
+    factor 1.48 makes it the standard deviation of a normal distribution). Where few good frames are
+    near, a window four times as wide is used as well, and where that contains too few, the whole
+    clip.
     """
     root = root * good.astype(np.float64)
     many, mean = _box_sum(good, half), _box_sum(root, half)
@@ -87,15 +90,18 @@ def local_scale(root: Array, good: Mask, half: int, least: float = FLOOR) -> Arr
 
 
 def least_scale(step: float) -> float:
-    """Return the least σ of an increment's residual, radians; step: of the angles as written."""
+    """Return the smallest σ of an increment's residual, radians.
+
+    step: the rounding step of the angles in the file.
+    """
     return max(FLOOR, ROUNDED * step)
 
 
 def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
-    """Return the increments between linear keys: the median of each piece between two keys.
+    """Return the increments between linear keys as the median of each piece between two keys.
 
-    signals: (2, chains, frames); good: the frames to use, (chains, frames), if a piece has any.
-    Radians, the shape of `signals`.
+    signals: radians, (2, chains, frames), which is also the shape of the result; good: mask of the
+    frames to use, (chains, frames), if a piece has any.
     """
     frames, n = signals.shape[-1], keys.spacing
     before = (-keys.first - 1) % n  # the piece that the clip begins in began so long before it
@@ -117,11 +123,11 @@ def between_keys(signals: Array, good: Mask, keys: Keys) -> Array:
 
 @dataclass(frozen=True, eq=False)
 class Irregular:
-    """Irregular frames as flat indices `at`, and how they are predicted.
+    """The irregular frames and how they are predicted.
 
-    near: signals at their two good neighbours before and two after, (2, 4, n); cubic, linear:
-    weights of these, (4, n); gap: the length that is bridged, 1 for a frame between two good ones,
-    (n,).
+    at: flat indices of the frames, (n,); near: the signals at their two good neighbours before and
+    the two after, (2, 4, n); cubic, linear: the weights of these neighbours, (4, n); gap: the
+    length of the gap that is bridged, 1 for a frame between two good ones, (n,).
     """
 
     at: Index
@@ -131,15 +137,18 @@ class Irregular:
     gap: Array
 
     def predicted(self, weights: Array) -> Array:
-        """Return Σ weights·near, (2, n); weights (4, n), or (2, 4, n) for x and y."""
+        """Return the predictions Σ weights·near, (2, n); weights: (4, n), or (2, 4, n) by
+        signal.
+        """
         weights = np.broadcast_to(weights, self.near.shape)
         return np.asarray(np.einsum("skn,skn->sn", self.near, weights))
 
 
 class Predictor:
-    """Predictions of signals (2, chains, frames) from good frames.
+    """The predictions of signals, (2, chains, frames), from good frames.
 
-    cubic, linear: of each frame from its two neighbours on either side, good or not.
+    cubic, linear: the predictions of each frame from its two neighbours on either side, whether
+    these are good or not.
     """
 
     def __init__(self, signals: Array) -> None:
@@ -153,19 +162,19 @@ class Predictor:
 
     @cached_property
     def cubic_root(self) -> Array:
-        """√|error| of the regular cubic predictions, (2, chains, frames)."""
+        """√|error| of the cubic predictions from direct neighbours, (2, chains, frames)."""
         return np.sqrt(np.abs(wrap(self.signals - self.cubic)))
 
     @cached_property
     def linear_root(self) -> Array:
-        """√|error| of the regular linear predictions, (2, chains, frames)."""
+        """√|error| of the linear predictions from direct neighbours, (2, chains, frames)."""
         return np.sqrt(np.abs(wrap(self.signals - self.linear)))
 
     def irregular(self, good: Mask, changed: Mask, signals: Array) -> Irregular:
-        """Return the frames whose neighbours are not all good or have changed.
+        """Return the frames whose neighbours are not all good, or have changed.
 
-        signals: with the changes. Cubic: the Lagrange polynomial of the two good neighbours on
-        either side. At an end: the mean of the nearest two.
+        signals: the signals with the changes. Cubic is the Lagrange polynomial through the two good
+        neighbours on either side. At an end, the mean of the nearest two is used.
         """
         frames = good.shape[1]
         seed = ~good | changed
@@ -180,7 +189,7 @@ class Predictor:
 
 
 def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
-    """Return the frames `at` of (chains · frames) with their good neighbours."""
+    """Return the irregular frames at flat indices `at`, with their good neighbours."""
     none = np.array([-1, -1])
     known = np.concatenate([none, np.flatnonzero(good), none])
     rank = np.cumsum(good, dtype=np.int32)[at] - good[at] + 2  # of the first good one from `at` on
@@ -204,7 +213,7 @@ def _irregular(flat: Array, good: Mask, at: Index, frames: int) -> Irregular:
 
 
 def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
-    """Return the weights at 0 of samples at −b2, −b, a, a2, (4, n)."""
+    """Return the weights for the value at 0 of samples at −b2, −b, a and a2, (4, n)."""
     p, q = b * a, b2 * a2
     return np.stack(
         [
@@ -217,13 +226,16 @@ def _lagrange(b: Array, b2: Array, a: Array, a2: Array) -> Array:
 
 
 class GapGrowth:
-    """σ of a prediction over gaps of 1, 3, 5, 9 frames relative to gap 1.
+    """The σ of predictions over gaps of 1, 3, 5 and 9 frames relative to a gap of 1.
 
-    Measured on the clip itself: mid-frame error of the same interpolation across wider gaps.
+    It is measured on the clip itself, as the error in the middle frame of the same interpolation
+    across wider gaps.
     """
 
     def __init__(self, signals: Array, cubic: Mask) -> None:
-        """signals: (2, chains, frames); cubic: (2, chains, 1), else linear."""
+        """Measure the errors; signals: (2, chains, frames); cubic: (2, chains, 1), False for
+        linear.
+        """
         self._shape, frames = signals.shape[:2], signals.shape[-1]
         self._roots = []
         for k in _DISTANCES:
@@ -240,7 +252,7 @@ class GapGrowth:
             self._roots.append(np.sqrt(near, out=near))
 
     def measured(self, good: Mask) -> Array:
-        """Return the growth at the four gaps, ≥ 1, (2, chains, 4), from good frames only."""
+        """Return the growth of σ at the four gaps, ≥ 1, (2, chains, 4), from good frames only."""
         frames = good.shape[1]
         out: list[Array] = []
         for n, k in enumerate(_DISTANCES):
@@ -257,7 +269,10 @@ class GapGrowth:
 
 
 def growth_at(growth: Array, chain: Index, gap: Array) -> Array:
-    """Return the growth of σ of chains at gaps > 1, (2, n): log-log between the measured gaps."""
+    """Return how much σ of the given chains grows at gaps > 1, (2, n).
+
+    Values between the measured gaps are interpolated on a log-log scale.
+    """
     level = np.log(growth)
     slope = np.diff(level, axis=-1) / np.diff(_GAPS)
     x = np.log(gap)

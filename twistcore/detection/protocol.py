@@ -1,4 +1,4 @@
-"""What a detector declares about itself, and what it returns. This module loads no numpy."""
+"""The declaration of a detector and the interface of its results. This module loads no numpy."""
 
 from __future__ import annotations
 
@@ -17,31 +17,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class DetectorInfo:
-    """How a detector is shown; declared in the detector's own file.
+    """What the program shows about a detector; it is declared in the detector's own file.
 
     Parameters
     ----------
     name : str
         The word for ``--method``, files and profiles: small letters, digits, ``-`` and ``_``.
     label : str
-        Its name within a sentence: "the paper's detector".
+        The detector's name within a sentence: "the paper's detector".
     measures : str
-        One sentence on what it measures.
+        One sentence about what the detector measures.
     short : str
-        The label over a column; the name if not given.
+        The label above a column of a table; the name if not given.
     strength : str
-        The word or symbol for its strength, the curve that the τ line lies on. "m" is the paper's
+        The word or symbol for its strength, the curve to which τ is compared. "m" is the paper's
         m(t).
     has_confidence : bool
         True if its intervals have a confidence.
     tau : str
-        How its automatic τ is described: "noise floor", or a fixed "automatic τ".
+        The description of its automatic τ: "noise floor", or "automatic τ" if it is fixed.
     limb_flips : bool
         True if the benchmark also searches for limb flips with it.
     note : str
-        The benchmark's description; `measures` if not given.
+        The description in the benchmark; `measures` if not given.
     action : str
-        The menu text; "Detect with" and the label if not given.
+        The text of the menu item; "Detect with" and the label if not given.
     """
 
     name: str
@@ -57,17 +57,17 @@ class DetectorInfo:
 
     @property
     def is_m(self) -> bool:
-        """True if its strength is the paper's m(t), which is drawn along with any other."""
+        """True if its strength is the paper's m(t), which is also drawn with other detectors."""
         return self.strength == "m"
 
     @property
     def column(self) -> str:
-        """The label over a column."""
+        """The label above a column of a table."""
         return self.short or self.name
 
     @property
     def menu_text(self) -> str:
-        """The menu text."""
+        """The text of the detector's menu item."""
         return self.action or f"Detect with {self.label}"
 
 
@@ -75,28 +75,28 @@ class Analysis(Protocol):
     """The analysis of a motion by a detector, before a threshold is chosen."""
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ, radians."""
+        """Return the automatic τ of a chain, in radians."""
         ...
 
     def strength(self, chain: str) -> Array:
-        """Return the curve that the τ line lies on, radians ≥ 0, shape (frames,)."""
+        """Return the strength of a chain, to which τ is compared, radians ≥ 0, shape (frames,)."""
         ...
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start."""
+        """Return the intervals of a chain at threshold τ, radians, by start."""
         ...
 
 
 class Detector(Protocol):
-    """A way of finding twist errors."""
+    """A method of finding twist errors."""
 
     @property
     def info(self) -> DetectorInfo:
-        """How the detector is shown."""
+        """The information that the program shows about the detector."""
         ...
 
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> Analysis:
-        """Analyse a motion as far as that does not depend on τ; tell: called with the progress."""
+        """Analyse a motion as far as possible without τ; tell: callback for the progress."""
         ...

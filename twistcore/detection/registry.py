@@ -1,8 +1,8 @@
-"""All detectors: the files of `detectors/`, those of packages, and registered ones.
+"""All detectors: the files in `detectors/`, detectors of packages, and registered detectors.
 
-Names come from lists of files and of entry points, so the command line shows them without loading
-any detector or numpy. Everything that a table, a menu or a plot needs to know about a detector is
-in its :class:`DetectorInfo`.
+Their names come from lists of files and of entry points, so the command line can show them without
+loading any detector or numpy. Everything that a table, a menu or a plot needs to know about a
+detector is in its :class:`DetectorInfo`.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ _NAME = re.compile(r"[a-z][a-z0-9]*([-_][a-z0-9]+)*")
 
 
 class Detectors(Mapping[str, Detector]):
-    """All detectors by name: the default, the program's others, then those of other authors.
+    """All detectors by name: first the default, then the program's other ones, then other authors'.
 
-    A detector is loaded on first use. An item raises TwistError if the detector exists but cannot
-    be loaded.
+    A detector is loaded on first use. Access by name raises TwistError if the detector exists but
+    cannot be loaded.
     """
 
     def __init__(self) -> None:
@@ -66,7 +66,7 @@ class Detectors(Mapping[str, Detector]):
         return sum(1 for _ in self)
 
     def named(self, name: str) -> Detector:
-        """Return the detector of a name; TwistError lists all names if there is none."""
+        """Return the detector with a name. Raises TwistError, which lists the names, if unknown."""
         try:
             return self[name]
         except KeyError:
@@ -74,10 +74,11 @@ class Detectors(Mapping[str, Detector]):
             raise TwistError(f"no detector {name!r}; expected one of {known}") from None
 
     def register(self, detector: Detector, place: str = "") -> Detector:
-        """Add a detector, replacing an earlier one of its name; TwistError if it is not a detector.
+        """Add a detector, replacing an earlier one with the same name.
 
-        Returns the detector as it is used from then on: an error in it becomes a TwistError that
-        names it. place: the file and class that it was loaded from.
+        Returns the detector in its guarded form: an error in it becomes a TwistError that names it.
+        place: the file and class from which it was loaded. Raises TwistError if it is not a
+        detector.
         """
         if isinstance(detector, GuardedDetector):
             return detector
@@ -93,23 +94,23 @@ class Detectors(Mapping[str, Detector]):
         return kept
 
     def load(self, place: str) -> Detector:
-        """Register the detector of a Python file, 'FILE.py:Class'; TwistError if that fails."""
+        """Register the detector of a Python file, 'FILE.py:Class'. Raises TwistError on failure."""
         path, _, name = place.rpartition(":")
         return self.register(_of_file(place, path, name), f"{Path(path).resolve()}:{name}")
 
     def place(self, name: str) -> str:
-        """Return the file and class that a detector was loaded from, 'FILE.py:Class', or ''."""
+        """Return the file and class from which a detector was loaded, 'FILE.py:Class', or ''."""
         return self._given[name].place if name in self._of_file() else ""
 
     def info(self, name: str) -> DetectorInfo:
-        """Return the info of a detector, even of one that is missing or cannot be loaded."""
+        """Return the info of a detector, even if the detector is missing or cannot be loaded."""
         try:
             return self[name].info
         except (KeyError, TwistError):
             return DetectorInfo(name, f"the detector {name!r}", "", name)
 
     def infos(self) -> tuple[DetectorInfo, ...]:
-        """Return the info of every detector that can be used."""
+        """Return the info of every detector that can be loaded."""
         return tuple(self[name].info for name in self.ready())
 
     def ready(self) -> tuple[str, ...]:
@@ -117,14 +118,14 @@ class Detectors(Mapping[str, Detector]):
         return tuple(name for name in self if self.usable(name) == name)
 
     def usable(self, name: str) -> str:
-        """Return the name, or the default one's if that detector is missing or cannot be loaded."""
+        """Return the name, or the default detector's name if this one is missing or cannot load."""
         try:
             return self[name].info.name
         except (KeyError, TwistError):
             return DEFAULT_METHOD
 
     def version(self, name: str) -> str:
-        """Return a mark that changes with another author's detector; '' for the program's own."""
+        """Return a string that changes with another author's detector; '' for built-in ones."""
         if name in built_in():
             return ""
         if name in self._of_file():
@@ -139,7 +140,7 @@ class Detectors(Mapping[str, Detector]):
         return self._loaded[name, place]
 
     def _of_file(self) -> dict[str, GuardedDetector]:
-        """Return the registered detectors, with the one from the file given to the command."""
+        """Return the registered detectors, including one from a file given on the command line."""
         place = os.environ.get(FILE_VARIABLE, "")
         if place and all(d.place != place for d in self._given.values()):
             self.load(place)
@@ -150,23 +151,23 @@ DETECTORS = Detectors()
 
 
 def register(detector: Detector) -> Detector:
-    """Register a detector by its name, in this process.
+    """Register a detector under its name, in this process.
 
     Parameters
     ----------
     detector : Detector
         An object with an `info` and an `analyse`. An earlier detector of the
-        same name is replaced; the program's own detectors cannot be replaced.
+        same name is replaced; built-in detectors cannot be replaced.
 
     Returns
     -------
     Detector
-        The detector as it is used from then on.
+        The detector in its guarded form, which is used from then on.
 
     Raises
     ------
     TwistError
-        If it is not a detector, or has the name of one of the program's own.
+        If it is not a detector, or has the name of a built-in one.
     """
     return DETECTORS.register(detector)
 
@@ -187,7 +188,7 @@ def detector_of_file(place: str) -> Iterator[str]:
 
 @cache
 def built_in() -> tuple[str, ...]:
-    """Return the names of the program's own detectors, the default first: their files' names."""
+    """Return the file names of the built-in detectors, the default first."""
     from pkgutil import iter_modules
 
     folder = [
@@ -210,7 +211,7 @@ def _entry_points() -> Mapping[str, EntryPoint]:
 
 @lru_cache(4)
 def _entry_points_on(_path: tuple[str, ...]) -> Mapping[str, EntryPoint]:
-    """Return the detectors that packages announce, by name, without loading any of them."""
+    """Return the detectors that installed packages announce, by name, without loading them."""
     from importlib.metadata import entry_points  # 20 ms that few commands need
 
     return {p.name: p for p in entry_points(group=GROUP) if p.name not in built_in()}
@@ -261,7 +262,10 @@ def _mark_of_file(path: Path) -> str:
 
 
 def _checked(found: Any, where: str) -> Detector:
-    """Return the detector, an instance if a class is given; TwistError names the missing part."""
+    """Return the detector, as an instance if a class is given.
+
+    Raises TwistError, which names the missing part, if it is not a detector.
+    """
     if isinstance(found, type):
         with one_sentence(f"{where} cannot be created"):
             found = found()

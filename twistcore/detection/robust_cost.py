@@ -1,4 +1,4 @@
-"""The robust cost for every decision of the consistency detector."""
+"""The robust cost that the consistency detector uses in every decision."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ CAP = 14.0  # beyond ~16 σ a residual is a jump, and one jump is as unlikely as
 
 
 def residual_cost(z: Array, cap: float | Array = CAP) -> Array:
-    """Return −log likelihood of a residual of z σ, minus its value at 0; at most `cap`."""
+    """Return the negative log-likelihood of a residual of z σ relative to z = 0, at most `cap`."""
     return np.minimum(0.5 * (NU + 1.0) * np.log1p(z * z / NU), cap)

@@ -10,28 +10,28 @@ from numpy.typing import NDArray
 
 
 class Span(Protocol):
-    """Frames [start, stop)."""
+    """A span of frames [start, stop)."""
 
     @property
     def start(self) -> int:
-        """The first frame."""
+        """The first frame of the span."""
 
     @property
     def stop(self) -> int:
-        """The frame after the last one."""
+        """The frame after the last frame of the span."""
 
 
 SomeSpan = TypeVar("SomeSpan", bound=Span)
 
 
 def runs(mask: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Return the runs of True as [start, stop), by start; mask: (frames,)."""
+    """Return the runs of True in a mask (frames,) as [start, stop), by start."""
     ends = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]])))
     return list(zip(ends[::2].tolist(), ends[1::2].tolist(), strict=True))
 
 
 def overlapping(spans: Iterable[SomeSpan], apart: int = 0) -> list[list[SomeSpan]]:
-    """Group overlapping spans, given by start; apart: the least number of frames between groups."""
+    """Group overlapping spans, sorted by start; apart: the least gap between groups, frames."""
     groups: list[list[SomeSpan]] = []
     end = 0
     for span in spans:

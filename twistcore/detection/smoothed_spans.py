@@ -1,11 +1,11 @@
-"""Spans in which a joint lost its fine movement: filled in, or smoothed too strongly.
+"""Spans in which a joint lost its fine movement because it was filled in or strongly smoothed.
 
 A capture trembles a little in every frame, and no body moves as evenly as a filter makes it. The
-difference from an even curve over five frames, the fourth difference, falls by factors of ten to
-ten thousand where a joint was smoothed. It also falls with the pace. So a joint is compared with
+difference from an even curve over five frames, the fourth difference, is ten to ten thousand times
+smaller where a joint was smoothed. It is also smaller at a lower pace. So a joint is compared with
 itself at times when it moves as fast or more slowly. If there are none, it is compared with its
-slowest frames, and less is expected at a lower pace. Thus a joint at rest is never taken for a
-smoothed one.
+slowest frames, and less fine movement is expected at a lower pace. Thus a joint at rest is never
+taken for a smoothed one.
 """
 
 from __future__ import annotations
@@ -40,7 +40,10 @@ _NUMBERS = 1 << 17  # frames times joints in a block
 
 @dataclass(frozen=True)
 class SmoothedSpan:
-    """Frames [start, stop) in which a joint moves at least `times` as finely as elsewhere."""
+    """Frames [start, stop) in which a joint was filled in or smoothed.
+
+    times: the factor by which its fine movement is smaller than elsewhere, at least.
+    """
 
     joint: int
     start: int
@@ -49,9 +52,9 @@ class SmoothedSpan:
 
 
 def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
-    """Return the spans of all joints, by start.
+    """Return the smoothed spans of all joints, by start.
 
-    There are none in a clip of coarse angles, whose fine movement is rounding.
+    Clips with coarse angles have none, because their fine movement is only rounding.
     """
     width = max(_FEWEST, round(_WINDOW * motion.fps))
     if motion.frames < 2 * width or motion.angle_step:
@@ -67,7 +70,7 @@ def smoothed_spans(motion: Motion) -> tuple[SmoothedSpan, ...]:
 
 
 def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSpan]:
-    """Yield the spans of the joints of a block."""
+    """Yield the smoothed spans of a block of joints; width: of the window, in frames."""
     pace, fine, every = _measured(motion.rotations[:, joints.start : joints.stop], width)
     step = max(1, width // _A_WINDOW)
     pace, fine = pace[::step], fine[::step]
@@ -84,9 +87,10 @@ def _of_joints(motion: Motion, joints: range, width: int) -> Iterator[SmoothedSp
 
 
 def smoothed_sentences(spans: Iterable[SmoothedSpan], names: Sequence[str]) -> tuple[str, ...]:
-    """Return the notes on spans, given by start; overlapping spans share a note.
+    """Return the notes about spans, which are sorted by start; overlapping spans share a note.
 
-    The first few get a note each, the others are counted. names: of the joints.
+    Only the first few notes are written out, and the remaining ones are counted. names: the joints'
+    names.
     """
     groups = overlapping(spans)
     said = [_said(group, names) for group in groups[:_MOST]]
@@ -111,9 +115,9 @@ def _said(group: Sequence[SmoothedSpan], names: Sequence[str]) -> str:
 
 
 def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
-    """Return logarithms of pace and fine movement in a window, and of the latter in every frame.
+    """Return log10 of pace and of fine movement in a window, and of fine movement in every frame.
 
-    Each (frames, joints), of degrees a frame.
+    Each is (frames, joints), of degrees per frame.
     """
     changes = np.diff(continuous(rotations), axis=0)  # half of a turn, in radians
     moved = _mean_around(_squared(changes), width)
@@ -130,11 +134,10 @@ def _measured(rotations: Array, width: int) -> tuple[Array, Array, Array]:
 
 
 def _mean_around(values: Array, width: int) -> Array:
-    """Return the mean of so many rows around each row; the outermost rows repeat at the ends.
+    """Return the mean of `width` rows around each row; at the ends the outermost row is repeated.
 
-    Sums of twice as many rows are made from sums of half as many: so no rounding errors of large
-    sums remain in small ones, and scipy, which takes longer to load than the rest of a command, is
-    not needed.
+    Sums of rows are built by doubling. So small sums contain no rounding errors of large ones, and
+    scipy, which takes longer to load than the rest of a command, is not needed.
     """
     before = width // 2
     ends = (before, width - 1 - before), *[(0, 0)] * (values.ndim - 1)
@@ -151,13 +154,13 @@ def _mean_around(values: Array, width: int) -> Array:
 
 
 def _squared(changes: Array) -> Array:
-    """Return squared lengths of changes of quaternions as turns, degrees², (frames, joints)."""
+    """Return the squared turns for changes of quaternions, degrees², (frames, joints)."""
     sums: Array = np.einsum("...i,...i->...", changes, changes)
     return sums * float(np.degrees(2.0)) ** 2
 
 
 def _usual(pace: Array, fine: Array) -> Array:
-    """Return the usual fine movement of the frames that are no faster, (frames, joints)."""
+    """Return the usual fine movement at each frame's pace or below it, (frames, joints)."""
     frames = len(pace)
     order = np.argsort(pace, axis=0)
     by_pace = np.take_along_axis(fine, order, axis=0)
@@ -172,7 +175,7 @@ def _usual(pace: Array, fine: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Joint:
-    """Pace and fine movement of a joint in a window, every `step` frames, and in every frame."""
+    """The pace and fine movement of a joint in windows `step` frames apart, and in every frame."""
 
     pace: Array
     fine: Array
@@ -183,7 +186,7 @@ class _Joint:
     least: int  # frames of a span, at least
 
     def confirmed(self, start: int, stop: int) -> tuple[int, int, float] | None:
-        """Return the borders of a suspected span and how many times as fine it is, or None."""
+        """Return the borders of a suspected span and the factor by which it is finer, or None."""
         reach = -(-self.half // self.step)
         far = np.ones(len(self.pace), dtype=bool)
         far[max(0, start - reach) : stop + reach] = False
@@ -211,14 +214,14 @@ class _Joint:
 
 
 def _quantile(values: Array, share: float) -> Array:
-    """Return the value below which a share of the rows lies, faster than numpy's quantile."""
+    """Return the value below which the given fraction of the rows lies; faster than np.quantile."""
     at = round(share * (len(values) - 1))
     row: Array = np.partition(values, at, axis=0)[at]
     return row
 
 
 def _without_short(mask: Mask, least: int) -> Mask:
-    """Return the mask without runs shorter than `least` frames."""
+    """Return the mask without its runs that are shorter than `least` frames."""
     out = mask.copy()
     for start, stop in runs(mask):
         if stop - start < least:

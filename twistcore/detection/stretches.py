@@ -1,9 +1,9 @@
-"""Stretches: a joint jumps about its own bone and stays wrong, from one jump to the next.
+"""Stretches: a joint jumps about its own bone and stays wrong from one jump to the next.
 
 A foot may be upside down from a jump to the end of the clip. The jump alone is a lone jump; which
-side of it is wrong is known from the rest of the clip: the roll about the joint's own bone that
-most frames have. A joint that is turned by more than 120° from its rest pose in most frames is
-compared with a level near the rest pose, if the other side has that level as well.
+side of it is wrong is decided by the rest of the clip, from the roll about the joint's own bone in
+most frames. A joint that is turned by more than 120° from its rest pose in most frames is compared
+with a level near the rest pose, if the joint on the other side has that level as well.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ _DEFINED = 0.5  # of :func:`twist_reliability`: below it a swing near 180° leav
 
 @dataclass(frozen=True)
 class _Level:
-    """Frames [start, stop) between two jumps, with the mean roll in them, radians."""
+    """Frames [start, stop) between two jumps, with the mean roll in them, in radians."""
 
     start: int
     stop: int
@@ -45,7 +45,7 @@ class _Level:
 
     @property
     def frames(self) -> int:
-        """Number of frames."""
+        """The number of frames."""
         return self.stop - self.start
 
 
@@ -80,7 +80,7 @@ def _in_all_chains(search: KindSearch) -> dict[str, list[Interval]]:
 
 
 def _levels(motion: Motion, joint: int) -> list[_Level]:
-    """Return the levels of a joint's roll between its jumps, by start; empty if it has no bone."""
+    """Return the levels of a joint's roll between its jumps, by start; none if it has no bone."""
     axis = own_axis(motion.skeleton, joint)
     if axis is None:
         return []
@@ -97,12 +97,12 @@ def _levels(motion: Motion, joint: int) -> list[_Level]:
 
 
 def _mean(angles: Array) -> float:
-    """Return the circular mean, radians."""
+    """Return the circular mean of angles, in radians."""
     return float(np.arctan2(np.sin(angles).sum(), np.cos(angles).sum()))
 
 
 def _usual(levels: Sequence[_Level]) -> float | None:
-    """Return the roll that most frames have, radians; None if the clip is divided."""
+    """Return the roll of most frames, in radians; None if no roll prevails."""
     total = sum(level.frames for level in levels)
     for level in sorted(levels, key=lambda one: -one.frames):
         alike = [one for one in levels if abs(wrap(one.roll - level.roll)) <= ALIKE]
@@ -112,7 +112,7 @@ def _usual(levels: Sequence[_Level]) -> float | None:
 
 
 def _near_rest(levels: Sequence[_Level]) -> float | None:
-    """Return the roll of the longest level near the rest pose, radians; None for short ones."""
+    """Return the roll of the longest level near the rest pose, in radians; None if it is short."""
     near = [level for level in levels if abs(level.roll) <= OFF]
     longest = max(near, key=lambda level: level.frames, default=None)
     total = sum(level.frames for level in levels)
@@ -120,7 +120,7 @@ def _near_rest(levels: Sequence[_Level]) -> float | None:
 
 
 def _has_mirrored(motion: Motion, owner: Mapping[int, Chain], joint: int, roll: float) -> bool:
-    """True if the same joint of the other side has the mirrored roll in part of the clip."""
+    """True if the same joint on the other side has the mirrored roll in part of the clip."""
     own = owner[joint]
     is_parent = own.parent == joint
     for other, chain in owner.items():
@@ -133,7 +133,10 @@ def _has_mirrored(motion: Motion, owner: Mapping[int, Chain], joint: int, roll: 
 
 
 def _wrong(levels: Sequence[_Level], usual: float, shortest: float) -> Iterator[_Level]:
-    """Yield the levels that are far from the usual roll, adjacent ones as one."""
+    """Yield the levels that are far from the usual roll; adjacent levels are joined.
+
+    shortest: the shortest level to yield, in frames.
+    """
     found: list[_Level] = []
     for level in levels:
         if abs(wrap(level.roll - usual)) < OFF:
@@ -166,6 +169,6 @@ def _interval(
 
 
 def _explained(joint: str, turn: float, *, by_rest: bool) -> dict[str, float | str]:
-    """Return the size of a stretch and what it was compared with."""
+    """Return the evidence: the angle of a stretch and the reference it was compared with."""
     compared = "the rest pose and the other side" if by_rest else "the rest of the clip"
     return {"joint": joint, "turn_deg": math.degrees(turn), "compared_with": compared}

@@ -1,7 +1,7 @@
-"""Twist increments of a chain from relative rotations: no azimuth, no singularity [Method, step 1].
+"""Twist increments of a chain from relative rotations, without azimuth or singularity.
 
-Unlike differences of θp and θc they are exact for a straight limb and across a swing of 180°. Their
-sum is not θp (holonomy), so the two are never compared.
+This is step 1 of [Method]. Unlike differences of θp and θc, the increments are exact for a straight
+limb and across a swing of 180°. Their sum is not θp (holonomy), so the two are never compared.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Arra
 
     x(t) = twist_a(q_P(t−1)⁻¹ q_P(t)), y(t) = twist_a(q_C(t) q_C(t−1)⁻¹).
     A twist error δ of P (q_P ⊗ R_a(δ), R_a(−δ) ⊗ q_C) changes them by exactly +dδ and −dδ. x(0) =
-    y(0) = 0. q_parent, q_child: (frames, 4); axis: unit, (3,) or (frames, 3), in P's frame.
+    y(0) = 0. q_parent, q_child: local rotations, (frames, 4); axis: unit vector along P's bone in
+    P's frame, (3,) or (frames, 3).
     """
     x, y = np.zeros(len(q_parent)), np.zeros(len(q_parent))
     a = axis if axis.ndim == 1 else axis[1:]
@@ -26,9 +27,9 @@ def twist_increments(q_parent: Array, q_child: Array, axis: Array) -> tuple[Arra
 
 
 def _twist_between(q: Array, axis: Array, cross_sign: float) -> Array:
-    """Return the twist of q(t−1)⁻¹ q(t) (cross_sign −1) or q(t) q(t−1)⁻¹ (+1).
+    """Return the twist of q(t−1)⁻¹ q(t) if cross_sign is −1, of q(t) q(t−1)⁻¹ if it is +1.
 
-    Only w and v·a are computed.
+    Only w and v·a of the product are computed.
     """
     w0, w1 = q[:-1, 0], q[1:, 0]
     x0, y0, z0 = q[:-1, 1], q[:-1, 2], q[:-1, 3]

@@ -1,4 +1,4 @@
-"""A clip with intervals corrected: offsets, poses, paths and angles, computed on request."""
+"""A clip with some intervals corrected: offsets, poses, paths and angles, computed on request."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _SAME_AXIS = 1.0 - 1e-12
 
 @dataclass(frozen=True, eq=False)
 class Angles:
-    """θp, θc, Δθp, Δθc of a chain, radians, each of shape (frames,), as in TwistSignals."""
+    """The angles θp, θc, Δθp and Δθc of a chain, radians, (frames,) each, as in TwistSignals."""
 
     theta_p: Array
     theta_c: Array
@@ -44,9 +44,9 @@ class Angles:
 
 
 class Corrected:
-    """A clip without the errors of some intervals, which :meth:`take` sets.
+    """A clip without the errors of the intervals that :meth:`take` sets.
 
-    Sums and closed forms are kept from one change to the next, because τ may be dragged.
+    Sums and closed forms are reused from one change to the next, because τ may be dragged.
     """
 
     def __init__(self, analysis: ClipAnalysis) -> None:
@@ -66,7 +66,7 @@ class Corrected:
         self._forms: dict[str, _ClosedForm | None] = {}
 
     def take(self, intervals: Iterable[Interval]) -> None:
-        """Correct these intervals only; the sums of unchanged chains are kept."""
+        """Set the intervals to correct; the sums of unchanged chains are reused."""
         chosen: dict[str, list[Interval]] = {}
         for interval in intervals:
             if interval.chain in (self._free_carried if interval.carried else self._free):
@@ -81,20 +81,20 @@ class Corrected:
                 self._summed[chain] = own
 
     def offset(self, chain: str) -> Array:
-        """Return the angle removed from the twist of a chain's parent, radians, (frames,)."""
+        """Return the angle that is removed from the twist of a chain's P, radians, (frames,)."""
         return self._offsets.get(chain, self._none)
 
     def carried(self, limb: str) -> Array:
-        """Return the part of a limb's offset in which its end turned along, radians, (frames,)."""
+        """Return the part of a limb's offset with which its end turned, radians, (frames,)."""
         return self._carried.get(limb, self._none)
 
     def pose(self, frame: int) -> tuple[Array, Array]:
-        """Return global rotations (joints, 4) and positions (joints, 3) of a frame."""
+        """Return the global rotations (joints, 4) and positions (joints, 3) of a frame."""
         rotations, positions = self._poses(frame, frame + 1)
         return rotations[0], positions[0]
 
     def ways(self, joints: NDArray[np.int64], start: int, stop: int) -> Array:
-        """Return positions of joints in frames [start, stop), (frames, joints, 3).
+        """Return the positions of joints in frames [start, stop), (frames, joints, 3).
 
         They are computed from the corrected rotations, not assumed to be unchanged.
         """
@@ -111,7 +111,7 @@ class Corrected:
         return forward_kinematics(remove_twist(part, self._chains, offsets, carried))
 
     def angles(self, chain: Chain) -> Angles:
-        """Return θp and θc of a chain: in closed form if possible, else from quaternions."""
+        """Return the angles of a chain, in closed form if possible, else from quaternions."""
         if chain.name not in self._forms:
             exact = not isinstance(chain, Helper) and _has_closed_form(
                 self._analysis, chain, self._free
@@ -125,10 +125,10 @@ class Corrected:
         return Angles(s.theta_p, s.theta_c, s.dtheta_p, s.dtheta_c)
 
     def swivel(self, limb: Limb) -> Array:
-        """Return φ of a limb minus its offset, radians, (frames,); the height is unchanged.
+        """Return the angle φ of a limb minus its offset, radians, (frames,); the height stays.
 
-        A chain further up whose child is P turns the frame in which φ is measured; φ is then
-        computed again.
+        A correction of a chain above whose child is P turns the frame in which φ is measured; then
+        φ is recomputed.
         """
         swivel = self._analysis.flips.limbs[limb.name].swivel
         angle, children = swivel.angle, self._motion.skeleton.children
@@ -143,7 +143,7 @@ class Corrected:
         return wrap(angle - self.offset(limb.name))
 
     def _flipped(self, chain: Chain) -> bool:
-        """True if a limb that is turned back has a joint of the chain as its first joint or end."""
+        """True if a limb that is turned back begins or ends at a joint of the chain."""
         ends = {chain.parent, chain.child}
         return any(
             isinstance(limb, Limb)
@@ -154,11 +154,11 @@ class Corrected:
 
 
 class _ClosedForm:
-    """The angles of one chain after correction, from the offsets alone.
+    """The angles of one chain after a correction, computed from the offsets alone.
 
-    A correction turns P back by the offset about its own axis and C forward by the same, so θp
-    loses the offset and the child's azimuth gains it: no quaternion of P or C is needed. A chain
-    further up whose child is P turns P from the left. Only then, and only in the frames it
+    A correction turns P back by the offset about its own axis and C forward by the same angle, so
+    θp loses the offset and the child's azimuth gains it: no quaternion of P or C is needed. A chain
+    above whose child is P turns P from the left. Only in that case, and only in the frames that it
     corrects, θp is computed from quaternions.
     """
 
@@ -175,7 +175,7 @@ class _ClosedForm:
         self._defined = defined & np.roll(defined, 1)
 
     def angles(self, corrected: Corrected) -> Angles:
-        """Return the angles after removing the offsets of this chain and of those further up."""
+        """Return the angles without the offsets of this chain and of the chains above it."""
         own = corrected.offset(self._chain.name)
         theta_p = self._signals.theta_p
         for chain in self._above:
@@ -200,7 +200,7 @@ class _ClosedForm:
 
 
 def _has_closed_form(analysis: ClipAnalysis, chain: Chain, free: set[str]) -> bool:
-    """False if an axis varies, or if C is turned about another axis than its own bone."""
+    """False if an axis varies, or if C is turned about an axis that is not its own bone."""
     others = [c for c in analysis.chains if c is not chain and c.name in free]
     below = [c for c in others if c.parent == chain.child]
     return (

@@ -1,7 +1,7 @@
 """Measures that a correction must not make worse, on the limb and its neighbours.
 
-There are five, and none needs a visual check. Each is measured only in frames around the interval,
-except the hinge, which follows from the rest of the clip.
+There are five, and none of them needs a visual check. Each is measured only in the frames around
+the interval, except the hinge, which is determined from the rest of the clip.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ _BENT = 30.0  # degrees: below it a straight limb is judged by its course, not b
 class ProtectedMeasure:
     """One measure of one correction.
 
-    name: one of NAMES; unit: one of UNITS; before, after: as captured and corrected; worse: True if
-    it grew by more than its tolerance; joint: where it was measured, by the skeleton's name; word:
-    the everyday name of that joint.
+    name: one of NAMES; unit: one of UNITS; before, after: the values as captured and corrected;
+    worse: True if it grew by more than its tolerance; joint: the skeleton's name of the joint where
+    it was measured; word: the everyday name of that joint.
     """
 
     name: str
@@ -57,12 +57,12 @@ class ProtectedMeasure:
 
     @property
     def growth(self) -> float:
-        """How much worse it got; negative if it got better."""
+        """The change for the worse; negative if the measure improved."""
         return self.after - self.before
 
     @property
     def doubt(self) -> str:
-        """The reason for a doubt about the correction, as a clause."""
+        """The reason to doubt the correction, as a clause."""
         if self.name == HINGE:
             return f"the {self.word} would bend {self.growth:.0f}° away from its hinge plane"
         if self.name == TURNS:
@@ -81,10 +81,10 @@ class ProtectedMeasure:
 
 @dataclass(frozen=True, eq=False)
 class Hinges:
-    """The sides to which the joints of a clip bend, computed on first use.
+    """The exact hinges among the joints of a clip, each determined on first use.
 
-    motion: the clip; finds: all its intervals, whose frames do not show a hinge; known: signals of
-    chains that already exist.
+    motion: the clip; finds: all its intervals, whose frames are not used to determine a hinge;
+    known: the signals of chains that were already computed, by name.
     """
 
     motion: Motion
@@ -93,9 +93,9 @@ class Hinges:
     _exact: dict[str, Array | None] = field(default_factory=dict)
 
     def off(self, chain: Chain) -> Array | None:
-        """Return how far a joint is off its hinge, degrees, (frames,); None without an exact hinge.
+        """Return how far a joint is from its exact hinge in degrees, (frames,); None without one.
 
-        NaN where the limb is too straight to show it.
+        The value is NaN where the limb is too straight to show it.
         """
         if chain.name not in self._exact:
             self._exact[chain.name] = self._made(chain)
@@ -116,7 +116,10 @@ class Hinges:
 
 
 def shown_at(interval: Interval, frames: NDArray[np.intp]) -> Interval:
-    """Return an interval with some of its clip's frames, ascending; empty if none is in it."""
+    """Return an interval reduced to the given frames of its clip, in ascending order.
+
+    The interval is empty if it has none of these frames.
+    """
     start, stop = np.searchsorted(frames, [interval.start, interval.stop]).tolist()
     return interval.with_offset(start, interval.offset[frames[start:stop] - interval.start])
 
@@ -128,25 +131,26 @@ def protected_measures(
     hinges: Hinges | None = None,
     others: Sequence[Interval] = (),
 ) -> tuple[ProtectedMeasure, ...]:
-    """Return what a correction changes in the limb and its neighbours.
+    """Return the measures that a correction changes in the limb and its neighbours.
 
     The measures, each with its tolerance:
 
-    - *hinge*: how far the joint that is turned is off its exact hinge, on average over the frames
+    - *hinge*: how far the joint that is turned is from its exact hinge, on average over the frames
       in which the limb is bent by more than 30°; only if 95 % of the clip is within 3° of one.
       Tolerance: 1°.
     - *impossible turns*: frames in which a joint of the limb turns about its own axis faster than
       any body does (:func:`lone_jumps.limit`). Tolerance: none.
-    - *next joint's roll*: the fastest turn of the joint below about its own bone, degrees a frame:
-      of C after a counter-twist, of the limb's end after a flip. Tolerance: 5°, or half of the
-      value before.
+    - *next joint's roll*: the fastest turn of the joint below about its own bone, degrees per
+      frame: of C after a counter-twist, of the limb's end after a flip. Tolerance: 5°, or half of
+      the value before.
     - *path*: for a flip, the length of the middle joint's path, % of the limb. Tolerance: 0.1 %.
     - *ends*: how far a joint moves that should stay in place, % of the skeleton's height.
       Tolerance: 0.1 %. Leaves off the bone, such as helpers, turn with it.
 
-    chains: of the motion, including limbs; hinges: created once for all corrections of a clip, else
-    from the motion alone; others: intervals that are corrected in both states. Nothing is measured
-    for an interval that cannot be corrected.
+    chains: the chains of the motion, including limbs; hinges: the clip's hinges, which all its
+    corrections can share; if not given, they are determined from the motion alone; others: other
+    intervals, which are corrected both before and after. Nothing is measured for an interval that
+    cannot be corrected.
     """
     every = tuple(chains)
     chain = next((c for c in every if c.name == interval.chain), None)
@@ -199,12 +203,12 @@ class _Around:
 
     @cached_property
     def own(self) -> Array:
-        """Rotations of the limb's joints in their parents' frames, (frames, 2, joints, 4)."""
+        """The rotations of the limb's joints in their parents' frames, (frames, 2, joints, 4)."""
         return np.stack([m.rotations[:, self.joints] for m in self.both], axis=1)
 
     @cached_property
     def from_above(self) -> Array:
-        """Rotations of the limb's joints in the frame of P's parent, (frames, 2, joints, 4)."""
+        """The rotations of the limb's joints in the frame of P's parent, (frames, 2, joints, 4)."""
         out = self.own.copy()
         for k in range(1, len(self.joints)):
             out[:, :, k] = multiply(out[:, :, k - 1], out[:, :, k])
@@ -212,7 +216,7 @@ class _Around:
 
     @cached_property
     def in_room(self) -> Array:
-        """Rotations of the limb's joints in the room, (frames, 2, joints, 4)."""
+        """The rotations of the limb's joints in world space, (frames, 2, joints, 4)."""
         above = np.zeros((self.captured.frames, 2, 4))
         above[..., 0] = 1.0
         for joint in ancestors(self.skeleton, self.chain.parent)[::-1]:
@@ -222,23 +226,23 @@ class _Around:
 
     @cached_property
     def axes(self) -> Array:
-        """Each joint's own axis, (joints, 3); 0 for a joint without one."""
+        """The axis of each joint, (joints, 3); 0 for a joint without an axis."""
         axes = (own_axis(self.skeleton, joint) for joint in self.joints)
         return np.array([np.zeros(3) if a is None else a for a in axes])
 
     @cached_property
     def turns(self) -> Array:
-        """Turns about each joint's own axis in its parent's frame, (frames, 2, joints)."""
+        """The turns of each joint about its own axis in its parent's frame, (frames, 2, joints)."""
         return turns_about(self.own, self.axes)
 
     @cached_property
     def places(self) -> list[tuple[Array, Array]]:
-        """Positions of a limb's C and E from P, in the frame of P's parent, before and after."""
+        """The positions of C and E relative to P before and after, in the frame of P's parent."""
         assert isinstance(self.chain, Limb)
         return [places(m, self.chain) for m in self.both]
 
     def measure(self, name: str, before: float, after: float, joint: int) -> ProtectedMeasure:
-        """Return the measure at a joint, with whether it is worse."""
+        """Return the measure at a joint, including whether it became worse."""
         worse = after > before + max(TOLERANCE[name], SHARE.get(name, 0.0) * before)
         joint_name = self.skeleton.names[joint]
         return ProtectedMeasure(
@@ -256,14 +260,14 @@ class _Around:
 
 
 def _within(interval: Interval, low: int, high: int) -> Interval:
-    """Return the part of an interval in frames [low, high), counted from low."""
+    """Return the part of an interval in frames [low, high), with frame numbers relative to low."""
     start, stop = max(interval.start, low), min(interval.stop, high)
     offset = interval.offset[start - interval.start : stop - interval.start]
     return interval.with_offset(start - low, offset)
 
 
 def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> ProtectedMeasure | None:
-    """Measure how far the joint that is turned is off its exact hinge while the limb is bent."""
+    """Measure how far the joint that is turned is from its exact hinge while the limb is bent."""
     interval = around.interval
     chain = next((c for c in chains if _turns_in(c, around.next_joint)), None)
     if chain is None or (off := hinges.off(chain)) is None:
@@ -285,12 +289,12 @@ def _off_hinge(around: _Around, chains: Sequence[Chain], hinges: Hinges) -> Prot
 
 
 def _turns_in(chain: Chain, joint: int) -> bool:
-    """True if a chain shows to which side a joint bends."""
+    """True if a chain shows in which direction a joint bends."""
     return not isinstance(chain, Limb | Helper) and chain.child == joint and chain.grandchild >= 0
 
 
 def _impossible(around: _Around) -> ProtectedMeasure:
-    """Count frames in which a joint of the limb turns about its axis faster than any body does."""
+    """Count the frames in which a joint of the limb turns faster than any body does."""
     counts, fps = np.zeros((2, len(around.joints)), dtype=int), around.captured.fps
     if may_be_too_fast(around.turns, fps).any():  # rare, and quick to check
         in_room = turns_about(around.in_room, around.axes)
@@ -309,7 +313,7 @@ def _roll(around: _Around) -> ProtectedMeasure | None:
 
 
 def _path(around: _Around) -> ProtectedMeasure | None:
-    """Measure the middle joint's path in the frame of the limb's parent, % of the limb."""
+    """Measure the length of the middle joint's path in P's parent's frame, % of the limb."""
     if not isinstance(limb := around.chain, Limb):
         return None
     whole = sum(bones(around.captured, limb))
@@ -321,7 +325,7 @@ def _path(around: _Around) -> ProtectedMeasure | None:
 
 
 def _ends(around: _Around) -> ProtectedMeasure:
-    """Measure how far a joint moves that the correction should leave in place, % of the height."""
+    """Measure how far a joint moves that should stay in place, as % of the skeleton's height."""
     chain, skeleton = around.chain, around.skeleton
     largest: dict[int, float] = {}
     turning: Sequence[int] = around.joints
@@ -343,5 +347,5 @@ def _ends(around: _Around) -> ProtectedMeasure:
 
 
 def _carries(skeleton: Skeleton, joint: int, chain: Chain) -> bool:
-    """False for a child of P that is a mere helper: a leaf off the bone turns with its skin."""
+    """False for a child of P that is only a helper, that is, a leaf off the bone."""
     return joint == chain.child or bool(skeleton.children[joint])

@@ -1,4 +1,4 @@
-"""Remove errors from a motion, limbs included, and change nothing else [Choi26 Eq. 14-15]."""
+"""Remove errors from a motion, including limb flips, and change nothing else [Choi26 Eq. 14-15]."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ def applied_unasked(
     include_open: bool = False,
     confidence: Callable[[Interval], float | None] = attrgetter("confidence"),
 ) -> tuple[Interval, ...]:
-    """Return the intervals that are corrected automatically; this is the only rule for that.
+    """Return the intervals that are corrected automatically; no other rule decides this.
 
-    Lone jumps are left out, because nothing can be removed, and so are rolls of helpers, because
-    their confidence is not measured. Closed intervals, or open ones too, need a confidence of at
-    least `at_least`, 0…1, or of :data:`SURE_ENOUGH` if that is not given. A detector without
-    confidence, such as the paper's, is trusted by default; if `at_least` is given, its intervals
-    are left out. confidence: a replacement for the detector's own.
+    Lone jumps are left out, because nothing can be removed, and so are helper rolls, because their
+    confidence is not measured. An interval needs a confidence of at least `at_least`, 0…1, or of
+    :data:`SURE_ENOUGH` if `at_least` is not given. Intervals of a detector without confidence, such
+    as the paper's, are corrected only if `at_least` is not given. Open intervals are corrected only
+    on request. confidence: replaces the detector's own values.
     """
     return tuple(
         i
@@ -61,7 +61,7 @@ def _sure(confidence: float | None, at_least: float | None) -> bool:
 
 
 def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the sums of the intervals' offsets, radians in (−π, π], (frames,), by chain name."""
+    """Return the sums of the intervals' offsets by chain name, radians in (−π, π], (frames,)."""
     total: dict[str, Array] = {}
     for interval in intervals:
         if interval.chain not in total:
@@ -71,16 +71,16 @@ def offsets_by_chain(intervals: Iterable[Interval], frames: int) -> dict[str, Ar
 
 
 def carried_by_limb(intervals: Iterable[Interval], frames: int) -> dict[str, Array]:
-    """Return the same sums for intervals in which the limb's end, or C, turned along."""
+    """Return the same sums for intervals in which the limb's end, or C, turned with the error."""
     return offsets_by_chain((i for i in intervals if i.carried), frames)
 
 
 @runtime_checkable
 class Correctable(Protocol):
-    """An object that knows which intervals to correct: a detection or a review."""
+    """An object that knows which intervals to correct, such as a detection or a review."""
 
     def to_correct(self, motion: Motion) -> tuple[Sequence[Chain], Sequence[Interval]]:
-        """Return chains and limbs, and their intervals to correct."""
+        """Return the chains and limbs, and the intervals to correct in them."""
         ...
 
 
@@ -99,7 +99,7 @@ def refine(
     chains: Correctable | Iterable[Interval] | Sequence[Chain],
     intervals: Iterable[Interval] | None = None,
 ) -> Motion:
-    """Remove errors from a motion; all other frames and joints keep their rotations bit by bit.
+    """Remove errors from a motion; all other frames and joints keep exactly the same rotations.
 
     Call it as ``refine(clip, found)`` or as ``refine(clip, chains, intervals)``.
 
@@ -114,8 +114,8 @@ def refine(
     chains : sequence of Chain
         The chains and limbs that the intervals name.
     intervals : iterable of Interval
-        The intervals to remove. Intervals of other chains are left out, and intervals that cannot
-        be corrected because a joint lacks rotation channels.
+        The intervals to remove. Intervals of other chains are left out, and so are intervals that
+        cannot be corrected because a joint lacks rotation channels.
 
     Returns
     -------
@@ -127,7 +127,7 @@ def refine(
     TypeError
         If `clip` is neither a clip nor a motion, or `found` is none of the above.
     TwistError
-        If an interval ends behind the last frame.
+        If an interval ends after the last frame.
 
     See Also
     --------
@@ -162,7 +162,7 @@ def refine(
 def refiner(
     motion: Motion, chains: Sequence[Chain], intervals: Iterable[Interval]
 ) -> Callable[[int, int], Motion]:
-    """Return a function that makes only the frames [start, stop) of :func:`refine`."""
+    """Return a function that makes only frames [start, stop) of the result of :func:`refine`."""
     by_name, frames = {chain.name: chain for chain in chains}, motion.frames
     intervals = [
         i
@@ -195,7 +195,7 @@ def _to_correct(motion: Motion, found: Any) -> tuple[Sequence[Chain], Sequence[I
 
 
 def stuck_joints(motion: Motion, chain: Chain, intervals: Iterable[Interval]) -> tuple[str, ...]:
-    """Return joints without three rotation channels, because of which some intervals stay."""
+    """Return the joints that prevent corrections because they lack three rotation channels."""
     carried = {i.carried for i in intervals if i.chain == chain.name}
     return uncorrectable_joints(motion, chain, carried=all(carried)) if carried else ()
 
@@ -206,19 +206,19 @@ def remove_twist(
     offsets: Mapping[str, Array],
     carried: Mapping[str, Array] = MappingProxyType({}),
 ) -> Motion:
-    """Remove offsets from chains and limbs; frames with offset 0 keep their bits.
+    """Remove offsets from chains and limbs; frames with an offset of 0 are returned bit by bit.
 
-    offsets: radians, (frames,), by name; carried: the part of a limb's offset in which its end
-    turned along, and of a chain's offset in which C rolled along.
+    offsets: the angles to remove, radians, (frames,), by name; carried: the part of a limb's offset
+    with which its end turned, and of a chain's offset with which C rolled.
 
     Chains: q'_P = q_P ⊗ R_a(−offset) and, for every child X of P, q'_X = q'_P⁻¹ ⊗ q_P ⊗ q_X. All
-    global rotations below P are unchanged, and all joint positions except those of children off
-    the axis (:func:`children_off_axis`). If C rolled along, q'_C ⊗ R_b(−carried) turns it back
+    global rotations below P stay the same, and so do all joint positions except those of children
+    off the axis (:func:`children_off_axis`). If C rolled with P, q'_C ⊗ R_b(−carried) turns it back
     about its own bone: G's joint does not move, and everything below C turns back with it.
 
     Limbs: q'_P = R_u(−offset) ⊗ q_P about the limb's line u in the frame of P's parent. E keeps its
     position, and its global rotation except for the carried part; C keeps its own rotation and
-    moves. Corrections commute: no twist moves a limb's line in the room.
+    moves. Corrections commute: no twist moves a limb's line in world space.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -251,7 +251,7 @@ def remove_twist(
 
 
 def _roll_back(rotations: Array, chain: Chain, at: NDArray[np.intp], rolled: Array) -> None:
-    """Turn C back about its own bone by its roll along with P; G's joint does not move."""
+    """Turn C back about its own bone by the angle it rolled with P; G's joint does not move."""
     arm = chain.arm if chain.arm.ndim == 1 else chain.arm[at]
     back = quaternion_from_axis_angle(arm, -rolled[at])
     rotations[at, chain.child] = normalise(multiply(rotations[at, chain.child], back))
@@ -280,9 +280,9 @@ def _turn_limb(
 ) -> None:
     """Turn a limb back about its line in the frames `at`, and its end forward by `kept`.
 
-    The line is in the current frame of P's parent: no correction of a twist moves a joint, but a
-    correction of the chain above turns that frame. A folded limb, whose end is on its first joint,
-    has no line and is not turned.
+    The line is in the current frame of P's parent: the correction of a twist moves no joint, but a
+    correction of the chain above turns that frame. A folded limb, whose end coincides with its
+    first joint, has no line and is not turned.
     """
     _, to_end = places(motion.at(at).with_rotations(rotations[at]), limb)
     length = np.linalg.norm(to_end, axis=1)
@@ -304,8 +304,9 @@ def _turn_limb(
 def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
     """Return the unit axis to turn about in the frames `at`, (3,) or (n, 3).
 
-    With position channels it points to the child's exact position in each frame, even if that
-    varies by less than the 1° that detection ignores: turning about a mean would move the child.
+    With position channels it points to the child's exact position in each frame, even if its
+    direction varies by less than the 1° that detection ignores, because a turn about a mean axis
+    would move the child.
     """
     if chain.child in motion.positioned:
         place = motion.translation(chain.child)[at]
@@ -315,9 +316,10 @@ def _bone(motion: Motion, chain: Chain, at: NDArray[np.intp]) -> Array:
 
 
 def children_off_axis(motion: Motion, chain: Chain) -> dict[str, float]:
-    """Return children of P off the bone axis, whose position a correction changes.
+    """Return the children of P off the bone axis, whose positions a correction changes.
 
-    Distance from the axis by joint name, in the file's unit; empty for an ordinary limb.
+    The result is their distance from the axis by joint name, in the file's unit; empty for an
+    ordinary limb.
     """
     out: dict[str, float] = {}
     if isinstance(chain, Limb):  # a limb's children move with it, as intended

@@ -1,4 +1,4 @@
-"""Decompose a frame into the quantities of [Choi26 §3], captured or altered."""
+"""The quantities of [Choi26 §3] for a single frame, as captured or altered."""
 
 from twistcore.analysis.decomposition.altered_frame import WhatIf, altered, staged
 from twistcore.analysis.decomposition.frame_correction import FrameCorrection, correct_frame

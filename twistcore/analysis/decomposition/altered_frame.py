@@ -1,4 +1,4 @@
-"""An altered frame: the changes that a person makes to it, and the resulting one-frame motion."""
+"""An altered frame: a person's changes to it, and the resulting motion of one frame."""
 
 from __future__ import annotations
 
@@ -28,14 +28,16 @@ from twistcore.skeleton.rotation import (
 
 @dataclass(frozen=True)
 class WhatIf:
-    """The alterations of a frame; angles in radians, None: as captured.
+    """The changes to a frame; angles in radians, None to leave a quantity as captured.
 
-    twist: the angle by which P is twisted about its bone; counter: True if C turns back by as much,
-    False if it turns along; toward: the unit vector w that the bone points to, in the coordinates
-    of P's rotation; swing: the angle α between a and w, set after `toward`; bend: the angle between
-    v and a; nudge: the angle by which the bone and v are tipped sideways, out of the planes in
-    which α and the bend are measured; applied: the share, 0…1, of offset(t) that is removed (Eq.
-    15).
+    - twist: the angle by which P is twisted about its bone
+    - counter: True if C turns back by the same angle, False if it turns with P
+    - toward: the unit vector w to which the bone points, in the coordinates of P's rotation
+    - swing: the angle α between a and w, applied after `toward`
+    - bend: the angle between v and a
+    - nudge: the angle by which the bone and v are tipped sideways, out of the planes in which α and
+      the bend are measured
+    - applied: the fraction, 0…1, of offset(t) that is removed (Eq. 15)
     """
 
     twist: float = 0.0
@@ -48,7 +50,7 @@ class WhatIf:
 
     @property
     def changes(self) -> bool:
-        """True if anything differs from the captured frame."""
+        """True if any quantity differs from the captured frame."""
         return self != WhatIf(counter=self.counter)
 
 
@@ -61,12 +63,12 @@ def altered(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Motion:
-    """Return one frame of the motion, altered, as a Motion of length 1.
+    """Return one frame of the motion with the alterations, as a Motion of length 1.
 
-    Bend, swing and nudge come first, which do not change the twist's own quaternion, then the
-    twist. With `counter` every child of P turns back, as in a twist error (Eq. 14). Then the share
-    of `offset`, radians, that the alterations apply is removed. stage: how much of P's rotation
-    there is, with the children carried: 0 none, 1 the whole swing, 2 also the whole twist.
+    Bend, swing and nudge are applied first, because they do not change the twist's own quaternion;
+    then the twist. With `counter` every child of P turns back, as in a twist error (Eq. 14). Last,
+    the fraction `applied` of `offset`, in radians, is removed. stage: how much of P's rotation is
+    included, with the children carried: 0 none, 1 the whole swing, 2 also the whole twist.
     """
     one = motion.sliced(frame, frame + 1)
     here = replace(chain, axis=at_frame(chain.axis, frame), arm=at_frame(chain.arm, frame))
@@ -87,7 +89,7 @@ def altered(
 
 
 def staged(q: Array, axis: Array, stage: float) -> Array:
-    """Return a rotation from none, by its swing (stage 0…1), to all of it (1…2), (4,)."""
+    """Return part of a rotation, (4,): nothing at stage 0, the swing at 1, also the twist at 2."""
     swing, twist = swing_twist(q, axis)
     normal, angle = _swing_turn(swing)
     part = quaternion_from_axis_angle(normal, float(np.clip(stage, 0.0, 1.0)) * angle)
@@ -96,7 +98,7 @@ def staged(q: Array, axis: Array, stage: float) -> Array:
 
 
 def _swing_turn(swing: Array) -> tuple[Array, float]:
-    """Return the unit normal of a swing, zeros if there is none, and its angle in [0, π]."""
+    """Return the unit normal of a swing, zeros if there is no swing, and its angle in [0, π]."""
     vector = swing[1:] * (1.0 if swing[0] >= 0.0 else -1.0)
     return direction(vector), float(2.0 * np.arctan2(np.linalg.norm(vector), abs(swing[0])))
 
@@ -131,5 +133,5 @@ def _bent(q: Array, chain: Chain, what_if: WhatIf) -> Array:
 
 
 def _tip(tip: Array, normal: Array, angle: float) -> Array:
-    """Return the rotation of a unit vector by an angle towards another, perpendicular one."""
+    """Return the rotation that tips a unit vector by an angle towards a perpendicular one."""
     return quaternion_from_axis_angle(np.cross(tip, normal), angle)

@@ -10,26 +10,26 @@ _NO_TURN = 1e-9  # length of a vector too short to have a direction
 
 
 def at_frame(vector: Array, frame: int) -> Array:
-    """Return the vector of a frame, (3,), also if it is constant."""
+    """Return the vector at a frame, (3,), whether it is constant or varies over the frames."""
     return vector if vector.ndim == 1 else vector[frame]
 
 
 def angle_between(u: Array, v: Array) -> float:
-    """Return the angle between two unit vectors, exact near 0 and π too, unlike the cosine."""
+    """Return the angle between two unit vectors; unlike the arc cosine it is exact near 0 and π."""
     return float(np.arctan2(np.linalg.norm(np.cross(u, v)), u @ v))
 
 
 def direction(v: Array) -> Array:
-    """Return the unit vector of (3,), zeros if it has no direction."""
+    """Return the unit vector of a vector (3,), zeros if it is too short to have a direction."""
     return normalise(v) if float(np.linalg.norm(v)) > _NO_TURN else np.zeros(3)
 
 
 def perpendicular(axis: Array) -> Array:
-    """Return a unit vector perpendicular to another, always the same one."""
+    """Return a unit vector perpendicular to the given one; always the same for the same vector."""
     return normalise(cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))]))
 
 
 def cross(u: Array, v: Array) -> Array:
-    """Return u × v of two vectors (3,), ten times as fast as np.cross."""
+    """Return u × v for two vectors (3,), ten times as fast as np.cross."""
     (a, b, c), (x, y, z) = u.tolist(), v.tolist()
     return np.array([b * z - c * y, c * x - a * z, a * y - b * x])

@@ -16,12 +16,15 @@ from twistcore.skeleton.rotation import Array, geodesic_angle, multiply, wrap
 
 @dataclass(frozen=True, eq=False)
 class FrameCorrection:
-    """A frame before the correction, and the correction; quaternions (4,), radians.
+    """A frame before the correction, and the correction; quaternions (4,), angles in radians.
 
-    before: the quantities from which the error is detected, with the threshold tau; err: err(t), 0
-    without an event; offset_before: offset(t−1), the paper's running sum; whole: the offset of
-    which a share is removed, in (−π, π]; applied: that share, 0…1; q_parent, q_child: before;
-    parent_after, child_after: q'_P and q'_C.
+    - before, tau: the quantities from which the error is detected, and the threshold
+    - err: err(t), 0 without an event
+    - offset_before: offset(t−1), the paper's running sum
+    - whole: the offset of which a fraction is removed, in (−π, π]
+    - applied: that fraction, 0…1
+    - q_parent, q_child: the rotations before the correction
+    - parent_after, child_after: q'_P and q'_C
     """
 
     before: Decomposition
@@ -37,7 +40,7 @@ class FrameCorrection:
 
     @property
     def offset(self) -> float:
-        """The paper's running sum, not wrapped [Choi26 §3.3.1]."""
+        """The paper's running sum offset(t), not wrapped [Choi26 §3.3.1]."""
         return self.offset_before + self.err
 
     @property
@@ -62,10 +65,10 @@ def correct_frame(
     offset_before: float,
     own: float | None = None,
 ) -> FrameCorrection:
-    """Detect with τ in a frame, as captured or altered, and apply the what-if's correction.
+    """Detect an error with τ in a captured or altered frame, and apply the what-if's correction.
 
-    offset_before: offset(t−1), radians; own: the offset to remove, of a known interval; None:
-    offset(t).
+    offset_before: offset(t−1), radians; own: the offset of a known interval to remove, or None to
+    remove offset(t).
     """
     untouched = replace(what_if, applied=0.0)
     before = decompose(motion, chain, frame, untouched if untouched.changes else None)

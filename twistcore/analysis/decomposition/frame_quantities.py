@@ -1,6 +1,6 @@
 """One frame of one chain, quantity by quantity: Eq. 1-13 of [Choi26 §3], for learners.
 
-:func:`twistcore.skeleton.signals.twist_signals` returns the same angles for a whole clip at once.
+:func:`twistcore.skeleton.signals.twist_signals` returns the same angles for a whole clip at a time.
 This module keeps every intermediate vector and quaternion.
 """
 
@@ -32,13 +32,23 @@ UNDEFINED = 1e-6  # reliability up to which an angle is nothing but rounding
 class Decomposition:
     """The quantities of Eq. 1-13 at one frame; vectors (3,), quaternions (4,), angles in radians.
 
-    a: the bone in P's coordinates; q: P's rotation, its sign such that q = swing ⊗ twist; w: a
-    turned by q; n: the swing's unit normal, zeros without one; alpha: the swing's angle, [0, π];
-    swing, twist: the two factors; theta_p, dtheta_p: the twist and its change; swing_reliability,
-    swing_reliability_before: 0 if θp is undefined, of this frame and the one before; v: C→G in P's
-    coordinates; across: v⊥; v_before, across_before: those of the frame before; v_ideal: v if C had
-    kept its azimuth (Fig. 2); dtheta_c: the azimuth's change; azimuth_reliability: ‖v⊥‖, 0 if Δθc
-    is undefined; bend: the angle between v and a; strength: m.
+    - a: the bone in P's coordinates
+    - q: P's rotation, with the sign for which q = swing ⊗ twist
+    - w: a turned by q
+    - n: the unit normal of the swing, zeros if there is no swing
+    - alpha: the angle of the swing, [0, π]
+    - swing, twist: the two factors of q
+    - theta_p, dtheta_p: the twist and its change
+    - swing_reliability, swing_reliability_before: 0 if θp is undefined, for this frame and for the
+      previous one
+    - v: C→G in P's coordinates
+    - across: v⊥
+    - v_before, across_before: v and v⊥ of the previous frame
+    - v_ideal: v if C had kept its azimuth (Fig. 2)
+    - dtheta_c: the change of the azimuth
+    - azimuth_reliability: ‖v⊥‖, 0 if Δθc is undefined
+    - bend: the angle between v and a
+    - strength: m
     """
 
     a: Array
@@ -65,27 +75,29 @@ class Decomposition:
 
     @property
     def product(self) -> float:
-        """Δθp·Δθc in square radians: below 0 they are opposed [Choi26 Eq. 1]."""
+        """Δθp·Δθc in square radians; negative if the two turn against each other [Choi26 Eq. 1]."""
         return self.dtheta_p * self.dtheta_c
 
     @property
     def swing_is_one(self) -> bool:
-        """True if q has one swing; if w points against a there are many pairs (n, θp)."""
+        """True if q has exactly one swing; if w points against a, there are many pairs (n, θp)."""
         return self.swing_reliability > UNDEFINED
 
     @property
     def n_is_defined(self) -> bool:
-        """True if a × w has a direction [Choi26 Eq. 4]: neither without a swing nor at 180°."""
+        """True if a × w has a direction [Choi26 Eq. 4]: not without a swing, and not at 180°."""
         return self.swing_is_one and bool(self.n.any())
 
     @property
     def dtheta_p_is_defined(self) -> bool:
-        """True if θp is defined, in this frame and the one before."""
+        """True if θp is defined in this frame and the previous one."""
         return self.swing_is_one and self.swing_reliability_before > UNDEFINED
 
     @property
     def dtheta_c_is_defined(self) -> bool:
-        """True if v⊥ has a direction, in this frame and the one before: no limb is straight."""
+        """True if v⊥ has a direction in this frame and the previous one: the limb is not
+        straight.
+        """
         before = float(np.linalg.norm(self.across_before))
         return min(self.azimuth_reliability, before) > UNDEFINED
 
@@ -104,7 +116,7 @@ def decompose(
     offset: float = 0.0,
     stage: float | None = None,
 ) -> Decomposition:
-    """Return the quantities of a chain at a frame, altered or as captured, from the frame before.
+    """Return the quantities of a chain at a frame, altered or as captured, and the previous frame.
 
     offset, stage: see :func:`altered`. Frame 0 is compared with itself as captured, so that its
     increments are 0.

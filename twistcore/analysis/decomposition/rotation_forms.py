@@ -1,4 +1,4 @@
-"""Other forms of the same rotation: factors in the other order, −q, the file's angles."""
+"""Other forms of the same rotation: factors in reverse order, −q, and the file's Euler angles."""
 
 from __future__ import annotations
 
@@ -14,27 +14,28 @@ LOCK = float(np.radians(5.0))  # between first and last axis: the two channels d
 
 
 def other_order(q: Array, axis: Array) -> tuple[Array, Array]:
-    """Return q = twist ⊗ swing', each (4,): the twist about a of swing ⊗ twist, another swing.
+    """Return the factors of q = twist ⊗ swing', (4,) each: the same twist, another swing.
 
-    The swing's angle is the same; its normal is the normal of the swing turned back by the twist.
+    The angle of the swing is the same; its normal is the normal of the first swing turned back by
+    the twist.
     """
     _, twist = swing_twist(q, axis)
     return twist, multiply(conjugate(twist), q)
 
 
 def unwrapped_twist(q: ArrayLike, axis: Array) -> float:
-    """Return 2·atan2(v·a, w) without wrapping, radians in (−2π, 2π]: −q is a full turn off q."""
+    """Return 2·atan2(v·a, w), radians in (−2π, 2π], so that q and −q differ by a full turn."""
     q = np.asarray(q, dtype=np.float64)
     return float(2.0 * np.arctan2(q[1:] @ axis, q[0]))
 
 
 @dataclass(frozen=True, eq=False)
 class EulerChannels:
-    """A rotation in the angles of a BVH.
+    """A rotation as the Euler angles of a BVH file.
 
     order: the axes in the file's order, such as 'ZYX'; angles: radians, (3,); between: the angle
-    from the first axis to the last as turned by the middle angle, [0, π/2]: at 0 they turn about
-    the same line (gimbal lock).
+    from the first axis to the last axis as turned by the middle angle, [0, π/2]; at 0 both turn
+    about the same line (gimbal lock).
     """
 
     order: str
@@ -48,7 +49,7 @@ class EulerChannels:
 
 
 def euler_channels(order: str, q: Array, near: Array) -> EulerChannels:
-    """Return the angles of q, (4,), about three axes, the solution nearest to `near`, (3,)."""
+    """Return the Euler angles of q, (4,), for the solution nearest to `near`, (3,)."""
     angles = continuous_angles(order, q[None], near[None], near, None)[0]
     between = float(np.arctan2(abs(np.cos(angles[1])), abs(np.sin(angles[1]))))
     return EulerChannels(order, angles, between)

@@ -1,1 +1,1 @@
-"""Measures of a motion without ground truth. None of them is an error."""
+"""Quality measures of a motion without ground truth. A high value alone is not an error."""

@@ -1,4 +1,4 @@
-"""Measures of a whole figure without ground truth: jitter, foot slide, deviation.
+"""Quality measures of a whole figure: jitter, foot slide and deviation. They need no ground truth.
 
 Positions are (frames, 24, 3) in millimetres at 25 Hz; joint 0 is the root [Le26 §4.3].
 """
@@ -21,11 +21,11 @@ CONTACT_MM = 30.0
 
 @dataclass(frozen=True)
 class FigureQuality:
-    """Measures without ground truth; none of them is an error.
+    """Quality measures of a figure; a high value is not in itself an error.
 
-    deviation: mean distance from the input, mm, root-aligned, or None for the input itself; jitter:
-    mean size of the third difference, mm a frame³; foot_slide: per cent of frame pairs, with
-    contact determined from the motion itself.
+    deviation: the mean distance from the input with both roots aligned, mm, or None for the input
+    itself; jitter: the mean size of the third difference, mm per frame³; foot_slide: the percentage
+    of frame pairs in which a foot slides, with contact estimated from the motion itself.
     """
 
     deviation: float | None
@@ -34,7 +34,7 @@ class FigureQuality:
 
 
 def quality(places: Array, given: Array | None = None) -> FigureQuality:
-    """Return the quality of positions (frames, 24, 3) in mm; given: the input to compare with."""
+    """Return the quality of positions (frames, 24, 3) in mm; given: the input for comparison."""
     third = np.diff(places, n=3, axis=0)
     return FigureQuality(
         None if given is None else mean_distance(root_aligned(places), root_aligned(given)),
@@ -67,9 +67,10 @@ def figure_quality(motion: Motion) -> FigureQuality | None:
 
 
 def in_contact(places: Array) -> NDArray[np.bool_]:
-    """Return where feet are grounded, (frames, 2): ankle and toe below their low height + 3 cm.
+    """Return a mask of the frames in which each foot is on the ground, (frames, 2).
 
-    That height is the 2nd percentile over the clip, separately for each foot's ankle and toe.
+    Its ankle and its toe must be lower than their low height + 3 cm. The low height is the 2nd
+    percentile over the clip, separately for each foot's ankle and toe.
     """
     out = np.ones((len(places), 2), dtype=np.bool_)
     for foot in range(2):
@@ -80,7 +81,10 @@ def in_contact(places: Array) -> NDArray[np.bool_]:
 
 
 def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
-    """Return per cent of frame pairs in which a grounded foot moves ≥ 20 mm level, feet summed."""
+    """Return the percentage of frame pairs in which a grounded foot moves ≥ 20 mm horizontally.
+
+    The percentages of both feet are added.
+    """
     slides = 0
     for foot in range(2):
         middle = 0.5 * (places[:, ANKLES[foot]] + places[:, TOES[foot]])[:, [0, 2]]
@@ -90,12 +94,12 @@ def foot_slide(places: Array, contact: NDArray[np.bool_]) -> float:
 
 
 def root_aligned(places: Array) -> Array:
-    """Return the positions with the root at the origin."""
+    """Return the positions moved so that the root is at the origin."""
     return places - places[:, :1]
 
 
 def mean_distance(a: Array, b: Array) -> float:
-    """Return the mean distance of positions (…, 3), 0 without any."""
+    """Return the mean distance between positions (…, 3), 0 if there are none."""
     return float(np.linalg.norm(a - b, axis=-1).mean()) if len(a) else 0.0
 
 

@@ -1,6 +1,7 @@
-"""Measures of every joint without ground truth: jitter, speed, jumps of numbers, foot slide.
+"""Quality measures of every joint: jitter, speed, jumps of numbers, and foot slide.
 
-None of them is an error. The measures of the whole figure are in `figure`.
+They need no ground truth, and a high value is not in itself an error. The measures of the whole
+figure are in `figure`.
 """
 
 from __future__ import annotations
@@ -29,14 +30,17 @@ _JUMP = 90.0  # degrees by which a written angle moves more than the joint turns
 
 @dataclass(frozen=True, eq=False)
 class JointQuality:
-    """Measures of every joint over time; NaN without a value, as in a T-pose at the start.
+    """Quality measures of every joint over time; NaN without a value, as in a T-pose at the start.
 
-    jitter: |third difference| of the local rotation, degrees a frame³, (frames, joints), at the
-    second of the four frames; speed: local angular speed, degrees/s, on the way to a frame; excess:
-    by how much the largest step of a written Euler angle exceeds the joint's turn on the way to a
-    frame, degrees, 0 or more; flipped: True if the frame's quaternion, made of these angles, is in
-    another hemisphere than the one before; slide: level speed of a foot's joint while it is on the
-    ground, m/s; feet: the foot joints.
+    - jitter: size of the third difference of the local rotation, degrees per frame³, (frames,
+      joints), at the second of the four frames
+    - speed: local angular speed since the previous frame, degrees/s
+    - excess: how much the largest step of a written Euler angle exceeds the joint's turn since the
+      previous frame, degrees ≥ 0
+    - flipped: True if the quaternion made of these angles is in another hemisphere than in the
+      previous frame
+    - slide: horizontal speed of a foot's joint while it is on the ground, m/s
+    - feet: the joints of the feet
     """
 
     jitter: Array
@@ -48,7 +52,10 @@ class JointQuality:
 
     @property
     def usual_jitter(self) -> Array:
-        """Median, degrees a frame³, (joints,): the edges of a twist error do not affect it."""
+        """The median jitter of each joint, degrees per frame³, (joints,).
+
+        The edges of a twist error have no effect on a median.
+        """
         known = self.jitter[np.isfinite(self.jitter).all(axis=1)]
         if not len(known):
             return np.zeros(self.jitter.shape[1])
@@ -56,20 +63,20 @@ class JointQuality:
 
     @property
     def top_speed(self) -> Array:
-        """The top speed, degrees/s, (joints,)."""
+        """The top speed of each joint, degrees/s, (joints,)."""
         top: Array = np.nan_to_num(self.speed).max(axis=0)
         return top
 
     @property
     def jumps(self) -> NDArray[np.int64]:
-        """Number of frames where numbers jump by > 90° or flip but the pose does not; (joints,)."""
+        """The number of frames with number jumps > 90° or flips but the same pose, (joints,)."""
         far = np.nan_to_num(self.excess) > _JUMP
         count: NDArray[np.int64] = (far | self.flipped).sum(axis=0)
         return count
 
     @property
     def slides(self) -> Array:
-        """Share of frames in which a joint of a foot slides, per cent, (joints,); NaN elsewhere."""
+        """The percentage of frames in which a foot's joint slides, (joints,); NaN elsewhere."""
         share = 100.0 * (np.nan_to_num(self.slide) >= SLIDE_SPEED).mean(axis=0)
         out = np.full(share.shape, np.nan)
         out[list(self.feet)] = share[list(self.feet)]
@@ -77,10 +84,11 @@ class JointQuality:
 
 
 def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
-    """Return measures of a clip's joints; positions: global, (frames, joints, 3), file's unit.
+    """Return the quality measures of a clip's joints.
 
-    up: the axis that points up. Lengths are in metres if the unit is known or the skeleton looks
-    like one of CMU's; if not, they are relative to a figure of 1.75 m.
+    positions: global, (frames, joints, 3), in the file's unit; up: the axis that points up. Lengths
+    are in metres if the unit is known or the skeleton looks like one of CMU's; if not, they are
+    relative to a figure of 1.75 m.
     """
     motion = clip.motion
     frames, joints = positions.shape[:2]
@@ -109,7 +117,7 @@ def joint_quality(clip: Clip, positions: Array, up: int = 1) -> JointQuality:
 
 
 def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
-    """Return ankles and toes, by their names."""
+    """Return the joints of ankles and toes, found by their names."""
     stems = {*FEET, *TOES}
     return tuple(
         k
@@ -119,7 +127,10 @@ def foot_joints(skeleton: Skeleton) -> tuple[int, ...]:
 
 
 def _slide(places: Array, dt: float, up: int) -> Array:
-    """Return level speed (frames,) on the way to a frame, m/s; NaN if the joint is in the air."""
+    """Return the horizontal speed of a joint since the previous frame, m/s, (frames,).
+
+    It is NaN while the joint is in the air.
+    """
     height = places[:, up]
     low = height < np.percentile(height, 2.0) + 0.001 * CONTACT_MM
     level = np.delete(places, up, axis=1)

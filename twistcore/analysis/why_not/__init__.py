@@ -1,7 +1,7 @@
-"""The reason why nothing is found at a frame: the detectors' own numbers, in one sentence.
+"""The reason why there is no interval at a frame: the detectors' own numbers, in one sentence.
 
-A peak of the strength above τ without an interval always has a reason, and no reason contradicts
-the curve: 'below τ' is given below τ only.
+A peak of the strength above τ that is in no interval always has a reason, and no reason contradicts
+the curve: 'below τ' is given only below τ.
 """
 
 from twistcore.analysis.why_not.frames import peaks_without_interval, unexplained_peaks, why_not

@@ -29,7 +29,7 @@ _EACH = 0.5 * PRIOR  # nats that each of two edges must bring
 
 @dataclass(frozen=True)
 class _Edge:
-    """A reading of an edge in its table: frames [start, stop), the joints' turns, radians."""
+    """An edge of a chain's table: frames [start, stop), and the turns of both joints in radians."""
 
     table: PairTable
     index: int
@@ -48,9 +48,10 @@ def no_counter_twist(
     edges_in: EdgesIn,
     chains: Sequence[Chain],
 ) -> Reason:
-    """Return why no interval has its edge at a frame.
+    """Return why no interval has an edge at a frame.
 
-    edges_in: finds edges of other chains and limbs; chains: all that were analysed.
+    edges_in: function that finds edges of other chains and limbs; chains: all chains that were
+    analysed.
     """
     t, own = place.frame, analysis.chains[place.chain.name]
     if analysis.cut[t]:
@@ -80,7 +81,7 @@ def no_counter_twist(
 
 
 def _motion(place: AskedFrame, interval: Interval) -> Reason:
-    """Return the reason if both joints counter-turn, but the evidence says motion."""
+    """Return the reason for opposite turns of both joints that the evidence shows to be motion."""
     told = interval.evidence or {}
     why = "; ".join(told.get("doubts", ()))
     frames = place.span(interval.start, interval.stop)
@@ -97,7 +98,7 @@ def _motion(place: AskedFrame, interval: Interval) -> Reason:
 
 
 def _cut(place: AskedFrame, cut: Mask) -> str:
-    """Describe a frame that no motion leads into."""
+    """Describe a frame whose step from the previous frame is not motion."""
     t = place.frame
     low, high = t, t + 1
     while low and cut[low - 1]:
@@ -152,7 +153,7 @@ def _error_nearby(
     near: Sequence[tuple[Interval, Chain]],
     chains: Sequence[Chain],
 ) -> str:
-    """Describe the error of another chain that turns a joint at the frame; '' for none."""
+    """Describe the error of another chain that turns a joint at the frame; '' if there is none."""
     if near:
         interval, other = near[0]
         return place.error(interval, other)
@@ -171,7 +172,10 @@ def _error_nearby(
 
 
 def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
-    """Return whose turn at a frame was undone as an image: 1 the parent's, 2 the child's, or 0."""
+    """Return the joint whose turn was removed as the effect of another chain's error, or 0.
+
+    1 is the parent and 2 is the child.
+    """
     c, row = own.limb, own.row
     around = slice(max(t - _NEAR, 1), t + _NEAR + 1)
     for joint, (v, r, s) in enumerate(
@@ -188,7 +192,7 @@ def _whose_image(own: ChainAnalysis, t: int, tau: float) -> int:
 
 
 def _edge_at(place: AskedFrame, own: ChainAnalysis, table: PairTable) -> _Edge | None:
-    """Return the reading above τ that the curve shows at the frame, else the clearest over it."""
+    """Return the edge above τ that the curve shows at the frame, else the clearest one there."""
     e, t = table.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop) & (np.abs(e.jump) >= place.tau))
     if not len(at):
@@ -210,7 +214,7 @@ def _image(place: AskedFrame, near: Sequence[tuple[Interval, Chain]], edge: _Edg
 
 
 def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
-    """Return the reason for a frame above τ in a run that is below τ as a whole."""
+    """Return the reason for a frame above τ in a run of frames that is below τ as a whole."""
     e, t = own.edges, place.frame
     at = np.flatnonzero((e.start <= t) & (t < e.stop))
     if not len(at):
@@ -222,7 +226,7 @@ def _thinned(place: AskedFrame, own: ChainAnalysis) -> Reason:
 
 
 def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
-    """Return the reason if one joint turns alone, if two do not cancel, or if it is motion."""
+    """Return the reason if only one joint turns, if the turns do not cancel, or if it is motion."""
     turns = _turns(place, edge.x, edge.y)
     span = place.span(edge.start, edge.stop) if edge.stop - edge.start > 1 else ""
     sizes = abs(edge.x), abs(edge.y)
@@ -256,7 +260,7 @@ def _single(place: AskedFrame, edge: _Edge) -> Reason | None:
 
 
 def _unpaired(place: AskedFrame, own: ChainAnalysis, edge: _Edge, soft: SoftErrors) -> Reason:
-    """Return the reason for a clear jump without a partner, or with one in another interval."""
+    """Return the reason for a clear jump with no partner, or with a partner in another interval."""
     e, numbers = edge.table.edges, _numbers(edge)
     turns = _turns(place, edge.x, edge.y)
     passing = {k: g for k, g in edge.table.partners(edge.index).items() if _passes(place, e, k)}

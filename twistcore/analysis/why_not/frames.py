@@ -1,4 +1,4 @@
-"""The reason why nothing is found at a frame of a chain or limb."""
+"""The reason why there is no interval at a frame of a chain or limb."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ _ENOUGH = 0.5  # of a strength: a soft error must change by this share to accoun
 
 
 def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reason:
-    """Return why no interval has its edge at a frame of a chain or limb.
+    """Return why no interval has an edge at a frame of a chain or limb.
 
-    found: the existing intervals, such as a review's, with their τ; first: the number of the clip's
-    first frame in the sentence. TwistError for a name that the clip lacks.
+    found: the existing intervals with their τ, such as a detection or a review; first: the number
+    by which the sentence refers to the clip's first frame. Raises TwistError for a name that the
+    clip does not have.
     """
     clip = found.analysis
     chain, tau = clip.chain(name), found.tau[name]
@@ -62,7 +63,7 @@ def why_not(found: Detection, name: str, frame: int, *, first: int = 0) -> Reaso
 
 
 def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
-    """Return why m(t) of the paper's detector is no event: any event opens an interval."""
+    """Return why m(t) of the paper's detector is not an event; any event opens an interval."""
     p, c = float(signals.dtheta_p[place.frame]), float(signals.dtheta_c[place.frame])
     parent, child = place.joints
     numbers = {"dtheta_p_deg": math.degrees(p), "dtheta_c_deg": math.degrees(c)}
@@ -81,7 +82,7 @@ def _no_event(place: AskedFrame, signals: TwistSignals) -> Reason:
 
 
 def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
-    """Return why a helper has no edge at a frame; own: its unexplained turn, radians."""
+    """Return why a helper has no edge at a frame; own: the turns of the helper alone, radians."""
     helper, driver = place.joints
     if place.strength < place.tau:
         return place.reason(Why.BELOW, f"{helper} does not jump about its bone")
@@ -93,7 +94,7 @@ def _no_helper_roll(place: AskedFrame, own: float) -> Reason:
 def _in_notation(
     place: AskedFrame, analysis: NotatedAnalysis, near: EdgesIn, chains: Sequence[Chain]
 ) -> Reason:
-    """Return the reason by the kept frames, or by all frames if linear keys do not show it."""
+    """Return the reason from the kept frames, or from all frames if linear keys do not show it."""
     kept, frame = analysis.kept, place.frame
     at = kept.of(frame)
     if analysis.fine is not None:
@@ -116,14 +117,15 @@ def _in_notation(
 
 
 def peaks_without_interval(found: Detection, name: str, *, first: int = 0) -> list[Reason]:
-    """Return the reasons of :func:`unexplained_peaks`; first: as in :func:`why_not`."""
+    """Return the reasons for :func:`unexplained_peaks`; first: as in :func:`why_not`."""
     return [why_not(found, name, t, first=first) for t in unexplained_peaks(found, name)]
 
 
 def unexplained_peaks(found: Detection, name: str) -> list[int]:
-    """Return frames of peaks of the strength above τ outside intervals and their edges.
+    """Return the frames of the strength's peaks above τ that are outside intervals and their edges.
 
-    A peak is the highest frame, the first of equals, of a run of frames at τ and above.
+    A peak is the highest frame (the first, if several are equal) of a run of frames with at least
+    τ.
     """
     strength = found.analysis.detector(found.method).strength(name)
     past = np.concatenate([[False], strength >= found.tau[name], [False]])
@@ -142,7 +144,7 @@ def _covers(interval: Interval, frame: int) -> bool:
 
 
 def _at(found: Detection, name: str, frame: int) -> Interval | None:
-    """Return the interval of a chain or limb at a frame, or next to it; the shortest of several."""
+    """Return the shortest interval of a chain or limb at or next to a frame, or None."""
     there = [i for i in found if i.chain == name and _covers(i, frame)]
     return min(there, key=lambda i: (not i.start <= frame < i.stop, i.frames), default=None)
 
@@ -170,9 +172,9 @@ def _in_interval(place: AskedFrame, interval: Interval) -> Reason:
 def _edges_near(
     found: Detection, chain: Chain, strength: float, start: int, stop: int
 ) -> list[tuple[Interval, Chain]]:
-    """Return intervals of others that turn a joint of the chain and have an edge at [start, stop).
+    """Return intervals of other chains with an edge at [start, stop) that turn the chain's joints.
 
-    Soft ones are included where they change there by enough to account for the strength.
+    Soft intervals are included if they change there by enough to account for the strength.
     """
     others = {c.name: c for c in found.chains_and_limbs if c.name != chain.name}
     skeleton = found.analysis.motion.skeleton
@@ -203,7 +205,7 @@ def _wrong(interval: Interval, chain: Chain, skeleton: Skeleton) -> set[str]:
 
 
 def _turned(chain: Chain) -> tuple[int, ...]:
-    """Return the joints whose turns show an error."""
+    """Return the joints of a chain or limb whose turns show an error."""
     if isinstance(chain, Limb):
         return chain.parent, chain.child, chain.end
     return chain.parent, chain.child

@@ -1,4 +1,4 @@
-"""Intervals between jumps that are given up because an error that sets in softly explains more."""
+"""Intervals between jumps that are dropped because a soft error explains more."""
 
 from __future__ import annotations
 
@@ -16,28 +16,29 @@ BESIDE = 1  # frames from an interval's edge: a jump there belongs to it
 
 @dataclass(frozen=True, eq=False)
 class SoftErrors:
-    """The intervals given up in a chain, and the soft errors of it and its neighbours."""
+    """The dropped intervals of a chain, and the soft errors of the chain and its neighbours."""
 
     place: AskedFrame
     analysis: ConsistencyAnalysis
     chains: Sequence[Chain]
 
     def given_up(self) -> Iterator[Interval]:
-        """Return intervals between jumps of the chain at τ that soft errors replace."""
+        """Return the intervals between the chain's jumps at τ that soft errors replace."""
         own = self.analysis.chains[self.place.chain.name]
         return (i for i in own.between_edges(self.place.tau) if own.gives_way(i))
 
     def with_edge_in(self, start: int, stop: int) -> Interval | None:
-        """Return the first given-up interval with an edge at or next to [start, stop)."""
+        """Return the first dropped interval with an edge in or next to [start, stop), or None."""
         near = range(start - BESIDE, stop + BESIDE)
         return next((i for i in self.given_up() if i.start in near or i.stop in near), None)
 
     def instead_of(
         self, given: Interval | None, numbers: Mapping[str, Any], what: str = "it"
     ) -> Reason:
-        """Return the reason: a better explanation than an interval that was given up, or than any.
+        """Return the reason that something else explains more than the dropped interval.
 
-        what: the subject that is an edge of it.
+        given: the dropped interval, or None for any interval; numbers: the numbers of the reason;
+        what: the grammatical subject, which would be an edge of the interval.
         """
         place, found = self.place, list(self._soft_errors())
         low, high = (given.start, given.stop) if given else (place.frame, place.frame)
@@ -55,7 +56,7 @@ class SoftErrors:
         return place.reason(Why.IMAGE, because, of=chain.name, **numbers)
 
     def _soft_errors(self) -> Iterator[tuple[Interval, Chain]]:
-        """Yield soft errors above τ with their chains, those of this chain first."""
+        """Yield the soft errors above τ with their chains, beginning with this chain."""
         chain = self.place.chain
         joints = {chain.parent, chain.child}
         near = [c for c in self.chains if joints & {c.parent, c.child}]
@@ -66,7 +67,7 @@ class SoftErrors:
 
 
 def soft_below(place: AskedFrame, own: ChainAnalysis) -> Reason | None:
-    """Return the reason for a soft error below τ whose peak is at the frame; None without one."""
+    """Return the reason for a soft error below τ that peaks at the frame, or None."""
     for s in own.standing:
         if s.peak == place.frame and s.strength == place.strength:
             span = place.span(s.interval.start, s.interval.stop)

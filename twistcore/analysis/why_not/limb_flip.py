@@ -1,4 +1,4 @@
-"""The reason why no flip of a limb has its edge at a frame."""
+"""The reason why no flip of a limb has an edge at a frame."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from twistcore.skeleton.rotation import wrap
 
 
 def no_limb_flip(place: AskedFrame, flips: LimbFlips, edges_in: EdgesIn) -> Reason:
-    """Return why no flip has its edge at a frame; edges_in: finds edges of other chains, limbs."""
+    """Return why no flip has an edge at a frame.
+
+    edges_in: function that finds edges of other chains and limbs.
+    """
     t = place.frame
     numbers: dict[str, Any] = {
         "turn_deg": math.degrees(flips.departures[t]),
@@ -70,7 +73,7 @@ def _below(
 def _left(
     place: AskedFrame, flips: LimbFlips, jumps: Sequence[Jump], jump: Jump, numbers: dict[str, Any]
 ) -> Reason:
-    """Return the reason for a jump above τ that is left, with the costs."""
+    """Return the reason for a jump above τ that stays unexplained, with the costs."""
     left = flips.left(jumps, jump)
     numbers = numbers | {"cost_left": left.cost}
     if left.run is None:
@@ -103,7 +106,7 @@ def _no_partner(
     jump: Jump,
     numbers: dict[str, Any],
 ) -> Reason:
-    """Return the reason for a jump that no other jump within reach closes."""
+    """Return the reason for a jump that no other jump within reach can close."""
     reach = LONGEST * flips.fps
     others = [
         (abs(float(wrap(j.turn + jump.turn))), j)

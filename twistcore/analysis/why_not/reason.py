@@ -1,4 +1,4 @@
-"""The reason for a frame: one word, one sentence, and the numbers in it."""
+"""The reason for a frame without an interval: one word, one sentence, and the numbers in it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from twistcore.skeleton.notation import DistinctFrames
 
 
 class Why(StrEnum):
-    """Why a frame is no edge of an interval, in one word, as files have it."""
+    """The word for the reason why a frame is not an edge of an interval, as used in files."""
 
     INTERVAL = "interval"  # it is in one, or at its edge
     MOVED = "moved"  # the detector has one here, which was moved in the review
@@ -42,11 +42,11 @@ EdgesIn = Callable[[int, int], Sequence[tuple[Interval, Chain]]]
 
 @dataclass(frozen=True)
 class Reason:
-    """The reason why no interval has its edge at a frame of a chain or limb.
+    """The reason why no interval has an edge at a frame of a chain or limb.
 
-    strength, tau: radians, strength as the curve shows it at the frame; text: the sentence;
-    numbers: by name as in JSON, angles in degrees; suspicious: True above τ if a person should
-    look.
+    strength, tau: radians; strength is the value of the curve at the frame; text: the sentence;
+    numbers: the numbers in it by name as in JSON, angles in degrees; suspicious: True above τ if a
+    person should look at the frame.
     """
 
     chain: str
@@ -59,7 +59,7 @@ class Reason:
     suspicious: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        """Return the reason by name; frames from 0, degrees."""
+        """Return the reason as a dict for JSON; frames from 0, angles in degrees."""
         return {
             "chain": self.chain,
             "frame": self.frame,
@@ -74,10 +74,10 @@ class Reason:
 
 @dataclass(frozen=True)
 class AskedFrame:
-    """A frame whose reason is wanted.
+    """A frame for which the reason is requested.
 
-    joints: names of the chain's parent and child; first: the number of the clip's first frame;
-    kept: the frames that are counted, if not all of the clip's.
+    joints: the names of the chain's parent and child; first: the number of the clip's first frame
+    in sentences; kept: the frames that were examined, if these are not all frames of the clip.
     """
 
     chain: Chain
@@ -90,11 +90,11 @@ class AskedFrame:
     kept: DistinctFrames | None = None
 
     def in_clip(self, frame: int) -> int:
-        """Return a frame as the clip counts it, from 0."""
+        """Return the frame as an index into the clip's frames, from 0."""
         return frame if self.kept is None else self.kept.end(frame)
 
     def reason(self, why: Why, because: str, **numbers: Any) -> Reason:
-        """Return the reason with its sentence: strength and τ as in the curve, then the cause."""
+        """Return a reason whose sentence has strength and τ as in the curve, then the cause."""
         strength, tau = distinct_sizes(self.strength, self.tau)
         past = self.strength >= self.tau
         here = self.called(self.frame)
@@ -118,17 +118,17 @@ class AskedFrame:
         )
 
     def called(self, frame: int) -> str:
-        """Return a frame with the number that people see."""
+        """Return the number of a frame as people see it: 'frame 12'."""
         return f"frame {self.in_clip(frame) + self.first}"
 
     def span(self, start: int, stop: int) -> str:
-        """Return frames [start, stop) as in tables: 'frames 323–329', up to 329."""
+        """Return frames [start, stop) as tables show them: 'frames 323–329' ends before 329."""
         if stop - start == 1:
             return self.called(start)
         return f"frames {self.in_clip(start) + self.first}–{self.in_clip(stop) + self.first}"
 
     def named(self, interval: Interval) -> str:
-        """Describe an interval, by its kind and joint if it has no offset."""
+        """Describe an interval; if it has no offset, by its kind and joint."""
         span, size = self.span(interval.start, interval.stop), signed_degrees(interval.shown)
         if named := interval.kind.info.named:
             return named.format(span=span, size=size, joint=interval.joint)
@@ -143,17 +143,17 @@ class AskedFrame:
 
 
 def signed_degrees(angle: float) -> str:
-    """Return radians as '+1.2°'."""
+    """Return an angle in radians as text in degrees with a sign, '+1.2°'."""
     return f"{math.degrees(angle):+.1f}°".replace("-", "−")
 
 
 def size(angle: float, digits: int = 1) -> str:
-    """Return radians as '1.2°', without a sign."""
+    """Return an angle in radians as text in degrees without a sign, '1.2°'."""
     return f"{abs(math.degrees(angle)):.{digits}f}°"
 
 
 def distinct_sizes(one: float, other: float) -> tuple[str, str]:
-    """Return two sizes with as many digits as distinguish them."""
+    """Return two sizes as text, with as many digits as are needed to distinguish them."""
     for digits in range(1, 6):
         said = size(one, digits), size(other, digits)
         if said[0] != said[1]:

@@ -1,4 +1,4 @@
-"""Steps of the whole body, and jumps in position, which no single joint causes."""
+"""Steps of the whole body, and jumps in position, neither of which a single joint can cause."""
 
 from __future__ import annotations
 
@@ -32,7 +32,11 @@ _PLACE_TIMES, _PLACE_FLOOR, _REACH = 8.0, 5e-4, 10
 
 @dataclass(frozen=True)
 class BodyStep:
-    """A frame or a few in a row into which a share of the joints step by at most some degrees."""
+    """A step of many joints into one frame, or into a few successive frames.
+
+    share: the fraction of the moving joints that step, at most, in one of the frames; degrees: the
+    median angle of these joints, at most, in one of the frames.
+    """
 
     start: int
     stop: int
@@ -42,7 +46,10 @@ class BodyStep:
 
 @dataclass(frozen=True)
 class PlaceStep:
-    """Frames [start, stop) in which a joint's position is off, as a share of the height."""
+    """A jump in a joint's position in frames [start, stop).
+
+    way: how far the position departs from its path, as a fraction of the skeleton's height.
+    """
 
     joint: int
     start: int
@@ -52,11 +59,11 @@ class PlaceStep:
 
 @once_a_motion
 def body_steps(motion: Motion) -> tuple[BodyStep, ...]:
-    """Return the steps of the whole body by start, in frames of the clip as written.
+    """Return the steps of the whole body, by start, in the clip's own frames.
 
     A joint steps if its turn differs from the mean of the turns before and after by more than is
-    usual nearby. Steps at the ends of a clip, which begins in another pose or blends into one, do
-    not count.
+    usual nearby. Steps at the ends of a clip are left out, because a clip may begin in another pose
+    or blend into one.
     """
     if (held := without_held(motion)) is not None:
         found = body_steps(held.motion)
@@ -115,7 +122,7 @@ def _bends(motion: Motion, frame: int, least: float) -> int:
 
 
 def _steps(rotations: Array) -> Array:
-    """Return the degrees that joints turn on the way into a frame, (frames, joints)."""
+    """Return how far each joint turns since the previous frame, in degrees, (frames, joints)."""
     step = np.zeros(rotations.shape[:2])
     cosine = np.abs(np.einsum("tji,tji->tj", rotations[1:], rotations[:-1]))
     step[1:] = np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0)))
@@ -123,7 +130,7 @@ def _steps(rotations: Array) -> Array:
 
 
 def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
-    """Return the calmest median among each frame's block and the next ones, (n, k)."""
+    """Return the lowest median among a frame's block and both adjacent blocks, by joint, (n, k)."""
     blocks = max(len(off) // width, 1)
     wanted = np.unique(np.clip(frames[:, None] // width + np.arange(-1, 2), 0, blocks - 1))
     usual = {b: np.median(off[b * width : (b + 1) * width], axis=0) for b in wanted.tolist()}
@@ -132,10 +139,10 @@ def _usual_around(off: Array, frames: NDArray[np.intp], width: int) -> Array:
 
 
 def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
-    """Return jumps in position of roots, and of all joints with position channels, by start.
+    """Return the jumps in position of roots and of all joints with position channels, by start.
 
-    motion: without held frames; counted: frames into which a step counts, (frames,). A position
-    that is off for a frame or two and comes back counts once.
+    motion: the motion without held frames; counted: mask of the frames that may have a jump,
+    (frames,). A position that is off its path for a frame or two and comes back is one jump.
     """
     frames = motion.frames
     if frames < 4 * _REACH or not motion.positioned:
@@ -163,6 +170,6 @@ def place_steps(motion: Motion, counted: Mask) -> list[PlaceStep]:
 
 
 def _stands_out(off: Array, t: int, floor: float) -> bool:
-    """True if a position is off in a frame by far more than nearby."""
+    """True if a position is much farther off its path in frame t than nearby."""
     around = np.concatenate([off[max(t - _REACH, 2) : t - 2], off[t + 3 : t + 1 + _REACH]])
     return bool(off[t] > _PLACE_TIMES * max(median(around), floor))

@@ -1,7 +1,7 @@
-"""Spikes, jumps of joints and in position, and body steps as intervals of the nearest chains.
+"""Spikes, jumps of joints, jumps in position and body steps, as intervals of the nearest chains.
 
-A joint outside the chains is listed with the nearest chain: fingers with the forearm, toes with the
-shin, the spine with the first chain that hangs on it.
+A joint that is in no chain is listed with the nearest chain: fingers with the forearm, toes with
+the shin, the spine with the first chain that hangs on it.
 """
 
 from __future__ import annotations
@@ -44,17 +44,17 @@ _LAST_BONES = ("ForeArm", "Leg")
 
 
 def find_spikes(search: KindSearch) -> Found:
-    """Return the spikes of all joints by chain name."""
+    """Return the spikes of all joints, by chain name."""
     return _by_chain(search, Kind.SPIKE, search.once(_joint_steps).spikes)
 
 
 def find_joint_jumps(search: KindSearch) -> Found:
-    """Return the jumps of all joints by chain name, without lone jumps about a joint's own axis."""
+    """Return the jumps of all joints except lone jumps about a joint's own axis, by chain name."""
     return _by_chain(search, Kind.JOINT_JUMP, search.once(_joint_steps).jumps)
 
 
 def find_place_jumps(search: KindSearch) -> Found:
-    """Return the jumps in position by chain name."""
+    """Return the jumps in position, by chain name."""
     motion = search.motion
     if (held := without_held(motion)) is not None:
         motion = held.motion
@@ -71,7 +71,7 @@ def find_place_jumps(search: KindSearch) -> Found:
 
 
 def find_body_steps(search: KindSearch) -> Found:
-    """Return the steps of the whole body, each as an interval of the first chosen chain."""
+    """Return the steps of the whole body as intervals of the first chosen chain, by chain name."""
     if not search.chosen:
         return {}
     chain, skeleton = search.chosen[0], search.motion.skeleton
@@ -92,14 +92,14 @@ def find_body_steps(search: KindSearch) -> Found:
 
 @dataclass(frozen=True)
 class _JointSteps:
-    """The spikes and jumps of all joints, in frames of the clip as written."""
+    """The spikes and jumps of all joints, in the clip's own frames."""
 
     spikes: tuple[JointStep, ...]
     jumps: tuple[JointStep, ...]
 
 
 def _joint_steps(search: KindSearch) -> _JointSteps:
-    """Return spikes and jumps of all joints that no other error explains."""
+    """Return the spikes and jumps of all joints that no other error explains."""
     motion, held = search.motion, without_held(search.motion)
     if motion.frames < 4 * _BESIDE or not search.chains:
         return _JointSteps((), ())
@@ -123,7 +123,10 @@ def _joint_steps(search: KindSearch) -> _JointSteps:
 
 
 def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
-    """Return the least spike and jump of each joint; joints without three rotations have none."""
+    """Return the smallest spike and jump of each joint that count.
+
+    Joints without three rotation channels get limits that nothing reaches.
+    """
     small = toes_and_fingers(motion.skeleton, chains)
     step = math.degrees(motion.angle_step)
     limits = StepLimits.of(len(motion.skeleton), motion.fps, small, step)
@@ -133,7 +136,7 @@ def limits_of(motion: Motion, chains: Sequence[Chain]) -> StepLimits:
 
 
 def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], list[JointStep]]:
-    """Return spikes and jumps, computed in blocks of frames to save memory."""
+    """Return spikes and jumps; the clip is processed in blocks of frames to save memory."""
     cut, parents = find_cuts(motion), motion.skeleton.parents
     calm = ~cut
     for k in range(1, limits.longest + 1):  # no cut within a spike
@@ -154,10 +157,11 @@ def _in_blocks(motion: Motion, limits: StepLimits) -> tuple[list[JointStep], lis
 
 @dataclass(frozen=True)
 class _Others:
-    """Other errors that may explain a step of a joint.
+    """The other errors of a clip, which may explain a step of a joint.
 
-    errors: the correctable ones, by joint that they turn; of_joints: frames of lone jumps
-    and of noise, by joint; of_body: degrees of body steps, (frames,), 0 elsewhere.
+    errors: the errors that can be corrected, by each joint that they turn; of_joints: masks of the
+    frames with lone jumps or noise, by joint; of_body: the size of body steps in degrees, 0 in all
+    other frames, (frames,).
     """
 
     search: KindSearch
@@ -188,7 +192,9 @@ class _Others:
         return _Others(search, errors, of_joints, of_body)
 
     def explain(self, step: JointStep, *, jump: bool) -> bool:
-        """True if another error is at the same place, or if its correction removes the step."""
+        """True if another error is in the same joint and frames, or if correcting it removes the
+        step.
+        """
         at, own = slice(step.start, step.stop + 1), self.of_joints.get(step.joint)
         if step.degrees < _MORE * self.of_body[at].max() or (own is not None and own[at].any()):
             return True
@@ -202,7 +208,7 @@ class _Others:
         return any(self._take_away(group, step, jump=jump) for group in groups)
 
     def _near(self, joint: int, step: JointStep) -> list[Interval]:
-        """Return the errors that turn a joint and begin or end next to a step."""
+        """Return the errors that turn a joint and begin or end in a step or next to it."""
         return [
             error
             for error in self.errors.get(joint, ())
@@ -213,14 +219,14 @@ class _Others:
         ]
 
     def _turned(self, error: Interval) -> tuple[int, ...]:
-        """Return the joints that an error turns; of the children of a bone only C."""
+        """Return the joints that an error turns; of the children of a bone, only C."""
         chain = next(c for c in self.search.named if c.name == error.chain)
         joints = chain.changed_joints(self.search.motion.skeleton, carried=error.carried)
         # Other children need not have turned back.
         return (chain.parent, chain.child) if chain.child in joints else joints
 
     def _take_away(self, errors: Sequence[Interval], step: JointStep, *, jump: bool) -> bool:
-        """True if the correction of errors leaves little of a step, and moves it to no other."""
+        """True if correcting errors removes most of a step without moving it to another joint."""
         if self.search.without is None:
             return False
         motion = self.search.motion
@@ -280,7 +286,7 @@ def _as_written(step: JointStep, held: DistinctFrames | None) -> JointStep:
 
 
 def _written(start: int, stop: int, held: DistinctFrames | None) -> tuple[int, int]:
-    """Return frames [start, stop) of distinct frames in frames of the clip."""
+    """Convert frames [start, stop) from the frames without held ones to those of the clip."""
     return (start, stop) if held is None else (held.begin(start), held.end(stop))
 
 
@@ -291,9 +297,9 @@ def _owners(search: KindSearch) -> dict[int, Chain]:
 
 
 def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
-    """Return the chain that lists each joint: its own, or the nearest one in the body.
+    """Return the chain with which each joint is listed: its own, or the nearest one in the body.
 
-    A joint that is connected to no chain has none.
+    A joint that is not connected to any chain is left out.
     """
     owner = lone_jumps.chain_of_joint(chains)
     below: dict[int, tuple[int, Chain]] = {}  # the nearest chain that hangs on a joint
@@ -314,7 +320,7 @@ def owners(skeleton: Skeleton, chains: Sequence[Chain]) -> dict[int, Chain]:
 
 
 def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
-    """Return the joints below the hands and feet in which chains end."""
+    """Return the joints below the hands and feet, that is, below the joints in which limbs end."""
     last = {c.child for c in chains if c.ends and c.segment in _LAST_BONES}
     last = last or {c.child for c in chains} - {c.parent for c in chains}
     small: set[int] = set()
@@ -325,7 +331,10 @@ def toes_and_fingers(skeleton: Skeleton, chains: Sequence[Chain]) -> set[int]:
 
 
 def reach(skeleton: Skeleton, joint: int) -> float:
-    """Return the distance from a joint to the farthest joint or end below it, of the height."""
+    """Return the distance from a joint to the farthest joint or end below it.
+
+    It is measured in the rest pose, as a fraction of the skeleton's height.
+    """
     place = {joint: np.zeros(3)}
     for below in range(joint + 1, len(skeleton)):  # a parent comes before its children
         if (above := int(skeleton.parents[below])) in place:

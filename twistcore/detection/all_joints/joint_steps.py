@@ -1,9 +1,9 @@
 """Spikes and jumps of single joints, in any direction.
 
-A *spike* leaves its place for a frame or a few and comes back: each of its frames is off the path
-from the frame before to the frame after. A *jump* is one step between calm frames. Both are
-compared with the motion of the same joint nearby over the same number of frames, so that a fast
-movement does not count.
+A *spike* leaves the joint's path for one or a few frames and comes back: each of its frames departs
+from the path between the frame before and the frame after. A *jump* is a single step between calm
+frames. Both are compared with the motion of the same joint over as many frames nearby, so that a
+fast movement is not taken for one of them.
 """
 
 from __future__ import annotations
@@ -38,7 +38,11 @@ _TOGETHER = 2048  # candidates in a block
 
 @dataclass(frozen=True)
 class JointStep:
-    """Frames [start, stop) in which a joint is off by some degrees; usual: its motion nearby."""
+    """A spike or a jump of a joint in frames [start, stop).
+
+    degrees: how far the joint is off its path, or how far it steps; usual: the same for its motion
+    nearby, in degrees.
+    """
 
     joint: int
     start: int
@@ -49,7 +53,11 @@ class JointStep:
 
 @dataclass(frozen=True)
 class StepLimits:
-    """The least spike and jump of each joint, degrees, (joints,), and the noise of the notation."""
+    """The smallest spikes and jumps that count.
+
+    spike, jump: degrees, (joints,); longest: the longest spike, in frames; floor: the noise in
+    degrees of the angles as they are written.
+    """
 
     spike: Array
     jump: Array
@@ -58,7 +66,11 @@ class StepLimits:
 
     @staticmethod
     def of(joints: int, fps: float, small: set[int], angle_step: float = 0.0) -> StepLimits:
-        """Return the limits for a clip; small: its toes and fingers; angle_step: degrees."""
+        """Return the limits for a clip.
+
+        joints: the number of joints; small: the toes and fingers; angle_step: the rounding step of
+        the angles in the file, degrees.
+        """
         slow = fps < _SLOW
         spike = np.full(joints, SPIKE_SLOW if slow else SPIKE)
         jump = np.full(joints, JUMP_SLOW if slow else JUMP)
@@ -69,14 +81,15 @@ class StepLimits:
 
 
 def margin(limits: StepLimits) -> int:
-    """Return the frames around a block that its first and last steps are compared with."""
+    """Return how many frames around a block its first and last steps are compared with."""
     return _REACH + limits.longest + 2
 
 
 def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
-    """Return the spikes of all joints by start.
+    """Return the spikes of all joints, by start.
 
-    rotations: (frames, joints, 4); counted: frames in which a spike may begin, (frames,).
+    rotations: (frames, joints, 4); counted: mask of the frames in which a spike may begin,
+    (frames,).
     """
     found: list[JointStep] = []
     moves = _steps_over(rotations, 0.5 * limits.spike)
@@ -95,9 +108,10 @@ def spikes(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) 
 
 
 def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> float:
-    """Return how far a joint is off in a spike's frames, or steps in a jump's, in another motion.
+    """Return the size of a spike or jump, in degrees, with the given rotations instead.
 
-    step: with frames of these rotations, (frames, joints, 4).
+    rotations: (frames, joints, 4); step: the spike or jump, in frames of these rotations; jump:
+    True if it is a jump.
     """
     own = rotations[:, step.joint]
     at = np.array([step.start])
@@ -109,7 +123,7 @@ def degrees_off(rotations: Array, step: JointStep, *, jump: bool = False) -> flo
 def _spikes_at(
     q: Array, parents: Index, start: Index, joint: Index, n: int, limits: StepLimits
 ) -> list[JointStep]:
-    """Return the candidates, (n,) each, that are spikes over n frames."""
+    """Return the candidates that are spikes over n frames; start, joint: one each per candidate."""
 
     def own(t: Index) -> Array:
         return q[t, joint]
@@ -133,7 +147,7 @@ def _spikes_at(
 
 
 def jumps(rotations: Array, parents: Index, counted: Mask, limits: StepLimits) -> list[JointStep]:
-    """Return the jumps of all joints by start: steps into a frame between calm ones."""
+    """Return the jumps of all joints, by start, each a step into one frame between calm frames."""
     moves = _steps_over(rotations, limits.jump)
     moves &= counted[:, None]
     moves[: _EDGE + 1] = False
@@ -164,7 +178,11 @@ def _jumps_at(
 
 
 def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: int) -> Array:
-    """Return rotations of joints in the frame of an ancestor, or of the room, (n, 4)."""
+    """Return rotations of joints relative to an ancestor, (n, 4).
+
+    levels: the number of levels from each joint's parent up; beyond the root, rotations are in
+    world space.
+    """
     turned, above = q[t, joint], parents[joint]
     for _ in range(levels):
         has = above >= 0
@@ -174,7 +192,7 @@ def _in_frame_above(q: Array, parents: Index, t: Index, joint: Index, levels: in
 
 
 def _steps_over(rotations: Array, least: Array) -> Mask:
-    """Return where a joint turns by more than `least` degrees into a frame, (frames, joints)."""
+    """Return where joints turn by more than `least` degrees into a frame, (frames, joints)."""
     over = np.zeros(rotations.shape[:2], dtype=bool)
     cosine = np.einsum("tji,tji->tj", rotations[1:], rotations[:-1])
     over[1:] = np.abs(cosine) < np.cos(np.radians(0.5 * least))
@@ -182,14 +200,17 @@ def _steps_over(rotations: Array, least: Array) -> Mask:
 
 
 def _departure(of: Callable[[Index], Array], start: Index, n: int) -> Array:
-    """Return how far n frames are off the path between their neighbours, degrees: the least."""
+    """Return the smallest angle of n frames from the path between their neighbours, in degrees.
+
+    of: function that returns the rotations at given frames.
+    """
     before, behind = of(start - 1), of(start + n)
     every = [_angle(of(start + k), _between(before, behind, (k + 1) / (n + 1))) for k in range(n)]
     return np.asarray(np.min(every, axis=0))
 
 
 def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
-    """Return the median of such departures around some spikes, degrees."""
+    """Return the median departure over n frames around each candidate, in degrees."""
     ahead = np.arange(-_REACH, -n)[:, None] + start
     behind = np.arange(n + 1, _REACH + 1)[:, None] + start
     last = len(q) - n - 1
@@ -204,20 +225,23 @@ def _usual(q: Array, start: Index, joint: Index, n: int) -> Array:
 
 
 def _between(a: Array, b: Array, share: float) -> Array:
-    """Return a rotation on the way from a to b, (…, 4); they are close to each other."""
+    """Return a rotation between a and b, (…, 4), which must be close to each other.
+
+    share: the fraction of the way from a to b, 0…1.
+    """
     same = np.einsum("...i,...i->...", a, b)[..., None] >= 0.0
     sum_ = (1.0 - share) * a + share * np.where(same, b, -b)
     return np.asarray(sum_ / np.linalg.norm(sum_, axis=-1, keepdims=True))
 
 
 def _angle(a: Array, b: Array) -> Array:
-    """Return the angle between rotations, degrees, (…, 4) → (…)."""
+    """Return the angle between two rotations, in degrees: (…, 4) → (…)."""
     cosine = np.abs(np.einsum("...i,...i->...", a, b))
     return np.asarray(np.degrees(2.0 * np.arccos(np.minimum(cosine, 1.0))))
 
 
 def _without_overlaps(found: list[JointStep]) -> list[JointStep]:
-    """Return the spikes that overlap no larger one of their joint, by start."""
+    """Return the spikes, by start, without those that overlap a larger spike of the same joint."""
     kept: dict[int, list[JointStep]] = {}
     for one in sorted(found, key=lambda s: -s.degrees):
         own = kept.setdefault(one.joint, [])

@@ -48,7 +48,10 @@ TAU_IN_SIGMA = 6.0  # an automatic τ: higher where σ of natural motion itself 
 
 @dataclass(frozen=True, eq=False)
 class FixedInterval:
-    """An interval that does not depend on τ; τ is compared with its strength, at frame `peak`."""
+    """An interval that does not depend on τ; it is listed if its strength is at least τ.
+
+    peak: the frame at which its strength appears in the curve.
+    """
 
     interval: Interval
     strength: float
@@ -59,10 +62,10 @@ class FixedInterval:
 class ChainAnalysis:
     """The analysis of one chain before a threshold is chosen.
 
-    standing: errors of straight limbs, whose jumps are in no table, and soft ones; instead: frames
-    [low, high) in which soft errors replace intervals between jumps, those in `replaced`; left:
-    frames [low, high) of its limb that the search for soft errors did not reach within its budget;
-    rounded: True if the clip's angles are written in coarse steps.
+    standing: intervals that do not depend on τ: errors of straight limbs, whose jumps are in no
+    table, and soft errors; instead: frames [low, high) in which soft errors replace the intervals
+    between jumps; left: frames [low, high) of the chain's limb that the search for soft errors did
+    not reach within its budget; rounded: True if the clip's angles are written in coarse steps.
     """
 
     name: str
@@ -81,7 +84,7 @@ class ChainAnalysis:
     _solved: dict[tuple[int, int], list[Interval]] = field(default_factory=dict)
 
     def automatic_tau(self) -> float:
-        """Return τ of :func:`automatic_tau`, radians."""
+        """Return the automatic τ of the chain in radians; see :func:`automatic_tau`."""
         return self._automatic_tau
 
     @cached_property
@@ -89,7 +92,7 @@ class ChainAnalysis:
         return automatic_tau(self.limb, self.row)
 
     def strength(self) -> Array:
-        """Return |d| at events, the |jump| of an edge at its peak, else 0; radians, (frames,)."""
+        """Return |d| at events, |jump| at an edge's peak, and 0 elsewhere; radians, (frames,)."""
         curve = np.where(self.limb.event[self.row], np.abs(self.limb.d[self.row]), 0.0)
         np.maximum.at(curve, self.edges.peak, np.abs(self.edges.jump))
         for s in self.standing:
@@ -97,26 +100,29 @@ class ChainAnalysis:
         return curve
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals at τ radians, by start."""
+        """Return the intervals of the chain at threshold τ, radians, by start."""
         found = [i for i in self.between_edges(tau) if not self.gives_way(i)]
         past = [s.interval for s in self.standing if s.strength >= tau]
         return tuple(sorted(found + past, key=lambda i: (i.start, i.stop)) if past else found)
 
     def gives_way(self, interval: Interval) -> bool:
-        """True if soft errors replace an interval between jumps."""
+        """True if soft errors replace the given interval between jumps."""
         return any(_meet(interval, frames) for frames in self.instead)
 
     def with_soft(
         self, soft: Sequence[FixedInterval], instead: Sequence[tuple[int, int]]
     ) -> ChainAnalysis:
-        """Return the analysis with soft errors; `instead`: where they replace all else."""
+        """Return the analysis with soft errors added.
+
+        instead: frames [low, high) in which they replace all other intervals.
+        """
         kept = (
             s for s in self.standing if not any(_meet(s.interval, frames) for frames in instead)
         )
         return replace(self, standing=(*kept, *soft), instead=tuple(instead))
 
     def between_edges(self, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals that jumps are paired into at τ radians, by start."""
+        """Return the intervals between jumps at threshold τ, radians, by start."""
         found: list[Interval] = []
         for table in self.tables:
             # Only the edges that τ lets pass matter, and as jumps are sorted, their number
@@ -131,7 +137,7 @@ class ChainAnalysis:
         return tuple(found)
 
     def _solve(self, table: PairTable, tau: float) -> list[Interval]:
-        """Return the intervals of a segment at τ radians, by start."""
+        """Return the intervals of one segment at threshold τ, radians, by start."""
         pairs = best_pairs(table, tau, self.fps)
         applied = len(pairs)
         pairs += unpaired(table, pairs, tau)
@@ -175,9 +181,9 @@ class ChainAnalysis:
 class ConsistencyAnalysis:
     """The analysis of all chains before a threshold is chosen.
 
-    cut: steps that are no motion, including the one into frame 0, (frames,); own_twist: of the
-    first of two pieces of one bone, from `pieces.own_twist`, by chain; witnesses: the signals by
-    which intervals of a chain are judged.
+    cut: mask of the steps that are not motion, including the step into frame 0, (frames,);
+    own_twist: the increments from `pieces.own_twist` for the first of two pieces of one bone, by
+    chain; witnesses: the signals by which the intervals of a chain are judged.
     """
 
     chains: Mapping[str, ChainAnalysis]
@@ -190,19 +196,19 @@ class ConsistencyAnalysis:
     _judged: dict[int, tuple[Interval, Interval, bool]] = field(default_factory=dict)
 
     def automatic_tau(self, chain: str) -> float:
-        """Return max(1.5°, 6·median σ of the chain), radians."""
+        """Return the automatic τ of a chain, max(1.5°, 6·median σ), in radians."""
         return self.chains[chain].automatic_tau()
 
     def strength(self, chain: str) -> Array:
-        """Return m_c(t), radians ≥ 0, (frames,)."""
+        """Return the strength m_c(t) of a chain, radians ≥ 0, (frames,)."""
         return self.chains[chain].strength()
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start, except natural motion."""
+        """Return the intervals of a chain at τ radians, by start, without natural motion."""
         return tuple(i for i, motion in self._found(chain, tau) if not motion)
 
     def taken_for_motion(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals at τ radians that are left out because the evidence says motion."""
+        """Return the intervals at τ radians that are left out as natural motion."""
         return tuple(i for i, motion in self._found(chain, tau) if motion)
 
     def _found(self, chain: str, tau: float) -> Iterator[tuple[Interval, bool]]:
@@ -212,10 +218,10 @@ class ConsistencyAnalysis:
         return map(self.with_evidence, found)
 
     def with_evidence(self, interval: Interval) -> tuple[Interval, bool]:
-        """Return the interval with its confidence limited by all the evidence, and if it is motion.
+        """Return the interval, its confidence limited by the evidence, and whether it is motion.
 
-        On a straight limb the course itself is the evidence, as long as both bones turn at its ends
-        and there is no noise: there is hardly any other.
+        For a straight limb there is hardly any evidence except the course of the error, so that is
+        enough as long as both bones turn at its ends and there is no noise.
         """
         if interval.chain not in self.witnesses:
             return interval, False
@@ -234,7 +240,7 @@ class ConsistencyAnalysis:
 
     @property
     def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
-        """Frames [low, high) that the search for soft errors did not reach, by chain."""
+        """The frames [low, high) that the search for soft errors did not reach, by chain."""
         return {name: chain.left for name, chain in self.chains.items() if chain.left}
 
     def _background(self, chain: str) -> Background:
@@ -251,10 +257,7 @@ class ConsistencyAnalysis:
 def judged(
     interval: Interval, terms: Terms, segment: str, *, straight: bool = False
 ) -> tuple[Interval, bool]:
-    """Return the interval with its confidence, or less if all the evidence gives it less.
-
-    Also return whether the evidence takes it for motion.
-    """
+    """Return the interval with its confidence limited by the evidence, and whether it is motion."""
     found = judgement_of(terms, segment, straight=straight)
     least = tempered(min(interval.confidence or 0.0, found.probability))
     explain = partial(_with_judgement, interval.explain, found)
@@ -263,9 +266,10 @@ def judged(
 
 
 def tempered(probability: float) -> float:
-    """Return a probability with its log odds halved if they are negative, since doubts overlap.
+    """Return a probability; if it is below 0.5 its log odds are halved, because doubts overlap.
 
-    Of real intervals with 0.07, two blind judges took a third for errors (docs/atlas.md).
+    Of the intervals of real captures with a probability of 0.07, two blind judges took a third for
+    errors (docs/atlas.md).
     """
     if not 0.0 < probability < 0.5:
         return probability
@@ -276,7 +280,7 @@ def tempered(probability: float) -> float:
 def _with_judgement(
     explain: Callable[[], dict[str, Any]] | None, found: Judgement
 ) -> dict[str, Any]:
-    """Return why an interval was found, and the result of all the evidence."""
+    """Return the evidence for an interval together with the result of the judgement, by name."""
     return {
         **(explain() if explain else {}),
         "evidence": found.score,
@@ -287,7 +291,7 @@ def _with_judgement(
 
 
 def automatic_tau(counter: CounterRotation, row: int) -> float:
-    """Return max(1.5°, 6·median σ of the chain), radians."""
+    """Return the automatic τ of a chain, max(1.5°, 6·median σ), in radians."""
     return max(SMALLEST_TAU, TAU_IN_SIGMA * median(counter.sigma[row]))
 
 
@@ -296,7 +300,7 @@ def _meet(interval: Interval, frames: tuple[int, int]) -> bool:
 
 
 def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> bool:
-    """True if both joints turn at an edge, in either direction: near ±180° signs mean nothing."""
+    """True if both joints turn at an edge, in either direction: signs mean nothing near ±180°."""
     at = row, slice(edges.start[k], edges.stop[k])
     x, y = (abs(math.remainder(float(r[at].sum()), math.tau)) for r in (limb.rx, limb.ry))
     return min(x, y) >= SHOWN_IN_BOTH * max(x, y)
@@ -305,7 +309,7 @@ def _shown_in_both(limb: CounterRotation, row: int, edges: Edges, k: int) -> boo
 def _explained(
     limb: CounterRotation, row: int, edges: Edges, pair: Pair, course: Course
 ) -> dict[str, Any]:
-    """Return why an interval was found; degrees."""
+    """Return the evidence for an interval by name, with angles in degrees."""
     at = [k for k in pair[:2] if k >= 0]
     return {
         "gain": pair.gain,
@@ -318,7 +322,7 @@ def _explained(
 
 
 def _edge_explained(limb: CounterRotation, row: int, edges: Edges, k: int) -> dict[str, Any]:
-    """Return sums over the edge's frames, degrees: x, y as captured, their residuals and scales."""
+    """Return the evidence for an edge by name: sums over its frames, with angles in degrees."""
     start, stop, jump = int(edges.start[k]), int(edges.stop[k]), float(edges.jump[k])
     at = row, slice(start, stop)
     sums = {

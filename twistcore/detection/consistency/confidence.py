@@ -1,8 +1,9 @@
-"""Calibrated confidence of an interval [Method, step 8].
+"""The calibrated confidence of an interval [Method, step 8].
 
-A logistic map, fitted on CMU subject 05 over candidates down to 0.3 τ of eleven protocols, plain
-and rich, and tested on the other subjects: AUC 0.978, ECE 0.007 at a prevalence of 0.950. 'Right'
-means IoU ≥ 0.5 with a true interval, ≥ 80 % of whose frames are corrected by ≥ 80 %.
+It is a logistic function, fitted on CMU subject 05 over candidates down to 0.3 τ of eleven
+protocols, plain and rich, and tested on the other subjects: AUC 0.978, ECE 0.007 at a prevalence of
+0.950. An interval is right if its IoU with a true interval is ≥ 0.5 and ≥ 80 % of that interval's
+frames are corrected by ≥ 80 %.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The computations of the detector in `detectors/consistency.py` [Method]."""
+"""The computations of the detector that is declared in `detectors/consistency.py` [Method]."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ LONG = 20_000  # frames
 def analyse_chains(
     motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
 ) -> ConsistencyAnalysis | NotatedAnalysis:
-    """Analyse chains as far as that does not depend on τ; tell: called with the progress."""
+    """Analyse chains, except for the part that depends on τ; tell: callback for the progress."""
     if (held := without_held(motion)) is not None:
         own = [c.at(held.first) for c in chains]
         return NotatedAnalysis(held, _analysed(held.motion, own, tell or nobody))
@@ -58,7 +58,7 @@ def analyse_chains(
 
 
 def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) -> NotatedAnalysis:
-    """Analyse jumps in any frame, then the keys without those jumps."""
+    """Analyse the jumps in all frames, then the linear keys after the clear jumps are removed."""
     fine = _analysed(motion, chains, part(tell, 0.0, 0.5), keys)
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -77,7 +77,7 @@ def _by_keys(motion: Motion, chains: Sequence[Chain], keys: Keys, tell: Tell) ->
 def _analysed(
     motion: Motion, chains: Sequence[Chain], tell: Tell, keys: Keys | None = None
 ) -> ConsistencyAnalysis:
-    """Analyse all chains of a motion; keys: linear ones, between which only jumps are sought."""
+    """Analyse all chains of a motion; keys: linear keys, to search only for jumps between them."""
     cut = find_cuts(motion)
     segments = segments_between(cut, motion.fps)
     cut[:1] = True
@@ -108,7 +108,7 @@ def _analysed(
 
 
 def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]]) -> dict[str, int]:
-    """Return the number of joints of each person; joints of nobody count for a '' of their own."""
+    """Return the number of joints of each person; joints of no person are counted under ''."""
     if not any(people):
         return dict.fromkeys(people, len(skeleton))
     joints = {
@@ -120,10 +120,10 @@ def _joints_by_person(skeleton: Skeleton, people: Mapping[str, Sequence[Chain]])
 
 @dataclass(frozen=True, eq=False)
 class _Softened:
-    """Chains of similar lines, and their soft errors.
+    """Chains of lines of equal length, and their soft errors.
 
-    plain: without soft errors, by row; count: of limbs; errors: each with its interval in its
-    chain; replaced: intervals between jumps that soft errors explain.
+    plain: the chains without soft errors, by row; count: the number of limbs; errors: each soft
+    error with its interval; replaced: the intervals between jumps that soft errors explain.
     """
 
     plain: Sequence[ChainAnalysis]
@@ -132,9 +132,10 @@ class _Softened:
     replaced: Sequence[Known] = ()
 
     def chains(self, given_up: Mapping[int, bool] = MappingProxyType({})) -> list[ChainAnalysis]:
-        """Return the chains with soft errors; given_up: errors, by number, that replace nothing.
+        """Return the chains with soft errors.
 
-        The value is True if the error itself is left out, too.
+        given_up: the errors that replace no interval, by index; the value is True if the error
+        itself is left out, too.
         """
         if not self.errors and not self.replaced:
             return list(self.plain)
@@ -155,11 +156,11 @@ class _Softened:
         ]
 
     def given_up(self, analysis: ConsistencyAnalysis) -> dict[int, bool]:
-        """Return errors, by number, that are motion by the evidence, or less sure than jumps.
+        """Return the soft errors that replace no interval, by index, for :meth:`chains`.
 
-        The value is True for the latter: they would be listed over the intervals between these
-        jumps. Errors taken for motion replace nothing and are left to
-        :meth:`ConsistencyAnalysis.taken_for_motion`.
+        The value is False for an error that is motion by the evidence; it is left to
+        :meth:`ConsistencyAnalysis.taken_for_motion`. The value is True for an error that is less
+        certain than the intervals between jumps that it overlaps; it is left out.
         """
         out = {}
         for k, (error, own) in enumerate(self.errors):
@@ -171,7 +172,7 @@ class _Softened:
         return out
 
     def _surer(self, analysis: ConsistencyAnalysis, chain: ChainAnalysis, error: SoftError) -> bool:
-        """True if an interval between jumps gives way to an error of higher confidence."""
+        """True if an interval between jumps that overlaps a soft error is clear."""
         if abs(chain.row - error.row) not in (0, self.count):
             return False
         found = chain.intervals(chain.automatic_tau())
@@ -180,7 +181,10 @@ class _Softened:
 
 
 def _meets(count: int, known: Known, error: SoftError) -> bool:
-    """True if a jump's interval and a soft error overlap in one chain or in neighbouring ones."""
+    """True if an interval and a soft error overlap in one chain or in neighbouring chains.
+
+    count: the number of limbs.
+    """
     near = abs(known.row - error.row) in (0, count)
     return near and known.start < error.stop and error.start < known.stop
 
@@ -194,9 +198,9 @@ def _line_analyses(
     budget: float,
     tell: Tell,
 ) -> _Softened:
-    """Analyse lines of equal length: jumps, then straight limbs, then soft errors.
+    """Analyse lines of equal length: first jumps, then straight limbs, then soft errors.
 
-    budget: of the search for soft errors.
+    budget: the work allowed for the search for soft errors.
     """
     fps, limbs = motion.fps, _limbs(lines, motion, keys)
     strung = [c for same in zip(*lines, strict=True) for c in same]
@@ -240,7 +244,7 @@ def _line_analyses(
 
 
 def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, Array]:
-    """Return the increments of a chain without the images of jumps in its neighbours."""
+    """Return the increments x and y of a chain without the effects of jumps in its neighbours."""
     beside = (r for r in (row - limbs.count, row + limbs.count) if 0 <= r < len(jumps))
     images = {r: offset for r in beside if (offset := jumps[r].offset()).any()}
     if not images:
@@ -252,11 +256,12 @@ def _by_itself(limbs: Limbs, jumps: Sequence[Jumps], row: int) -> tuple[Array, A
 def _with_soft(
     limbs: Limbs, fps: float, cut: Mask, chains: list[ChainAnalysis], budget: float
 ) -> _Softened:
-    """Return the chains with soft errors in addition to intervals at the automatic τ.
+    """Return the chains with soft errors in addition to the intervals at the automatic τ.
 
-    The search assumes that the children turned back in full: a part that they did not turn back is
-    not a separate error. If a soft error then replaces such an interval, nothing is known about
-    that child.
+    The search assumes that every child turned back the whole error. So where a child turned back
+    only a part, the remaining part is removed first, to keep it from being found as an error of its
+    own. If a soft error then replaces the interval, nothing is known about that child, and the
+    search is repeated without this step.
     """
     jumps = [
         (c.row, i, any(i is s.interval for s in c.standing))
@@ -301,7 +306,7 @@ def _fixed_soft(chain: str, error: SoftError) -> FixedInterval:
 def find_jumps(
     limbs: Limbs, fps: float, cut: Mask, segments: Sequence[tuple[int, int]], tell: Tell
 ) -> list[Jumps]:
-    """Return the jumps of all chains of limbs, by row; segments: of :func:`segments_between`."""
+    """Return the jumps of all chains of limbs, by row; segments: from :func:`segments_between`."""
     counter = _counter_rotation(limbs, fps, cut, tell)
     out = []
     for row in range(len(counter.x)):
@@ -314,7 +319,7 @@ def find_jumps(
 
 
 def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> CounterRotation:
-    """Return d of all limbs: together, or one by one in long clips to save memory."""
+    """Return the counter-rotation of all limbs, one limb at a time in long clips to save memory."""
     if limbs.count == 1 or limbs.frames < LONG:
         return counter_rotation(limbs, fps, cut, tell)
     parts = [
@@ -333,7 +338,7 @@ def _counter_rotation(limbs: Limbs, fps: float, cut: Mask, tell: Tell) -> Counte
 
 
 def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
-    """Return lines of chains, in each of which one chain's child is the next one's parent."""
+    """Return lines of chains; within a line the child of each chain is the parent of the next."""
     left = list(chains)
     lines: list[list[Chain]] = []
     while left:
@@ -347,7 +352,7 @@ def _lines(chains: Sequence[Chain]) -> list[list[Chain]]:
 
 
 def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
-    """Group lines of equal length, with and without axes per frame."""
+    """Group lines by their length, and by whether any of their axes vary over time."""
     kinds: dict[tuple[int, bool], list[list[Chain]]] = {}
     for line in lines:
         kinds.setdefault((len(line), any(c.axis.ndim > 1 for c in line)), []).append(line)
@@ -355,7 +360,7 @@ def _alike(lines: list[list[Chain]]) -> list[list[list[Chain]]]:
 
 
 def _limbs(lines: list[list[Chain]], motion: Motion, keys: Keys | None = None) -> Limbs:
-    """Return rotations and axes of lines of equal length; keys: linear ones."""
+    """Return the rotations and axes of lines of equal length; keys: the linear keys, or None."""
     parents = [[line[0].parent for line in lines]]
     children = [[c.child for c in same] for same in zip(*lines, strict=True)]
     joints = motion.rotations.transpose(1, 0, 2)[np.array(parents + children)]

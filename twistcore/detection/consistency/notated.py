@@ -1,8 +1,8 @@
-"""Errors of clips with held frames or linear keys, in the clip's own frames.
+"""Errors of clips with held frames or linear keys, in the clip's own frame numbers.
 
 Held frames are left out, so that an error begins in the frame in which it appears. In a clip with
-linear keys only the keys are examined, since the frames in between were not captured. Errors that
-jump from one frame to the next are sought in all frames first.
+linear keys only the keys are examined, because the frames in between were not captured. Errors that
+jump from one frame to the next are searched for in all frames first.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ CLEAR = 0.5  # confidence
 
 @dataclass(frozen=True, eq=False)
 class NotatedAnalysis:
-    """The analysis of a clip by some of its frames.
+    """The analysis of a clip in which only some frames are examined.
 
-    coarse: of the kept frames; fine: of all frames, jumps only, None if frames are held.
+    kept: these frames; coarse: the analysis of these frames; fine: the analysis of jumps in all
+    frames, None if the clip has held frames.
     """
 
     kept: DistinctFrames
@@ -36,18 +37,24 @@ class NotatedAnalysis:
     _known: dict[Interval, Interval] = field(default_factory=dict)  # as τ moves most intervals stay
 
     def automatic_tau(self, chain: str) -> float:
-        """Return the automatic τ, radians: the larger of both, and no less than keys can show."""
+        """Return the automatic τ in radians, the larger of both analyses, at least what
+        keys show.
+        """
         both = (a.automatic_tau(chain) for a in (self.coarse, self.fine) if a is not None)
         return max(self.kept.smallest, *both)
 
     def strength(self, chain: str) -> Array:
-        """Return m_c(t) of the kept frames at these, and of all frames, radians ≥ 0, (frames,)."""
+        """Return the strength m_c(t) of a chain, radians, (frames,); the larger of both
+        analyses.
+        """
         curve = np.zeros(self.kept.frames)
         curve[self.kept.first] = self.coarse.strength(chain)
         return curve if self.fine is None else np.maximum(curve, self.fine.strength(chain))
 
     def intervals(self, chain: str, tau: float) -> tuple[Interval, ...]:
-        """Return the intervals of a chain at τ radians, by start; jumps take priority over keys."""
+        """Return the intervals of a chain at τ radians, by start; clear jumps have priority over
+        keys.
+        """
         found = [self._in_clip(i) for i in self.coarse.intervals(chain, tau)]
         if self.fine is not None:
             sharp = self.fine.intervals(chain, tau)
@@ -58,7 +65,7 @@ class NotatedAnalysis:
 
     @property
     def left(self) -> dict[str, tuple[tuple[int, int], ...]]:
-        """Frames [low, high) that the search for soft errors did not reach, by chain."""
+        """The frames [low, high) that the search for soft errors did not reach, by chain."""
         begin, end = self.kept.begin, self.kept.end
         return {
             name: tuple((begin(low), end(high)) for low, high in spans)
@@ -66,7 +73,7 @@ class NotatedAnalysis:
         }
 
     def _in_clip(self, interval: Interval) -> Interval:
-        """Return an interval of kept frames with the frames of the clip."""
+        """Return an interval with its frame numbers converted to those of the clip."""
         if interval not in self._known:
             start, stop = self.kept.begin(interval.start), self.kept.end(interval.stop)
             explain = interval.explain and partial(_explained, self.kept, interval)
@@ -81,14 +88,17 @@ class NotatedAnalysis:
         return self._known[interval]
 
     def _only_shown(self, interval: Interval) -> bool:
-        """True if there are too few linear keys for an interval, as for a mirrored transition."""
+        """True if the interval has too few linear keys to be corrected without a person's decision.
+
+        That is also the case if its evidence is a single transition of a straight limb.
+        """
         if not self.kept.even:
             return False
         return self.kept.too_few or "transition" in (interval.evidence or {})
 
 
 def is_clear(interval: Interval) -> bool:
-    """True if a jump in all frames takes priority over the keys."""
+    """True if an interval is certain enough to take priority over other ones in the same frames."""
     return not interval.open and (interval.confidence or 0.0) >= CLEAR
 
 
@@ -97,7 +107,7 @@ def _meet(one: Interval, other: Interval) -> bool:
 
 
 def _explained(kept: DistinctFrames, interval: Interval) -> dict[str, Any]:
-    """Return the evidence with frames of the clip."""
+    """Return the evidence for an interval with its frame numbers converted to those of the clip."""
     evidence = dict(interval.evidence or {})
     if "transition" in evidence:
         evidence["transition"] = kept.end(evidence["transition"])
@@ -107,6 +117,9 @@ def _explained(kept: DistinctFrames, interval: Interval) -> dict[str, Any]:
 
 
 def _edge(kept: DistinctFrames, edge: Mapping[str, Any]) -> dict[str, Any]:
-    """Return an edge with frames of the clip, up to the kept frame with the whole change."""
+    """Return the edge with its frame numbers converted to those of the clip.
+
+    The edge ends at the first kept frame that shows the full change.
+    """
     start, stop = kept.begin(edge["start"]), kept.end(edge["stop"] - 1) + 1
     return {**edge, "start": start, "stop": stop}

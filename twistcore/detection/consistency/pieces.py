@@ -1,9 +1,9 @@
-"""Errors between the pieces of one bone: P must show them in its own twist, not only in its swing.
+"""Errors between the pieces of one bone: they must appear in P's own twist, not only in its swing.
 
-A first piece that only swings, as in rigs that give all roll to the last piece, still turns about
-its bone from frame to frame where its swing curves, and the next piece turns back by as much. Such
-rigs write natural motion that way. θp of such a piece does not change; an error δ changes it by
-exactly δ.
+In rigs that give all roll to the last piece, the first piece only swings. Where its swing curves it
+still turns about its bone from frame to frame, and the next piece turns back by the same angle.
+This is how such rigs write natural motion. θp of the first piece does not change then, but an error
+δ changes it by exactly δ.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _NEAR = 3  # frames on either side: their median is the twist's natural pace
 
 
 def own_twist(motion: Motion, chain: Chain) -> Array:
-    """Return the increments of θp beyond the pace of nearby frames, radians, (frames,)."""
+    """Return the increments of θp minus the median of nearby frames, radians, (frames,)."""
     angle = twist_angle(motion.rotations[:, chain.parent], chain.axis)
     steps = wrap(np.diff(angle, prepend=angle[:1]))
     padded = np.pad(steps, _NEAR, mode="edge")
@@ -30,7 +30,10 @@ def own_twist(motion: Motion, chain: Chain) -> Array:
 
 
 def shows(twist: Array, interval: Interval) -> bool:
-    """True if P's own twist has at least half of an interval's steps; twist: from `own_twist`."""
+    """True if P's own twist contains at least half of an interval's steps.
+
+    twist: the increments from :func:`own_twist`.
+    """
     level = np.zeros(len(twist) + 1)
     level[interval.start : interval.stop] = interval.offset
     steps = wrap(np.diff(level, prepend=0.0))[: len(twist)]

@@ -1,1 +1,1 @@
-"""Counter-rotation of a parent and its child: where it starts and ends, and by how much."""
+"""Counter-rotation of a parent and its child: where it starts, where it ends, and its angle."""

@@ -1,4 +1,4 @@
-"""The runs of neighbouring chains with errors that together explain a frame best."""
+"""The choice of runs (neighbouring chains that all have an error) that best explains a frame."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ SAME = 1e-9  # nats; smaller differences decide nothing
 
 
 def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float) -> Index:
-    """Return the indices of the runs that gain most together, in every frame.
+    """Return the indices of the runs with the highest total gain in each frame.
 
-    A run changes the joints first…last, and chosen runs share no joint. If no run gains more than
-    0, the best one is chosen if it gains more than −lone. Of equally long equals the one nearer to
-    the tip wins, of equals from the same joint the shortest. Arrays (runs,), gain in nats.
+    A run changes the joints first…last, and no joint may belong to two chosen runs. If no run of a
+    frame gains more than 0, its best run is chosen if that gains more than −lone. Of runs with
+    equal gain the shortest is preferred, then the run nearer to the tip. All arrays are (runs,);
+    gain is in nats.
     """
     worth = np.flatnonzero(gain > SAME)
     together = worth[_disjoint(frame[worth], first[worth], last[worth], gain[worth])]
@@ -27,9 +28,9 @@ def best_runs(frame: Index, first: Index, last: Index, gain: Array, lone: float)
 
 
 def _disjoint(frame: Index, first: Index, last: Index, gain: Array) -> list[int]:
-    """Return runs with gain > 0 and no joint in common that gain most together.
+    """Return the runs with gain > 0 that share no joint and have the highest total gain.
 
-    Dynamic programming, from the tips to the roots, over each group of runs that overlap.
+    Each group of overlapping runs is solved by dynamic programming, from the tips to the roots.
     """
     many = last.max(initial=0) + 1
     order = np.lexsort((-last, frame * many + first))

@@ -41,12 +41,13 @@ STEADY_GAP = 4.0  # frames; residuals across wider gaps do not show the local σ
 
 @dataclass(frozen=True, eq=False)
 class CounterRotation:
-    """The part of limbs' increments that natural motion does not explain; all (chains, frames).
+    """The part of limbs' increments that natural motion does not explain.
 
-    x, y: increments as captured; rx, ry: residuals, without images of the neighbours' errors;
-    sigma_x, sigma_y: their scales; d: their common counter-rotation (inverse-variance weighted,
-    circular), sigma: its scale; event: significant, and both signals agree; lone: one signal jumps
-    far, whether the other agrees or not. Radians.
+    x, y: the captured increments; rx, ry: their residuals, without the effects of errors in
+    neighbouring chains; sigma_x, sigma_y: the scales of the residuals; d: the counter-rotation that
+    both residuals show (inverse-variance weighted, circular); sigma: its scale; event: True where d
+    is significant and both signals agree; lone: True where one signal jumps far, whether or not the
+    other agrees. All are (chains, frames), in radians.
     """
 
     x: Array
@@ -64,9 +65,10 @@ class CounterRotation:
 def counter_rotation(
     limbs: Limbs, fps: float, cut: Mask, tell: Tell | None = None
 ) -> CounterRotation:
-    """Return residuals of all chains of limbs; cut (frames,): increments across a cut, never used.
+    """Return the counter-rotation of all chains of limbs.
 
-    tell: called before every round.
+    cut: mask of increments that cross a cut and are never used, (frames,); tell: callback for the
+    progress, called before every round.
     """
     tell = tell or nobody
     captured = limbs.increments()
@@ -100,7 +102,7 @@ def counter_rotation(
 
 
 class _Rounds:
-    """Rounds of prediction, scale and joint solution, each from the last one's good frames."""
+    """Rounds of prediction, scale and joint solution, each from the last round's good frames."""
 
     def __init__(self, captured: Array, limbs: Limbs, cut: Mask, half: int) -> None:
         self._captured, self._limbs, self._half = captured, limbs, half
@@ -116,7 +118,7 @@ class _Rounds:
         self._cubic_fits = np.zeros((*captured.shape[:2], 1), dtype=bool)
 
     def next(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return residuals and their scales, (2, chains, frames)."""
+        """Return the residuals and their scales, (2, chains, frames), of the next round."""
         if self._limbs.keys is not None:
             return self._between_keys(good, turn)
         captured, flat = self._captured, (2, -1)
@@ -143,7 +145,7 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _between_keys(self, good: Mask, turn: int) -> tuple[Array, Array]:
-        """Return them between linear keys, where the pace changes only at a key."""
+        """Return residuals and scales between linear keys, where the pace changes only at a key."""
         assert self._limbs.keys is not None
         keys = self._limbs.keys
         predicted = between_keys(self._signals, good, keys)
@@ -153,14 +155,14 @@ class _Rounds:
         return self._without_images(predicted, sigma, turn)
 
     def _without_images(self, predicted: Array, sigma: Array, turn: int) -> tuple[Array, Array]:
-        """Return residuals without images of neighbours' errors, from the second round on."""
+        """Return residuals and scales; from the second round on without neighbours' errors."""
         residual = wrap(self._captured - predicted)
         if turn >= 1 and len(self._limbs) > 1:
             self._undo_images(residual, predicted, sigma)
         return residual, sigma
 
     def _choose(self, good: Mask, at: Index, root_cubic: Array, root_linear: Array) -> None:
-        """Choose cubic or linear, whichever fits a signal better over its good frames."""
+        """Choose cubic or linear prediction for each signal by the fit in its good frames."""
         weight = good.astype(np.float64)
         fits = []
         for root, at_root in (
@@ -180,9 +182,9 @@ class _Rounds:
         self._growth = self._gaps.measured(good)
 
     def _undo_images(self, residual: Array, predicted: Array, sigma: Array) -> None:
-        """Undo the neighbours' errors wherever there is a jump: new signals; residual in place.
+        """Remove the effects of neighbours' errors in frames with a jump, also from `residual`.
 
-        A frame whose prediction and scale are those of the round before keeps its solution.
+        A frame with the same prediction and scale as in the previous round keeps its solution.
         """
         flat = 2, len(self._limbs), -1
         jumps = (np.abs(residual) > RESOLVE * sigma).reshape(2 * len(self._limbs), -1)
@@ -211,7 +213,7 @@ class _Rounds:
 def _jumps(
     residual: Array, sigma: Array, significant: float = SIGNIFICANT, lone_jump: float = LONE_JUMP
 ) -> tuple[Mask, Mask, Mask]:
-    """Return events, lone jumps, and frames where both signals disagree; (chains, frames).
+    """Return masks of events, lone jumps, and frames with disagreeing signals, (chains, frames).
 
     All of these occur only where |(rx/σx, ry/σy)| ≥ |d|/σ (Cauchy-Schwarz) is large.
     """
@@ -233,10 +235,10 @@ def _jumps(
 
 
 def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
-    """Return d, the disagreement wrap(rx + ry), and the scales of both, from (2, …) residuals.
+    """Return d, the disagreement wrap(rx + ry), and the scales of both, from residuals (2, …).
 
-    d is the inverse-variance mean of rx and −ry, on the circle: near ±180° both may have the same
-    sign, and their mean must not be 0.
+    d is the inverse-variance weighted mean of rx and −ry on the circle. Near ±180° both residuals
+    may have the same sign, and their mean must not become 0.
     """
     variance = sigma * sigma
     both = variance[0] + variance[1]
@@ -246,7 +248,7 @@ def combine(residual: Array, sigma: Array) -> tuple[Array, Array, Array, Array]:
 
 
 def _coarsely_good(signals: Array, live: Mask, half: int, limbs: Limbs) -> Mask:
-    """Return frames without a sign of a jump, before anything is known; rather too few."""
+    """Return a first mask of the frames without a sign of a jump; in doubt a frame is left out."""
     good = live.copy()
     residual = root = signals
     known = 0

@@ -1,14 +1,14 @@
 """Chains that share a joint, solved together, frame by frame [Method, step 4].
 
-At every frame with a jump, find the set of chains whose errors explain it at the lowest cost.
+In every frame with a jump, the set of chains whose errors explain it at the lowest cost is found.
 
-Costs are assigned to joints: joint j moves in x of chain j and in y of chain j−1. A *run* of
-neighbouring chains with errors, i…j, changes the costs of joints i…j+1 only
-(:mod:`twistcore.detection.limbs`), and runs with a chain without error between them have no joint
-in common. So each run is solved separately, and the cheapest set of runs is put together along the
-line. A run saves at most the cost of its joints without it, and no joint costs as much as another
-chain with an error. So only short runs at few places are tried, in proportion to the length of the
-line.
+Costs are assigned to joints: the motion of joint j appears in x of chain j and in y of chain j−1. A
+*run* of neighbouring chains with errors, i…j, changes the costs of joints i…j+1 only
+(:mod:`twistcore.detection.limbs`), and two runs with an error-free chain between them have no joint
+in common. So each run is solved separately, and then the cheapest set of runs along the line is
+chosen. A run saves at most the costs that its joints have without it, and no joint costs as much as
+another chain with an error. So only short runs at few places need to be tried, and their number is
+proportional to the length of the line.
 """
 
 from __future__ import annotations
@@ -39,9 +39,10 @@ _BLOCK = 1 << 16  # chains times frames in a block, so that memory does not grow
 
 
 def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array) -> Array:
-    """Return increments x, y at frames t without images of neighbours' errors, (2, n, len(t)).
+    """Return the increments x and y at frames t without the effects of neighbours' errors.
 
-    signals, predicted, sigma: (2, n, len(t)), radians; sigma not below `prediction.FLOOR`.
+    signals, predicted, sigma: radians, (2, n, len(t)), as is the result; sigma must not be below
+    `prediction.FLOOR`.
     """
     clean = np.empty_like(signals)
     size = max(1, _BLOCK // len(limbs))
@@ -54,9 +55,10 @@ def explain_frames(limbs: Limbs, t: Index, signals: Array, predicted: Array, sig
 
 @dataclass(frozen=True, eq=False)
 class _Line:
-    """Frames t of limbs by joint: x of the chain below and y of the one above, (2, n + 1, len(t)).
+    """Frames t of limbs by joint: x of the chain below each joint and y of the chain above it.
 
-    rarer: the cost of a lone jump on top of the caps. Beyond the ends residuals are 0.
+    captured, predicted, sigma: radians, (2, n + 1, len(t)); rarer: the cost of a lone jump in
+    addition to the caps. Joints at the ends have only one chain; the residual of the other is 0.
     """
 
     limbs: Limbs
@@ -76,7 +78,10 @@ def _line(limbs: Limbs, t: Index, signals: Array, predicted: Array, sigma: Array
 
 
 def _by_joint(values: Array, beyond: float) -> Array:
-    """Return x and y by chain, (2, n, frames), as values by joint, (2, n + 1, frames)."""
+    """Convert x and y by chain, (2, n, frames), to values by joint, (2, n + 1, frames).
+
+    beyond: the value for the missing chains at the ends.
+    """
     out = np.empty((2, values.shape[1] + 1, values.shape[2]))
     out[0, :-1], out[1, 1:] = values
     out[0, -1] = out[1, 0] = beyond
@@ -84,7 +89,7 @@ def _by_joint(values: Array, beyond: float) -> Array:
 
 
 def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
-    """Return the cost of residuals by joint; all (2, joints, …) → (joints, …)."""
+    """Return the cost of the residuals at each joint: all (2, joints, …) → (joints, …)."""
     cost_x, cost_y = residual_cost(wrap(residual) / sigma, CAP + rarer)
     together = cost_x + cost_y
     lone: Array = JOINT_JUMP + np.minimum(rarer[0], rarer[1])
@@ -93,7 +98,7 @@ def _joint_cost(residual: Array, sigma: Array, rarer: Array) -> Array:
 
 
 def _explained(line: _Line) -> Array:
-    """Return the increments by joint without images, (2, n + 1, frames)."""
+    """Return the increments by joint without the effects of errors, (2, n + 1, frames)."""
     frames = len(line.t)
     idle = saved = _joint_cost(line.captured - line.predicted, line.sigma, line.rarer)
     # A run may pay with others if it gains more than 0. Alone, where the first chain costs less, it
@@ -128,9 +133,10 @@ def _explained(line: _Line) -> Array:
 
 
 def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array, Array]:
-    """Return the increments of the joints of runs, each at a frame, and the cost of the residuals.
+    """Solve runs of `length` chains; return the increments of their joints and the remaining cost.
 
-    first, frame: (runs,) → (2, length + 1, runs) and (runs,).
+    first, frame: each run's first chain and its frame, (runs,). Increments: (2, length + 1, runs);
+    cost: (runs,).
     """
     at = (first + np.arange(length + 1)[:, None]) * len(line.t) + frame
     arrays = line.captured, line.predicted, line.sigma, line.rarer
@@ -146,7 +152,11 @@ def _solved(line: _Line, first: Index, length: int, frame: Index) -> tuple[Array
 
 @dataclass(frozen=True, eq=False)
 class _Runs:
-    """Runs of chains with an error, between chains without one; by joint, (2, length + 1, runs)."""
+    """Runs of chains with an error, each at one frame.
+
+    captured, predicted, sigma, rarer: by joint, (2, length + 1, runs); down, up: functions for the
+    effects of an error on the chains below and above.
+    """
 
     down: Image
     up: Image
@@ -156,7 +166,10 @@ class _Runs:
     rarer: Array
 
     def solved(self, tip_first: bool) -> tuple[Array, Array]:
-        """Return the increments without images, and the cost of their residuals, (runs,)."""
+        """Return the increments without the errors' effects, and the residuals' cost, (runs,).
+
+        tip_first: True to begin the iteration at the tip of the limb.
+        """
         d = self._errors(tip_first)
         trial = self.captured.copy()
         trial[0, 1:], trial[1, :-1] = self.down(d), self.up(d)
@@ -166,7 +179,10 @@ class _Runs:
         return trial, _joint_cost(residual, self.sigma, self.rarer).sum(axis=0)
 
     def _errors(self, tip_first: bool) -> Array:
-        """Return d of chains, (length, runs): the first sweep trusts the side without images."""
+        """Return the errors d of the chains, (length, runs).
+
+        The first sweep uses only the signal that no error of the run has changed yet.
+        """
         (x, y), (px, py) = self.captured, self.predicted
         variance = self.sigma * self.sigma
         weight = variance[0, :-1] / (variance[0, :-1] + variance[1, 1:])

@@ -21,10 +21,12 @@ FOLLOWED = 6.0  # gain from which the frames of a run count as steps of the erro
 
 @dataclass(frozen=True, eq=False)
 class Edges:
-    """Readings of edges, by start: frames [start, stop), the jump in radians, and how it counts.
+    """The possible edges of a chain, by start; a run of frames may be read in several ways.
 
-    gain: how much cheaper 'an error jumps here' is than 'natural motion', in nats; primary: True
-    for the best reading of its frames, which counts among the inner steps of an interval. All (n,).
+    start, stop: the edge's frames [start, stop); peak: the frame with the largest change; jump: its
+    angle in radians; sigma: the scale of the jump; gain: the log-likelihood ratio of an error over
+    natural motion, in nats; primary: True for the best interpretation of its frames, which is the
+    one counted among the inner steps of an interval. All are (n,).
     """
 
     start: Index
@@ -39,12 +41,12 @@ class Edges:
         return len(self.start)
 
     def __getitem__(self, at: Index | Mask) -> Edges:
-        """Return a selection of the edges."""
+        """Return the edges that an index array or a mask selects."""
         return Edges(*(column[at] for column in vars(self).values()))
 
 
 def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
-    """Return all readings of all edges of a chain, and the frames that are steps, (frames,)."""
+    """Return all possible edges of a chain, and a mask of the frames with a step, (frames,)."""
     d, event = counter.d[chain], counter.event[chain]
     size = np.abs(d)
     seen = np.flatnonzero(event | counter.lone[chain])
@@ -72,7 +74,7 @@ def find_edges(counter: CounterRotation, chain: int) -> tuple[Edges, Mask]:
 
 
 def _runs(at: Index, kind: Mask, d: Array) -> Index:
-    """Return runs [start, stop) of frames of one sign and kind, at most LONGEST long, (n, 2)."""
+    """Return runs [start, stop) of frames with one sign and kind, (n, 2), at most LONGEST long."""
     d, kind = d[at], kind[at]
     joins = np.zeros(len(at), dtype=bool)
     joins[1:] = (np.diff(at) == 1) & (d[1:] * d[:-1] > 0) & (kind[1:] == kind[:-1])
@@ -85,7 +87,7 @@ def _runs(at: Index, kind: Mask, d: Array) -> Index:
 
 
 def _peaks(size: Array, bounds: Index) -> Index:
-    """Return the frame of each run with the largest size, the first of equals."""
+    """Return, for each run, the frame with the largest size; the first if several are equal."""
     peak = bounds[:, 0].copy()
     for k in range(1, LONGEST):
         at = np.minimum(bounds[:, 0] + k, bounds[:, 1] - 1)
@@ -96,10 +98,10 @@ def _peaks(size: Array, bounds: Index) -> Index:
 def _readings(
     counter: CounterRotation, chain: int, bounds: Index
 ) -> tuple[Index, Array, Array, Array, Mask]:
-    """Return run, jump, σ, gain, and True for the first reading of a run.
+    """Return the possible interpretations of runs: run, jump, σ, gain, and whether it is the first.
 
-    A run is read as the weighted mean of both signals or, if they differ, as each of them, the
-    quieter first.
+    A run is interpreted as the weighted mean of both signals or, if these differ, as each of them,
+    the quieter one first.
     """
     share = SUM_SHARE[bounds[:, 1] - bounds[:, 0]]
     x, y = (wrap(_sums(r[chain], bounds)) for r in (counter.rx, counter.ry))
@@ -119,6 +121,6 @@ def _readings(
 
 
 def _sums(values: Array, bounds: Index) -> Array:
-    """Return sums over frames [start, stop) for each row of bounds (runs, 2)."""
+    """Return the sum of the values in frames [start, stop) for each row of bounds, (runs, 2)."""
     total = np.concatenate([[0.0], np.cumsum(values)])
     return np.asarray(total[bounds[:, 1]] - total[bounds[:, 0]])

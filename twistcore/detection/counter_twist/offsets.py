@@ -23,10 +23,11 @@ CLOSES_SIGMA, CLOSES_SHARE, CLOSES = 4.0, 0.05, float(np.radians(0.05))
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """An interval from frame `start` on: twist error of P per frame, radians, (frames,).
+    """The error of an interval from frame `start` on.
 
-    residual: the remainder at the closing edge, radians; followed: the share by which C turns back,
-    1 unless both edges show that it is less.
+    offset: the twist error of P in each frame, radians, (frames,); residual: the angle left open at
+    the closing edge, radians; followed: the fraction of the error that C turns back, 1 unless both
+    edges show that it is less.
     """
 
     start: int
@@ -38,10 +39,10 @@ class Course:
 def offsets_of(
     pairs: Sequence[Pair], table: PairTable, counter: CounterRotation, chain: int, step: Mask
 ) -> list[Course]:
-    """Return the course of each interval.
+    """Return the error of each interval in every frame.
 
-    The error is the running sum of its steps; the remainder at the end is distributed by variance.
-    If C turns back only in part, P's own jumps give the size of the error.
+    The error is the running sum of its steps; the angle left open at the end is distributed by
+    variance. If C turns back only part of the error, P's own jumps give its size.
     """
     d, variance = counter.d[chain], counter.sigma[chain] ** 2
     closed = [p for p in pairs if p.opening >= 0 and p.closing >= 0]
@@ -56,7 +57,10 @@ def offsets_of(
 def _as_p_shows(
     course: Course, pair: Pair, table: PairTable, counter: CounterRotation, chain: int
 ) -> Course:
-    """Return the course by P's own jumps if C clearly follows them in part; else unchanged."""
+    """Return the error as P's own jumps show it if C clearly turns back only part of it.
+
+    If C does not, the error is returned unchanged.
+    """
     edges = table.edges
     at = [slice(int(edges.start[k]), int(edges.stop[k])) for k in pair[:2]]
     x, y = (np.array([r[chain, a].sum() for a in at]) for r in (counter.rx, counter.ry))
@@ -91,7 +95,7 @@ def _as_p_shows(
 
 
 def _alike(values: Array, sigma: Array, size: Array) -> bool:
-    """True if the values of both edges differ by no more than their scales allow."""
+    """True if the values at both edges differ by no more than their scales allow."""
     allowed = CLOSES_SIGMA * np.hypot(*sigma) + CLOSES_SHARE * size.max() + CLOSES
     return bool(abs(values[0] - values[1]) <= allowed)
 
@@ -99,7 +103,7 @@ def _alike(values: Array, sigma: Array, size: Array) -> bool:
 def _closed(
     pairs: Sequence[Pair], table: PairTable, d: Array, variance: Array, step: Mask
 ) -> list[Course]:
-    """Return all intervals with two edges, their frames strung together in one array."""
+    """Return the errors of all intervals with two edges, computed together in one array."""
     if not pairs:
         return []
     edges = table.edges
@@ -135,7 +139,10 @@ def _closed(
 
 
 def _unclosed(pair: Pair, table: PairTable, d: Array) -> Course:
-    """Return an interval from or to a border: the level before or after its one edge."""
+    """Return the error of an interval that begins or ends at a border and has only one edge.
+
+    Its level is the level after or before that edge.
+    """
     edges, k = table.edges, max(pair.opening, pair.closing)
     start, stop = int(edges.start[k]), int(edges.stop[k])
     jumps = d[start:stop] + wrap(edges.jump[k] - d[start:stop].sum()) / (stop - start)

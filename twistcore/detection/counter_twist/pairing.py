@@ -1,11 +1,12 @@
 """Edges paired into intervals: the cheapest explanation of a chain's edges [Method, steps 5-6].
 
-All values are gains in nats (log likelihood ratios against 'natural motion'). An interval gains by
-its two edges, by the steps inside that it explains, and by closing: how much likelier its sum is 0
-modulo a turn under the scales of its steps than if the two jumps had nothing to do with each other.
-It pays a prior, and for length. The set of disjoint intervals with the highest total gain is found
-by dynamic programming over edges in the order of their ends. What an interval gains does not
-depend on τ, so it is computed once; a new τ only chooses the edges that may begin or end one.
+All values are gains in nats (log-likelihood ratios against natural motion). An interval gains from
+its two edges, from the steps inside that it explains, and from closing. The gain of closing is how
+much more likely a sum of 0 (modulo a full turn) is, given the scales of the steps, than if the two
+jumps were unrelated. An interval costs a prior, and more the longer it is. The set of disjoint
+intervals with the highest total gain is found by dynamic programming over the edges, in the order
+of their ends. The gain of an interval does not depend on τ, so it is computed once; a new τ only
+selects the edges at which intervals may begin or end.
 """
 
 from __future__ import annotations
@@ -50,7 +51,10 @@ LEVEL, STEPS, ALL = 0, 1, 2  # what an interval's offset follows: its edges, its
 
 
 class Pair(NamedTuple):
-    """An interval by its edges in the table; −1 for a border. gain in nats."""
+    """An interval by the indices of its two edges in the table, −1 for a border.
+
+    follows: how its offset is computed (LEVEL, STEPS or ALL); gain: in nats.
+    """
 
     opening: int
     closing: int
@@ -60,10 +64,11 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Gains of closing edges `first_row`… with openings `first_column`…, −inf where ≤ 0.
+    """The gains of the closing edges from `first_row` on with the openings from `first_column` on.
 
-    Few pairs gain anything, so only those are stored. shape: rows, columns; at: their places, flat
-    and ascending; gains: their gains; kinds: what they follow; (n,) each.
+    Only gains above 0 are stored, because few pairs have one. shape: (rows, columns); at: the flat
+    positions of the stored pairs, ascending; gains: their gains in nats; kinds: their `follows`;
+    (n,) each.
     """
 
     first_row: int
@@ -75,21 +80,21 @@ class Block:
 
     @classmethod
     def of(cls, first_row: int, first_column: int, gain: Array, follows: NDArray[np.int8]) -> Block:
-        """Return the block of the gains of all pairs and what they follow, each (rows, columns)."""
+        """Return the block for all gains and kinds of pairs, each (rows, columns)."""
         at = np.flatnonzero(np.isfinite(gain))
         some = gain.ravel()[at], follows.ravel()[at]
         return cls(first_row, first_column, gain.shape, at.astype(np.int32), *some)
 
     @property
     def gain(self) -> Array:
-        """Return the gains of all pairs, (rows, columns)."""
+        """The gains of all pairs, −inf for pairs without a gain, (rows, columns)."""
         out = np.full(self.shape, -np.inf)
         out.ravel()[self.at] = self.gains
         return out
 
     @property
     def follows(self) -> NDArray[np.int8]:
-        """Return what all pairs follow, (rows, columns); LEVEL without a gain."""
+        """The value of `follows` for all pairs, LEVEL for pairs without a gain, (rows, columns)."""
         out = np.zeros(self.shape, dtype=np.int8)
         out.ravel()[self.at] = self.kinds
         return out
@@ -97,7 +102,7 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class PairTable:
-    """Gains of all pairs of a segment's edges, frames [low, high), in blocks of closing edges."""
+    """The gains of all pairs of edges in a segment, frames [low, high), by closing edges."""
 
     edges: Edges
     low: int
@@ -105,7 +110,7 @@ class PairTable:
     blocks: tuple[Block, ...]
 
     def partners(self, edge: int) -> dict[int, float]:
-        """Return the gain of an edge with each partner for an interval."""
+        """Return the gains of an edge with each possible partner, by the partner's index."""
         found: dict[int, float] = {}
         for block in self.blocks:
             row, column = edge - block.first_row, edge - block.first_column
@@ -121,9 +126,10 @@ class PairTable:
 
 
 def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
-    """Return sums of d and σ² over steps, then over all frames, up to each frame, (4, frames + 1).
+    """Return running sums of d and σ², over steps and over all frames, (4, frames + 1).
 
-    Radians and radians². They are the same for all segments of a chain: a long clip has hundreds.
+    Each sum ends before its frame; radians and radians². All segments of a chain share these sums,
+    because a long clip has hundreds of segments.
     """
     d, var = counter.d[chain], counter.sigma[chain] ** 2
     sums = np.stack([d * step, var * step, d, var]).cumsum(axis=1)
@@ -131,7 +137,7 @@ def running_sums(counter: CounterRotation, chain: int, step: Mask) -> Array:
 
 
 def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
-    """Return the gains of all pairs of edges within frames [low, high); sums: of the chain."""
+    """Return the gains of all pairs of edges within [low, high); sums: the chain's running sums."""
     inside = (low < edges.start) & (edges.stop <= high) & (np.abs(edges.jump) >= SMALLEST)
     edges = edges[inside]
     between = sums[:, edges.start], sums[:, edges.stop]
@@ -143,9 +149,9 @@ def pair_table(edges: Edges, sums: Array, low: int, high: int) -> PairTable:
 
 
 def _block(edges: Edges, sums: tuple[Array, Array], first: int, last: int) -> Block:
-    """Return the gains of closing edges first…last − 1.
+    """Return the gains of the closing edges first…last − 1.
 
-    sums: of d and σ² over the steps, then over all frames, up to each edge's start and stop.
+    sums: the running sums at each edge's start and at its stop, from :func:`running_sums`.
     """
     row, begin = slice(first, last), max(0, first - BAND)
     col = slice(begin, last)
@@ -192,13 +198,15 @@ _MOST_CLOSING = float(np.log(_CIRCLE / TOLERANCE))
 
 
 def _closing(residual: Array, variance: Array) -> Array:
-    """Return the log of how much likelier a sum is ≡ 0 than any other angle on the circle."""
+    """Return the log of how much more likely a sum is ≡ 0 than any other angle on the circle."""
     sigma = np.sqrt(variance)
     return np.log(_CIRCLE / sigma) - residual_cost(wrap(residual) / sigma, CLOSING_CAP)
 
 
 def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
-    """Return the disjoint intervals of highest total gain among edges of at least τ radians."""
+    """Return the disjoint intervals with the highest total gain, from edges of at least τ
+    radians.
+    """
     asked = np.abs(table.edges.jump) >= tau
     at = np.flatnonzero(asked)
     n = len(at)
@@ -240,9 +248,10 @@ def best_pairs(table: PairTable, tau: float, fps: float) -> list[Pair]:
 
 
 def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
-    """Return the gains of edges that close an error from the start, or open one to the end.
+    """Return the gains of single edges: of an error from the start, and of one to the end.
 
-    Shape (n,). −inf if that side is long, or is not by far the shorter one.
+    Each is (n,). The gain is −inf if that side of the edge is long, or not much shorter than the
+    other side.
     """
     before, behind = edges.stop - 1 - table.low, table.high - edges.start
     longest = _longest_alone(fps)
@@ -255,22 +264,22 @@ def _alone(table: PairTable, edges: Edges, fps: float) -> tuple[Array, Array]:
 
 
 def _gain_alone(edges: Edges, side: Index) -> Array:
-    """Return the gains of edges with a border that is `side` frames away, (n,)."""
+    """Return the gains of intervals between each edge and a border `side` frames away, (n,)."""
     gain: Array = edges.gain - BORDER_PRIOR - LENGTH * np.log1p(side / LENGTH_FRAMES)
     return gain
 
 
 def _longest_alone(fps: float) -> int:
-    """Return the frames up to which a border and one edge make an interval that is applied."""
+    """Return the longest interval between a border and one edge that is corrected, in frames."""
     return max(SHORT_FRAMES, round(SHORT_SECONDS * fps))
 
 
 def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]:
-    """Return, for every edge asked for, the pairs that it may close.
+    """Return, for every selected edge, the pairs that it may close.
 
-    A pair is left out if a nearer opening gains as much, since that could replace it. A pair is
-    also left out if it spans nearly all of the segment, or most of it while two errors at its ends
-    gain more.
+    A pair is left out if an opening nearer to the closing edge gains as much, since that pair could
+    replace it. A pair is also left out if it covers nearly the whole segment, or most of it while
+    two errors at the segment's ends gain more.
     """
     out: list[list[Pair]] = []
     edges, whole = table.edges, table.high - table.low
@@ -304,7 +313,7 @@ def _candidates(table: PairTable, asked: Mask, longest: int) -> list[list[Pair]]
 
 
 def unpaired(table: PairTable, pairs: Sequence[Pair], tau: float) -> list[Pair]:
-    """Return clear jumps that no interval explains, each as its shorter side of the segment."""
+    """Return clear jumps that no interval explains, as intervals on the jump's shorter side."""
     edges = table.edges
     clear = (np.abs(edges.jump) >= tau) & (edges.gain >= OPEN_GAIN) & edges.primary
     out: list[Pair] = []

@@ -1,1 +1,1 @@
-"""The program's detectors: one file each, named after the detector, whose constant is DETECTOR."""
+"""The built-in detectors: one file per detector, named after it, with the constant DETECTOR."""

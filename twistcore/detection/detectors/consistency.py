@@ -14,7 +14,7 @@ from twistcore.work.progress import Tell
 
 
 class ConsistencyDetector:
-    """Counter-rotation that natural motion does not explain, paired into intervals that close."""
+    """Finds counter-rotation that natural motion does not explain, as intervals that close."""
 
     info = DetectorInfo(
         name="consistency",
@@ -30,7 +30,7 @@ class ConsistencyDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> ConsistencyAnalysis | NotatedAnalysis:
-        """Analyse chains as far as that does not depend on τ; tell: called with the progress."""
+        """Analyse chains as far as possible without τ; tell: callback for the progress."""
         return analyse_chains(motion, chains, tell)
 
 

@@ -13,7 +13,7 @@ from twistcore.work.progress import Tell
 
 
 class PaperDetector:
-    """min(|Δθp|, |Δθc|) ≥ τ where the two turn against each other."""
+    """Finds where P and C turn against each other: min(|Δθp|, |Δθc|) ≥ τ."""
 
     info = DetectorInfo(
         name="paper",
@@ -30,7 +30,7 @@ class PaperDetector:
     def analyse(
         self, motion: Motion, chains: Sequence[Chain], tell: Tell | None = None
     ) -> PaperAnalysis:
-        """Compute the signals of chains, independent of τ; tell: called with the progress."""
+        """Compute the signals of chains, independent of τ; tell: callback for the progress."""
         return PaperAnalysis(signals_of_chains(motion, chains, tell))
 
 

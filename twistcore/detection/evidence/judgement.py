@@ -1,7 +1,8 @@
 """The probability that a correction is right, and the doubts about it in words.
 
-A logistic score over terms whose signs follow from physics. The weights were fitted on intervals in
-public captures, which were judged one by one, together with injected errors: `benchmarks.evidence`.
+The score is logistic, over terms whose signs follow from physics. The weights were fitted on
+intervals in public captures that were judged one by one, together with injected errors: see
+`benchmarks.evidence`.
 """
 
 from __future__ import annotations
@@ -60,12 +61,13 @@ MIDDLE = {
 
 @dataclass(frozen=True)
 class Judgement:
-    """The result of the evidence about an interval.
+    """The result of weighing the evidence about an interval.
 
-    score: log odds that the correction is right; doubts: what speaks against it in words, the
+    score: the log odds that the correction is right; doubts: the reasons against it in words, the
     strongest first; terms: the parts of the score by name; motion: True if the odds are twenty to
-    one that it is motion or the roll of one joint alone, and no error; small: True if it turns by
-    so little that a person has to decide, because neither the azimuth nor a silent joint shows it.
+    one that the interval is natural motion, or the roll of one joint alone, and not an error;
+    small: True if it turns by so little that a person has to decide, because neither the azimuth
+    nor a silent joint shows it.
     """
 
     score: float
@@ -76,12 +78,12 @@ class Judgement:
 
     @property
     def probability(self) -> float:
-        """Return the probability that the correction is right, 0…1."""
+        """The probability that the correction is right, 0…1."""
         return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, self.score))))
 
 
 def weighed(t: Terms) -> dict[str, float]:
-    """Return the parts of the score before weighting, by the names of :data:`WEIGHTS`."""
+    """Return the terms of the score before they are weighted, by the names in :data:`WEIGHTS`."""
     told = t.hinged and t.edge_bend > BENT and t.for_azimuth < _SPEAKS and t.for_side < _SPEAKS
     known = not math.isnan(t.off_before)
     nearer = math.log((t.off_before + 1.0) / (t.off_after + 1.0)) if known else 0.0
@@ -107,23 +109,23 @@ def weighed(t: Terms) -> dict[str, float]:
 
 
 def _clear(t: Terms) -> bool:
-    """True if the azimuth, or a joint that is silent elsewhere, shows the error at its edges."""
+    """True if the azimuth, or one of the two joints, shows the error very clearly at its edges."""
     return t.for_azimuth > _CLEAR or max(t.for_x, t.for_y) > _SILENT
 
 
 def unanswered(t: Terms) -> bool:
-    """True if one of the two bones is clearly against the turn at either end.
+    """True if at least one of the two bones clearly does not turn with the error at its edges.
 
-    Not if a bone hardly turns elsewhere: that it does here is evidence enough.
+    False if a bone hardly turns elsewhere, because its turn here is then evidence enough.
     """
     return not t.quiet < _QUIET and min(t.for_x, t.for_y) < _AGAINST
 
 
 def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judgement:
-    """Return the result of the evidence.
+    """Return the judgement of the evidence.
 
-    segment: the chain's, for the words; straight: True if the course of a straight limb found the
-    error, so that both bones must turn at its ends.
+    segment: the chain's segment, which names the joint in the words; straight: True if the error
+    was found as an error of a straight limb, so that both bones must turn at its ends.
     """
     parts = {name: WEIGHTS[name] * value for name, value in weighed(t).items()}
     motion = sum(parts.values()) < _MOTION
@@ -151,7 +153,7 @@ def judgement_of(t: Terms, segment: str = "", *, straight: bool = False) -> Judg
 
 
 def _in_words(term: str, t: Terms, joint: str) -> str:
-    """Return a term against a correction as a clause; '' if it adds nothing new."""
+    """Return a term that speaks against a correction as a clause; '' if there is nothing to add."""
     if term == "noise":
         return f"there is a burst of noise of {t.noise:.0f}°"
     if term == "off_its_hinge":

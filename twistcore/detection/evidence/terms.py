@@ -1,7 +1,7 @@
 """The evidence for and against a correction, term by term, each relative to the rest of the clip.
 
-All angles in degrees. A term of evidence is in nats: the cost of a turn as natural motion minus its
-cost as the error, in the scale that the same signal has elsewhere in the clip at that pace.
+All angles are in degrees. A term is in nats: the cost of a turn as natural motion minus its cost as
+the error, in the scale that the same signal has elsewhere in the clip at the same pace.
 """
 
 from __future__ import annotations
@@ -35,9 +35,9 @@ _NEAR = 0.6  # seconds in which an edge's neighbours have more weight
 
 @dataclass(frozen=True, eq=False)
 class Find:
-    """Frames [start, stop) of an error, and the angle to remove from P's twist there, degrees.
+    """An error in frames [start, stop), with the angles to remove from P's twist, in degrees.
 
-    silent: True if a joint that is silent elsewhere shows it.
+    silent: True if the error shows at a joint that never twists elsewhere in the clip.
     """
 
     start: int
@@ -47,14 +47,14 @@ class Find:
 
     @classmethod
     def of(cls, interval: Interval) -> Find:
-        """Return the find for an interval."""
+        """Return the error that an interval describes."""
         silent = bool((interval.evidence or {}).get("silent_joint"))
         return cls(interval.start, interval.stop, np.degrees(interval.offset), silent)
 
 
 @dataclass(frozen=True)
 class Edge:
-    """Frames [start, stop) in which the offset rises or falls, and by how much, degrees."""
+    """Frames [start, stop) in which the offset rises or falls; turn: its change in degrees."""
 
     start: int
     stop: int
@@ -62,7 +62,7 @@ class Edge:
 
     @property
     def width(self) -> int:
-        """The number of frames."""
+        """The number of the edge's frames."""
         return self.stop - self.start
 
 
@@ -70,17 +70,26 @@ class Edge:
 class Terms:
     """The evidence about one error.
 
-    hinged: True if the chain has an azimuth; for_x, for_y, for_azimuth: nats at the edges that the
-    witness turns as the error would; rougher: nats by which the azimuth is rougher after the
-    correction; edge_bend: sin² of the bend at its best edge; off_before, off_after: how far C's
-    bone is from its usual side before and after, NaN if unknown; side_spread: how far 95 % of the
-    rest of the clip is from it at most, NaN if unknown; for_side: the same in nats; least_bend;
-    together: turn of P and C together at the edges over the offset's; rate: such counter-turns a
-    second elsewhere, None if there is too little motion without errors; natural: their 99 %
-    quantile; step: of the smaller edge; seconds: its length; quiet: how far the quieter of P and C
-    usually turns in as many frames as an edge has, degrees, NaN if unknown; silent: True if a joint
-    that is silent elsewhere shows it at any pace; noise: σ of a burst of noise at the error or next
-    to it, 0 for none.
+    - hinged: True if the chain has an azimuth
+    - for_x, for_y, for_azimuth: how well the signal turns at the edges as the error would, nats
+    - rougher: how much rougher the azimuth is after the correction, nats
+    - edge_bend: sin² of the bend at the edge where the limb is bent most
+    - off_before, off_after: the angle of C's bone from its usual side before and after the
+      correction, NaN if unknown
+    - side_spread: the angle from that side that 95 % of the rest of the clip stays within, NaN if
+      unknown
+    - for_side: how much closer to that side the correction brings C's bone, nats
+    - least_bend: the smallest bend in the error's frames
+    - together: the turn of P and C together at the edges, relative to the offset's turn
+    - rate: how many such counter-turns per second occur elsewhere, None if there is too little
+      motion without errors
+    - natural: the 99 % quantile of the counter-turns elsewhere, None as above
+    - step: the turn at an edge, the median of both edges
+    - seconds: the duration of the error
+    - quiet: how far the quieter of P and C usually turns in as many frames as an edge has, NaN if
+      unknown
+    - silent: True if the error shows at a joint that never twists elsewhere
+    - noise: σ of a burst of noise at the error or next to it, 0 if there is none
     """
 
     hinged: bool
@@ -105,15 +114,15 @@ class Terms:
 
 
 def terms_of(background: Background, find: Find) -> Terms:
-    """Return the evidence about an error of a chain, relative to the rest of the chain."""
+    """Return the evidence about an error of a chain, relative to the chain's other motion."""
     return _Measured(background.without(find), find).terms()
 
 
 @dataclass(frozen=True, eq=False)
 class Background:
-    """The motion of a chain outside its errors, with which all its errors are compared.
+    """The motion of a chain outside its errors, with which each error is compared.
 
-    taken: frames of all errors of the chain, (frames,).
+    taken: mask of the frames of all errors of the chain, (frames,).
     """
 
     chain: Witnesses
@@ -123,18 +132,18 @@ class Background:
 
     @classmethod
     def of(cls, chain: Witnesses, finds: Iterable[Find]) -> Background:
-        """Return the background of a chain with all its errors."""
+        """Return the background of a chain; finds: all its errors."""
         return cls(chain, taken_by(chain.frames, finds))
 
     def without(self, find: Find) -> Background:
-        """Return the background with the frames of another error excluded, too."""
+        """Return the background with the frames of one more error excluded."""
         if self.taken[find.start : find.stop].all():
             return self
         return Background(self.chain, self.taken | taken_by(self.chain.frames, [find]))
 
     @cached_property
     def busy(self) -> Mask:
-        """Return frames of errors and one more on either side: they show no natural motion."""
+        """Mask of the frames in or next to errors, which show no natural motion."""
         busy = self.taken.copy()
         busy[:-1] |= self.taken[1:]
         busy[1:] |= self.taken[:-1]
@@ -142,17 +151,17 @@ class Background:
 
     @cached_property
     def _busy_before(self) -> NDArray[np.int32]:
-        """Return the number of busy frames before each, (frames + 1,)."""
+        """The number of busy frames before each frame, (frames + 1,)."""
         return np.concatenate([[0], np.cumsum(self.busy, dtype=np.int32)]).astype(np.int32)
 
     @cached_property
     def side(self) -> Side | None:
-        """The usual side of C's bone, or None."""
+        """The usual side of C's bone, or None if it is unknown."""
         return usual_side(self.chain, self.busy)
 
     @cached_property
     def spread(self) -> float:
-        """Return how far C's bone usually is from its usual side; degrees."""
+        """How far C's bone usually is from its usual side, in degrees; NaN if unknown."""
         if self.side is None:
             return math.nan
         there = ~self.busy & (self.chain.sine > (_STRAIGHT if self.side.exact else ALONG))
@@ -161,13 +170,16 @@ class Background:
 
     @cached_property
     def known_azimuth(self) -> Mask:
-        """Return where a change of the azimuth's pace is known, over three frames, (frames,)."""
+        """Mask of the frames in which the change of the azimuth's pace is known, (frames,).
+
+        The change is measured over three frames.
+        """
         both = self.chain.both_frames
         return np.asarray(np.minimum(both, np.append(both[1:], 0.0)) > ALONG)
 
     @cached_property
     def roughness(self) -> float:
-        """Return the scale of the changes of the azimuth's pace, degrees."""
+        """The scale of the changes of the azimuth's pace, in degrees."""
         known = self.known_azimuth
         rough = np.zeros(self.chain.frames)
         rough[1:-1] = wrapped(np.diff(self.chain.azimuth_turns[1:]))
@@ -176,7 +188,10 @@ class Background:
         return scale(usual, 0.02) if len(usual) > 10 else 5.0
 
     def usual(self, name: str, width: int) -> _Usual:
-        """Return the turns of a signal over `width` frames beyond its pace, outside of errors."""
+        """Return the turns of a signal over `width` frames minus its pace, and their scale.
+
+        name: the signal's name. Frames with errors are left out.
+        """
         if (name, width) not in self._known:
             chain = self.chain
             turned = chain.beyond_pace(name, width)
@@ -217,7 +232,11 @@ class Background:
 
 @dataclass(frozen=True, eq=False)
 class _Usual:
-    """Turns beyond the pace, degrees; where without errors; their scale, NaN if too few."""
+    """The usual turns of a signal.
+
+    turned: the turns minus the pace, in degrees; free: mask of the frames without errors; scale:
+    the scale of the turns, NaN if there are too few.
+    """
 
     turned: Array
     free: Mask
@@ -226,7 +245,11 @@ class _Usual:
 
 @dataclass(frozen=True, eq=False)
 class _Against:
-    """Turns of P and C against each other, degrees, −1 near errors; free frames; 99 % quantile."""
+    """Turns of P and C against each other.
+
+    turned: degrees, −1 near errors; free: the number of frames without errors; natural: the 99 %
+    quantile of the turns in these frames.
+    """
 
     turned: Array
     free: int
@@ -234,19 +257,19 @@ class _Against:
 
 
 def reach_at(fps: float) -> int:
-    """Return the number of frames that count as next to an edge."""
+    """Return how many frames on either side are considered to be next to an edge."""
     return max(4, round(_BESIDE * fps))
 
 
 class _Measured:
-    """One error with the values derived from it."""
+    """One error with the values that are derived from it."""
 
     def __init__(self, background: Background, find: Find) -> None:
         self.background, self.chain, self.find = background, background.chain, find
 
     @cached_property
     def edges(self) -> list[Edge]:
-        """Return the edges of the error, without those at a border of the clip."""
+        """The edges of the error, except edges at a border of the clip."""
         size = np.abs(self.find.offset)
         half = max(len(size) // 2, 1)
 
@@ -263,7 +286,7 @@ class _Measured:
         return [e for e in made if abs(e.turn) > _LEAST]
 
     def _steps(self, low: int, high: int) -> Array:
-        """Return the changes of the offset in frames [low, high), 0 in the clip's first frame."""
+        """Return the changes of the offset in frames [low, high); 0 in the clip's first frame."""
         frames = np.arange(low - 1, high)
         inside = (frames >= self.find.start) & (frames < self.find.stop)
         offset = np.zeros(len(frames))
@@ -303,7 +326,7 @@ class _Measured:
 
     @cached_property
     def _step(self) -> float:
-        """Return how far the offset turns at an edge, in the median."""
+        """The size of the offset's turn at an edge, the median over both edges."""
         sizes = [abs(e.turn) for e in self.edges] or [float(np.abs(self.find.offset).max())]
         return median(sizes)
 
@@ -311,14 +334,14 @@ class _Measured:
         return float(self.chain.both_frames[max(edge.start - 1, 0) : edge.stop + 1].min())
 
     def _turn(self, turns: Array, edge: Edge) -> Array:
-        """Return how far a signal turns at an edge beyond the pace of two frames on either side."""
+        """Return how far a signal turns at an edge, minus its pace in two frames on either side."""
         before = turns[max(edge.start - PACE, 1) : edge.start]
         beside = np.concatenate([before, turns[edge.stop : edge.stop + PACE]])
         pace = beside.mean(axis=0) if len(beside) else np.zeros(turns.shape[1:])
         return np.asarray(turns[edge.start : edge.stop].sum(axis=0) - edge.width * pace)
 
     def _for(self, name: str, edge: Edge, expected: float) -> float:
-        """Return nats for a signal that turns as expected at an edge, against not turning."""
+        """Return the log-likelihood ratio of the expected turn at an edge over no turn, nats."""
         c = self.chain
         turns: Array = getattr(c, name)
         usual = self.background.usual(name, edge.width)
@@ -347,7 +370,7 @@ class _Measured:
         return float(np.linalg.norm(turn) / abs(edge.turn))
 
     def _rougher(self) -> float:
-        """Return nats by which the azimuth over the edges is rougher after the correction."""
+        """Return how much rougher the azimuth at the edges is after the correction, in nats."""
         c = self.chain
         if not c.hinged or not self.edges:
             return 0.0
@@ -369,7 +392,10 @@ class _Measured:
         return float((residual_cost(then / sigma) - residual_cost(now / sigma)).sum())
 
     def _side(self) -> tuple[float, float, float, float]:
-        """Return the distance of C's bone from its side, before and after; its spread; and nats."""
+        """Return the angles of C's bone from its side before and after correction, spread and gain.
+
+        The spread is the angle that 95 % of the clip stays within; the gain is in nats.
+        """
         unknown = math.nan, math.nan, math.nan, 0.0
         usual = self.background.side
         if usual is None:
@@ -393,7 +419,10 @@ class _Measured:
         return before, after, usual.furthest, float(gain.mean())
 
     def _elsewhere(self) -> tuple[float | None, float | None]:
-        """Return how often P and C turn like that elsewhere, a second; and the 99 % quantile."""
+        """Return how often per second P and C turn like that elsewhere, and the 99 % quantile.
+
+        Both are None if there is too little motion without errors.
+        """
         width = max(1, round(median([e.width for e in self.edges] or [1])))
         against = self.background.against(width)
         seconds = against.free / self.chain.fps
@@ -406,9 +435,10 @@ class _Measured:
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """The distance of C's bone from its usual side, degrees, (frames,), and its 95 % quantile.
+    """The usual side of C's bone.
 
-    exact: True if it keeps to that side whenever the limb is bent at all, as if built into the rig.
+    off: the bone's angle from that side, degrees, (frames,); furthest: its 95 % quantile; exact:
+    True if the bone is on that side whenever the limb is bent at all, as if built into the rig.
     """
 
     off: Array
@@ -417,9 +447,9 @@ class Side:
 
 
 def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
-    """Return the side to which C's bone leaves P's in most of the clip; None if unknown.
+    """Return the side to which C's bone leaves P's in most of the clip; None if it is unknown.
 
-    busy: frames to leave out, (frames,).
+    busy: mask of the frames to leave out, (frames,).
     """
     if not chain.hinged:
         return None
@@ -437,7 +467,7 @@ def usual_side(chain: Witnesses, busy: Mask) -> Side | None:
 
 
 def scale(residuals: Array, least: float) -> float:
-    """Return 1.48 (mean √|r|)²: a scale that a few outliers do not widen."""
+    """Return 1.48 (mean √|r|)², a scale on which a few outliers have little effect."""
     return max(1.48 * float(np.mean(np.sqrt(np.abs(residuals)))) ** 2, least)
 
 
@@ -453,7 +483,7 @@ def _weighted_quantile(values: Array, weights: Array, share: float) -> float:
 
 
 def taken_by(frames: int, finds: Iterable[Find]) -> Mask:
-    """Return frames in which any of the errors lies, (frames,)."""
+    """Return a mask of the frames in which any of the errors lies, (frames,)."""
     taken = np.zeros(frames, dtype=bool)
     for find in finds:
         taken[find.start : find.stop] = True

@@ -1,7 +1,7 @@
-"""The signals of a chain that show a twist: turns of both joints, and the side of C's bone.
+"""The signals of a chain that show a twist: the turns of both joints, and the side of C's bone.
 
-A twist δ of P that C takes back turns P by δ, C by −δ, and the azimuth of C's bone about P's by −δ;
-the turn of P and C together is unchanged. All angles in degrees.
+A twist δ of P that C turns back turns P by δ, C by −δ, and the azimuth of C's bone about P's by −δ;
+the turn of P and C together does not change. All angles are in degrees.
 """
 
 from __future__ import annotations
@@ -39,11 +39,12 @@ _KEPT, _FEWEST_KEPT = 1 << 18, 12  # numbers in the series of a chain, or so man
 
 @dataclass(frozen=True, eq=False)
 class Witnesses:
-    """The signals of one chain, computed on first use; see :meth:`of`.
+    """The signals of one chain, each computed on first use; see :meth:`of`.
 
-    q_parent, q_child: local rotations, (frames, 4); axis, arm: unit, (3,) or (frames, 3); hinged:
-    True if C has a child, whose position gives the azimuth; segment: of the chain, or '' before a
-    further piece of the bone; noise: σ of a burst of noise in any relevant joint, (frames,).
+    q_parent, q_child: local rotations, (frames, 4); axis, arm: unit vectors along P's bone and C's,
+    (3,) or (frames, 3); hinged: True if C has a child, whose position gives the azimuth; segment:
+    the chain's segment, '' if a further piece of the bone follows; noise: σ of a burst of noise in
+    any joint of the person's chains, (frames,).
     """
 
     q_parent: Array
@@ -58,7 +59,7 @@ class Witnesses:
 
     @classmethod
     def of(cls, motion: Motion, chain: Chain, noise: Array | None = None) -> Witnesses:
-        """Return the signals of a chain of a motion; noise: 0 if not given."""
+        """Return the signals of a chain of a motion; noise: 0 if it is not given."""
         noise = np.zeros(motion.frames) if noise is None else noise
         q_parent, q_child = (motion.rotations[:, j] for j in (chain.parent, chain.child))
         hinged = chain.grandchild >= 0
@@ -77,17 +78,17 @@ class Witnesses:
 
     @property
     def x(self) -> Array:
-        """Turns of P about its bone since the frame before, (frames,)."""
+        """The turns of P about its bone since the previous frame, (frames,)."""
         return self._turns[0]
 
     @property
     def y(self) -> Array:
-        """Turns of C about P's bone since the frame before, (frames,)."""
+        """The turns of C about P's bone since the previous frame, (frames,)."""
         return self._turns[1]
 
     @cached_property
     def _sides(self) -> tuple[Array, Array]:
-        """Return bend and azimuth of C's bone, from its parts along P's bone and across it."""
+        """The bend and the azimuth of C's bone."""
         axis = np.broadcast_to(self.axis, (self.frames, 3))
         first = self.azimuth_zero - (axis @ self.azimuth_zero)[:, None] * axis
         first /= np.linalg.norm(first, axis=1, keepdims=True)
@@ -99,14 +100,14 @@ class Witnesses:
 
     @property
     def azimuth_zero(self) -> Array:
-        """Return the direction across P's bone with azimuth 0, in the first frame, (3,)."""
+        """The direction across P's bone in which the azimuth is 0 in the first frame, (3,)."""
         axis = np.atleast_2d(self.axis)[0]
         across: Array = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
         return across / np.linalg.norm(across)
 
     @property
     def bend(self) -> Array:
-        """Angle between P's bone and C's, 0 for a straight limb, (frames,)."""
+        """The angle between P's bone and C's, 0 for a straight limb, (frames,)."""
         return self._sides[0]
 
     @property
@@ -116,12 +117,12 @@ class Witnesses:
 
     @cached_property
     def azimuth_turns(self) -> Array:
-        """Changes of the azimuth since the frame before, (frames,)."""
+        """The changes of the azimuth since the previous frame, (frames,)."""
         return np.concatenate([[0.0], wrapped(np.diff(self.azimuth))])
 
     @property
     def unrolled(self) -> Array:
-        """Return rotations that turn P's axis to C's bone, without any roll, (frames, 4)."""
+        """The rotations that turn P's axis to C's bone without any roll, (frames, 4)."""
         axis = np.atleast_2d(self.axis)[0]
         bend = quaternion_from_axis_angle(np.cross(axis, self.azimuth_zero), np.radians(self.bend))
         azimuth = quaternion_from_axis_angle(self.axis, np.radians(self.azimuth))
@@ -129,27 +130,28 @@ class Witnesses:
 
     @cached_property
     def roll_turns(self) -> Array:
-        """Return turns of C about its own bone, for a constant axis, (frames,).
+        """The turns of C about its own bone since the previous frame, (frames,); P's axis must be
+        constant.
 
-        y is the turn of the azimuth plus, times the cosine of the bend, the roll.
+        y is the turn of the azimuth plus the roll times the cosine of the bend.
         """
         rolled = multiply(conjugate(self.unrolled), self.q_child)
         return np.degrees(twist_increments(self.q_parent, rolled, self.axis)[1])
 
     @cached_property
     def sine(self) -> Array:
-        """Sine of the bend: how well the azimuth is defined, 0…1, (frames,)."""
+        """The sine of the bend, 0…1, which is how well the azimuth is defined, (frames,)."""
         return np.sin(np.radians(self.bend))
 
     @cached_property
     def both_frames(self) -> Array:
-        """Return the smaller sine of a frame and the one before, (frames,); 0 for the first."""
+        """The smaller sine of each frame and the previous one, (frames,); 0 for the first frame."""
         return np.concatenate([[0.0], np.minimum(self.sine[1:], self.sine[:-1])])
 
     def together(self, low: int, high: int) -> Array:
-        """Return turns of P and C together in frames [low, high), the first one 0: vectors, (n, 3).
+        """Return the turns of P and C together in frames [low, high), as rotation vectors, (n, 3).
 
-        No twist error changes them.
+        The first turn is 0. No twist error changes these turns.
         """
         return turns_of(multiply(self.q_parent[low:high], self.q_child[low:high]))
 
@@ -157,7 +159,7 @@ class Witnesses:
         """Return how far a signal turns in [t, t + width) beyond the pace next to it, (frames,).
 
         name: x, y, azimuth_turns or roll_turns. The pace is measured in two frames on either side;
-        without these the value is NaN.
+        the value is NaN if there are fewer.
         """
         if (name, width) not in self._series:
             turns: Array = getattr(self, name)
@@ -171,7 +173,7 @@ class Witnesses:
         return self._series[name, width]
 
     def bent(self, width: int) -> Mask:
-        """Return where the limb is bent before and after turns [t, t + width), (frames,)."""
+        """Return where the limb is bent before and after frames [t, t + width), (frames,)."""
         t = np.arange(self.frames)
         before = self.sine[np.maximum(t - 1, 0)]
         after = self.sine[np.minimum(t + width - 1, self.frames - 1)]
@@ -179,12 +181,15 @@ class Witnesses:
 
 
 def keep_few(made: dict[_K, _V], frames: int) -> dict[_K, _V]:
-    """Return the dictionary with room for one more series of so many frames: the oldest go."""
+    """Remove the oldest series until there is room for one more, and return the dictionary.
+
+    frames: the length of a series.
+    """
     while len(made) >= max(_FEWEST_KEPT, _KEPT // max(frames, 1)):
         del made[next(iter(made))]
     return made
 
 
 def wrapped(degrees: Array) -> Array:
-    """Return angles in [−180, 180)."""
+    """Return angles wrapped to [−180, 180)."""
     return np.asarray((np.asarray(degrees) + 180.0) % 360.0 - 180.0)

@@ -1,4 +1,4 @@
-"""Many joints step in the same frame: found by `all_joints/`."""
+"""Body steps: many joints step in the same frame. See `all_joints/`."""
 
 from twistcore.detection.kind import KindInfo
 

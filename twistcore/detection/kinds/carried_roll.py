@@ -1,4 +1,7 @@
-"""P turns about its bone, C's bone stays, C rolls along with P: found by `carried_rolls.py`."""
+"""Carried rolls: P turns about its bone and C rolls with it, while C's bone keeps its direction.
+
+See `carried_rolls.py`.
+"""
 
 from twistcore.detection.kind import KindInfo
 

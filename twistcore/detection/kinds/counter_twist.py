@@ -1,4 +1,4 @@
-"""P turns about its bone, C turns back [Choi26]: found by the detectors."""
+"""Counter-twists: P turns about its bone and C turns back [Choi26]. The detectors find them."""
 
 from twistcore.detection.kind import KindInfo
 

@@ -1,4 +1,4 @@
-"""A limb does not move at all for a while: found by `frozen_frames.py`."""
+"""Frozen frames: a limb does not move at all for a while. See `frozen_frames.py`."""
 
 from twistcore.detection.kind import KindInfo
 

@@ -1,4 +1,4 @@
-"""A twist bone next to the chain turns about the bone alone: found by `helper_rolls.py`."""
+"""Helper rolls: a twist bone next to a chain turns alone about the bone. See `helper_rolls.py`."""
 
 from twistcore.detection.kind import KindInfo
 

@@ -1,4 +1,4 @@
-"""A joint steps between calm frames, in any direction: found by `all_joints/`."""
+"""Joint jumps: a joint steps between calm frames, in any direction. See `all_joints/`."""
 
 from twistcore.detection.kind import KindInfo
 

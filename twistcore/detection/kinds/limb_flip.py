@@ -1,4 +1,7 @@
-"""P turns about the line to the limb's end E, which keeps its place: found by `limb_flips/`."""
+"""Limb flips: P turns about the line to the limb's end E, which keeps its place.
+
+See `limb_flips/`.
+"""
 
 from twistcore.detection.kind import KindInfo
 

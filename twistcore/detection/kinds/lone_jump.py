@@ -1,4 +1,7 @@
-"""A joint turns about its own axis too fast, and nothing explains it: found by `lone_jumps.py`."""
+"""Lone jumps: a joint turns about its own axis too fast, and no other error explains it.
+
+See `lone_jumps.py`.
+"""
 
 from twistcore.detection.kind import KindInfo
 

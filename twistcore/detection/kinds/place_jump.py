@@ -1,4 +1,4 @@
-"""The position of the root, or of a joint with position channels, jumps: found by `all_joints/`."""
+"""Jumps in position, of the root or of a joint with position channels. See `all_joints/`."""
 
 from twistcore.detection.kind import KindInfo
 

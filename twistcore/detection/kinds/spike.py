@@ -1,4 +1,4 @@
-"""A joint leaves its path for a frame or a few and comes back: found by `all_joints/`."""
+"""Spikes: a joint leaves its path for a few frames and comes back. See `all_joints/`."""
 
 from twistcore.detection.kind import KindInfo
 

@@ -1,4 +1,4 @@
-"""A joint jumps about its own bone and stays wrong: found by `stretches.py`."""
+"""Stretches: a joint jumps about its own bone and stays wrong. See `stretches.py`."""
 
 from twistcore.detection.kind import KindInfo
 

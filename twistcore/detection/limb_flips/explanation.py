@@ -1,9 +1,10 @@
-"""The cheapest explanation of a limb's jumps: runs of frames in which it is flipped.
+"""The cheapest explanation of a limb's jumps by runs, frame ranges in which the limb is flipped.
 
-Every sharp jump is the edge of a run, is followed inside one, or is left, at a price. The cost of a
-run grows with its length and with what its edges leave open. It falls with the evidence for the
-other side: how often the limb's middle joint is at each angle about the line in the clip itself.
-Costs are logarithms of odds, so their differences show how sure an explanation is.
+Every sharp jump is the edge of a run, or lies inside a run that follows it, or stays unexplained at
+a price. The cost of a run grows with its length and with the angle that its edges leave open. It
+falls with the evidence for the other side, which is how often, in the clip itself, the limb's
+middle joint is at each angle about the line. Costs are logarithms of odds, so a difference of costs
+shows how sure an explanation is.
 """
 
 from __future__ import annotations
@@ -46,9 +47,9 @@ _ANYWHERE = 0.1  # share of a density that is even
 class Run:
     """Frames from `start` on in which a limb is flipped by `offset`, radians, (frames,).
 
-    first, last: the jumps at its edges; followed: the jumps inside; residual: what they leave open;
-    side: the evidence for the other side; odds: how much more expensive every explanation without
-    it is.
+    first, last: the jumps at its edges; followed: the jumps inside it; residual: the angle that
+    these jumps leave open, radians; side: the evidence that the limb belongs on the other side;
+    odds: how much more the cheapest explanation without this run costs.
     """
 
     start: int
@@ -62,7 +63,7 @@ class Run:
 
     @property
     def stop(self) -> int:
-        """The frame after the last."""
+        """The frame after the run's last frame."""
         return self.start + len(self.offset)
 
 
@@ -71,7 +72,10 @@ Density = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class _Arc:
-    """A step from all jumps before `source` explained to all before `target`; run: in between."""
+    """One step of an explanation: from node `source` (so many jumps explained) to node `target`.
+
+    run: the run between the two, or None if the step leaves a jump unexplained.
+    """
 
     source: int
     target: int
@@ -82,10 +86,10 @@ class _Arc:
 def explain(
     jumps: Sequence[Jump], angle: Array, height: Array, capture: Mask, fps: float
 ) -> list[Run]:
-    """Return the runs in a stretch of frames, by start.
+    """Return the runs that explain the jumps best, by start.
 
-    jumps: by start; angle, height: of the swivel, (frames,); capture: frames that count for the
-    clip's usual side, (frames,).
+    jumps: sorted by start; angle, height: the swivel's angle and height, (frames,); capture: mask
+    of the frames from which the clip's usual side is estimated, (frames,).
     """
     if not any(j.leads for j in jumps):
         return []
@@ -98,9 +102,10 @@ def explain(
 
 @dataclass(frozen=True, eq=False)
 class Left:
-    """A jump that is left: its cost, and the best run with it, if there may be one.
+    """The costs of a jump that stays unexplained, and the best run with it as an edge, if any.
 
-    price: of that run; spared: the cost of its jumps if they are left.
+    cost: the cost of leaving the jump; price: the cost of that run; spared: the cost of leaving all
+    jumps of that run.
     """
 
     cost: float
@@ -118,7 +123,10 @@ def left(
     capture: Mask,
     fps: float,
 ) -> Left:
-    """Return why :func:`explain`, which found `runs`, leaves a jump; other parameters as there."""
+    """Return why :func:`explain`, whose result is `runs`, leaves a jump unexplained.
+
+    The other parameters are the same as in :func:`explain`.
+    """
     best = Left(_price_left(jump))
     for arc in _ways(jumps, angle, height, capture, fps, runs):
         if (run := arc.run) is not None and (run.first is jump or run.last is jump):
@@ -136,7 +144,7 @@ def _ways(
     fps: float,
     runs: Sequence[Run],
 ) -> list[_Arc]:
-    """Return all steps, with the clip's usual side outside of the runs known so far."""
+    """Return all steps; the clip's usual side is estimated outside of the runs found so far."""
     own = capture.copy()
     for run in runs:
         own[run.start : run.stop] = False
@@ -146,7 +154,7 @@ def _ways(
 
 
 def _log_density(angle: Array, weight: Array) -> Density:
-    """Return the log of how often the limb is at an angle; radians of any shape in and out."""
+    """Return a function that gives the log of how often the limb is at an angle in radians."""
     count, _ = np.histogram(angle, _BINS, (-np.pi, np.pi), weights=weight)
     apart = 360.0 / _BINS * ((np.arange(_BINS) + _BINS // 2) % _BINS - _BINS // 2)
     blur = np.exp(-0.5 * (apart / _BLUR) ** 2)
@@ -165,7 +173,7 @@ def _log_density(angle: Array, weight: Array) -> Density:
 def _arcs(
     jumps: Sequence[Jump], angle: Array, weight: Array, log: Density, fps: float
 ) -> list[_Arc]:
-    """Return all steps from jump to jump, by target: a jump that is left, or a run between two."""
+    """Return all steps, by target: jumps that stay unexplained, and runs between two jumps."""
     out = []
     as_is = log(angle) * weight
     for k, last in enumerate(jumps):
@@ -190,7 +198,7 @@ def _arcs(
 
 
 def _may_be_edges(first: Jump, last: Jump, inside: Sequence[Jump], fps: float) -> bool:
-    """True if a run can lie between two jumps and follow the jumps inside."""
+    """True if a run can extend between two jumps and follow the jumps inside it."""
     between = last.start - first.stop
     if not (first.leads or last.leads) or between < 0:
         return False
@@ -222,9 +230,9 @@ def _price_left(jump: Jump) -> float:
 
 
 def _between(first: Jump, last: Jump, followed: Sequence[Jump]) -> tuple[int, Array, float]:
-    """Return the first frame, offset and residual of the run between two jumps.
+    """Return the first frame, the offset and the residual of the run between two jumps.
 
-    The offset follows the jumps; the remainder is distributed evenly.
+    The offset follows the jumps; the residual is distributed evenly over the frames.
     """
     turns = np.zeros(last.stop - first.start)
     for jump in (first, last, *followed):
@@ -237,7 +245,7 @@ def _between(first: Jump, last: Jump, followed: Sequence[Jump]) -> tuple[int, Ar
 
 
 def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
-    """Return the runs on the cheapest way past all jumps, with the odds of each."""
+    """Return the runs of the cheapest explanation of all jumps, each with its odds."""
     cost, best = _costs(arcs, jumps)
     runs = []
     node = jumps
@@ -252,7 +260,7 @@ def _cheapest(arcs: Sequence[_Arc], jumps: int) -> list[Run]:
 
 
 def _alike(one: Run | None, other: Run) -> bool:
-    """True if two runs are the same error: most of their frames are the same."""
+    """True if two runs describe the same error, that is, share most of their frames."""
     if one is None:
         return False
     shared = min(one.stop, other.stop) - max(one.start, other.start)
@@ -260,7 +268,7 @@ def _alike(one: Run | None, other: Run) -> bool:
 
 
 def _costs(arcs: Sequence[_Arc], jumps: int) -> tuple[float, list[_Arc | None]]:
-    """Return the least cost from first to last node, and the best last step to each node."""
+    """Return the lowest cost from the first to the last node, and the best step into each node."""
     cost = [0.0] + [math.inf] * jumps
     best: list[_Arc | None] = [None] * (jumps + 1)
     for arc in arcs:  # by target

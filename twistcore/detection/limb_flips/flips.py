@@ -1,4 +1,4 @@
-"""Limb flips of a motion: the swivel of every limb, its jumps, and what explains them."""
+"""The limb flips of a motion: the swivel of every limb, its jumps, and their explanation."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ SEVERAL, TOGETHER = 3, 0.5
 
 @dataclass(frozen=True, eq=False)
 class LimbFlips:
-    """One limb before a threshold is chosen.
+    """The analysis of one limb before a threshold is chosen.
 
-    departures: of its turn from the median nearby, radians; capture: frames without border or cut;
-    noisy: a burst of noise in any limb of the person; (frames,) each. soft: jumps of several
-    frames.
+    departures: the limb's turns minus the median of nearby frames, radians; capture: mask of the
+    frames that are neither a border nor at a cut; noisy: mask of the frames with a burst of noise
+    in any limb of the person; (frames,) each. soft: the jumps over several frames.
     """
 
     limb: Limb
@@ -67,25 +67,27 @@ class LimbFlips:
     )
 
     def intervals(self, tau: float) -> tuple[Interval, ...]:
-        """Return the flips at τ radians, by start."""
+        """Return the flips at threshold τ, radians, by start."""
         return self._explained(self.jumps(tau))[1]
 
     def scale_at(self, frames: Index) -> Array:
-        """Return the natural size of the departures around some frames, radians, (n,)."""
+        """Return the natural size of the departures around the given frames, radians, (n,)."""
         return scale(self.departures, self.swivel.height, self.fps, frames)
 
     def steps_at(self, frames: Index) -> Array:
-        """Return how far E moves beyond the median nearby, of the limb's length, (n,)."""
+        """Return how far E moves beyond the median nearby, as a fraction of the limb's length,
+        (n,).
+        """
         step = self.swivel.step
         return np.maximum(step[frames] - around(step, frames), 0.0)
 
     def jumps(self, tau: float) -> list[Jump]:
-        """Return the jumps that lead at τ radians, and their possible partners, by start."""
+        """Return the jumps of at least τ radians and their possible partners, by start."""
         sharp = sharp_jumps(self.departures, self.scale_at, self.steps_at, tau)
         return sorted((*sharp, *self.soft), key=lambda j: (j.start, j.stop))
 
     def left(self, jumps: Sequence[Jump], jump: Jump) -> Left:
-        """Return why a jump, one of `jumps`, is no edge of a flip."""
+        """Return why a jump, which must be one of `jumps`, is not an edge of a flip."""
         runs, _ = self._explained(jumps)
         s = self.swivel
         return left(jumps, jump, runs, s.angle, s.height, self.capture, self.fps)
@@ -99,7 +101,7 @@ class LimbFlips:
         return self._solved[passing]
 
     def doubts(self, run: Run) -> list[str]:
-        """Return the doubts about a correction, in words: noise, or C's path without the flip."""
+        """Return the doubts about a correction as clauses: noise nearby, or a worse path of C."""
         found = []
         if self.noisy[max(run.start - 1, 0) : run.stop + 1].any():
             found.append("there is a burst of noise")
@@ -111,12 +113,16 @@ class LimbFlips:
         return found
 
     def departures_without(self, offset: Array) -> Array:
-        """Return the departures of the limb's turn minus an offset, radians, (frames,)."""
+        """Return the departures of the limb's turns without an offset, radians, (frames,)."""
         turns = wrap(self.swivel.jump - np.diff(offset, prepend=offset[:1]))
         return np.where(self.capture, departure(np.where(self.capture, turns, 0.0)), 0.0)
 
     def end_carried(self, start: int, offset: Array) -> bool:
-        """True if E turned along in a flip from `start` on, so that it jumps less at the edges."""
+        """True if E rotated with the limb in a flip, that is, if its edges shrink when E is turned
+        back.
+
+        start, offset: the flip's first frame, and its angles in radians.
+        """
         along, kept = (_end_turns(self.swivel, start, offset, along=a) for a in (True, False))
         return along < kept
 
@@ -136,9 +142,10 @@ class LimbFlips:
 
 
 def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]:
-    """Return C's path over a flip and nearby, as captured and with the flip removed.
+    """Return measures of C's path over a flip and around it, as captured and without the flip.
 
-    Each as its length and the length of its second differences, shares of the limb's length, (2,).
+    Each is (2,): the path's length and the total length of its second differences, both as
+    fractions of the limb's length.
     """
     stop = start + len(offset)
     low = max(start - _BESIDE, 0)
@@ -154,9 +161,9 @@ def child_path(swivel: Swivel, start: int, offset: Array) -> tuple[Array, Array]
 
 
 def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> float:
-    """Return how far E turns at the edges of a flip after its removal, radians.
+    """Return how far E still turns at the edges of a flip after the flip is removed, radians.
 
-    along: True if E turned along with the limb and is turned back.
+    along: True if E rotated with the limb and is turned back with it.
     """
     end = swivel.end
     total = 0.0
@@ -174,7 +181,7 @@ def _end_turns(swivel: Swivel, start: int, offset: Array, *, along: bool) -> flo
 
 
 def _explained(limb: LimbFlips, run: Run) -> dict[str, Any]:
-    """Return why a flip was found; degrees, odds as logarithms."""
+    """Return the evidence for a flip by name; angles in degrees, odds as logarithms."""
     swivel = limb.swivel
     edges = (run.first, *run.followed, run.last)
     (length, roughness), (after, rough_after) = child_path(swivel, run.start, run.offset)
@@ -203,28 +210,28 @@ def _edge(jump: Jump) -> dict[str, Any]:
 
 @dataclass(frozen=True, eq=False)
 class LimbFlipAnalysis:
-    """All limbs before a threshold is chosen; limbs have the methods of a detector's analysis."""
+    """The analysis of all limbs before a threshold is chosen, with the methods of `Analysis`."""
 
     limbs: Mapping[str, LimbFlips]
 
     def automatic_tau(self, limb: str) -> float:
-        """Return the automatic τ, radians: a departure of the limb's turn in one frame."""
+        """Return the automatic τ in radians, a departure of the limb's turn in one frame."""
         del limb
         return TAU
 
     def strength(self, limb: str) -> Array:
-        """Return the limb's turn in each frame beyond its motion, radians ≥ 0, (frames,)."""
+        """Return the size of the limb's departures, radians ≥ 0, (frames,)."""
         return np.abs(self.limbs[limb].departures)
 
     def intervals(self, limb: str, tau: float) -> tuple[Interval, ...]:
-        """Return the flips of a limb at τ radians, by start."""
+        """Return the flips of a limb at threshold τ, radians, by start."""
         return self.limbs[limb].intervals(tau)
 
 
 def analyse_limbs(
     motion: Motion, limbs: Sequence[Limb], tell: Tell | None = None
 ) -> LimbFlipAnalysis:
-    """Analyse limbs as far as that does not depend on τ; tell: called with the progress."""
+    """Analyse limbs, except for the part that depends on τ; tell: callback for the progress."""
     tell = tell or nobody
     border = find_cuts(motion)
     swivels = []

@@ -1,4 +1,4 @@
-"""Jumps of a limb about its line: sharp ones in a single frame, soft ones over several."""
+"""Jumps of a limb about its line: sharp ones in a single frame, soft ones over several frames."""
 
 from __future__ import annotations
 
@@ -25,12 +25,13 @@ SHARP = float(np.radians(40.0))  # a larger turn in a frame is not part of a sof
 
 @dataclass(frozen=True)
 class Jump:
-    """A jump in frames [start, stop): turns, radians a frame; scale: of the limb's own motion.
+    """A jump of a limb about its line in frames [start, stop).
 
-    step: how far the limb's end jumps in it beyond its motion nearby, of the limb's length; sharp:
-    True for a jump in one frame, False for one over several frames, which only together turn the
-    limb round; leads: True if it exceeds τ and needs an explanation; the others are possible
-    partners.
+    turns: radians per frame; scale: the natural size of the limb's own departures there, radians;
+    step: how far the limb's end moves in the jump beyond its motion nearby, as a fraction of the
+    limb's length; sharp: True for a jump in one frame, False for a jump over several frames that
+    only together turn the limb over; leads: True if the jump exceeds τ and needs an explanation,
+    False if it can only be the other edge of a run.
     """
 
     start: int
@@ -43,20 +44,20 @@ class Jump:
 
     @property
     def turn(self) -> float:
-        """The sum of its turns."""
+        """The sum of the jump's turns, radians."""
         return sum(self.turns)
 
 
 def departure(turns: Array) -> Array:
-    """Return a limb's turns beyond the median of nearby frames, radians, (frames,).
+    """Return a limb's turns minus the median of nearby frames, radians, (frames,).
 
-    The frame itself does not count, nor does the first, which has no turn.
+    The median excludes the frame itself, and frame 0, which has no turn.
     """
     return wrap(turns - around(turns))
 
 
 def around(values: Array, frames: Index | slice = slice(None)) -> Array:
-    """Return the median of the values near each of the frames, without itself and the first."""
+    """Return the median of the values near each frame, without the frame itself and frame 0."""
     padded = np.full(len(values) + 2 * NEAR, np.nan)
     padded[NEAR:-NEAR] = values
     padded[: NEAR + 1] = np.nan
@@ -66,7 +67,7 @@ def around(values: Array, frames: Index | slice = slice(None)) -> Array:
 
 
 def _median(windows: Array) -> Array:
-    """Return the median of each row without NaN; 0 for a row of NaN."""
+    """Return the median of each row, ignoring NaN; 0 for a row of NaN only."""
     ordered = np.sort(windows, axis=1)  # NaN last
     count = np.isfinite(ordered).sum(axis=1)
     rows, middle = np.arange(len(ordered)), np.maximum(count - 1, 0)
@@ -75,10 +76,10 @@ def _median(windows: Array) -> Array:
 
 
 def scale(departures: Array, height: Array, fps: float, frames: Index) -> Array:
-    """Return how far a limb naturally departs from its own median near each of the frames.
+    """Return how far a limb naturally departs from its own median near each of the given frames.
 
-    height: of its middle joint off the line, as a share of its length: the nearer that is, the
-    further the same unrest turns it.
+    height: distance of the middle joint from the line between the limb's ends, as a fraction of the
+    limb's length. The smaller it is, the more the same jitter turns the limb about its line.
     """
     half = max(NEAR, round(_SCALE_SECONDS * fps))
     padded = np.pad(np.abs(departures), half, mode="symmetric")
@@ -94,9 +95,10 @@ def sharp_jumps(
     steps_at: Callable[[Index], Array],
     tau: float,
 ) -> list[Jump]:
-    """Return frames that depart by τ radians, or by less but far more than usual for the limb.
+    """Return the jumps in one frame: departures of τ radians, or smaller but unusual for the limb.
 
-    scale_at, steps_at: the limb's scale and how far its end jumps, at some frames.
+    scale_at, steps_at: functions that return the limb's scale, and how far its end moves, at the
+    given frames.
     """
     size = np.abs(departures)
     at = np.flatnonzero(size >= min(tau, _WEAK))
@@ -110,7 +112,7 @@ def sharp_jumps(
 
 
 def soft_jumps(turns: Array, sharp: Mask, fps: float) -> list[Jump]:
-    """Return runs of fast turns of one sign, none of them sharp, that together make a flip."""
+    """Return runs of fast turns in one direction, none of them sharp, that together make a flip."""
     found = set()
     for pace in _SOFT_PACES / fps:
         moving = (np.abs(turns) > pace) & ~sharp

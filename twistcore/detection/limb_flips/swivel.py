@@ -1,4 +1,4 @@
-"""The swivel of a limb: the angle of its middle joint about the line from first joint to end."""
+"""The swivel of a limb: the angle of its middle joint about the line between its ends."""
 
 from __future__ import annotations
 
@@ -22,12 +22,14 @@ _LARGE = np.radians(90.0)  # a turn that may take two frames
 
 @dataclass(frozen=True, eq=False)
 class Swivel:
-    """A limb about its own line, frame by frame; radians, shares of the limb's length, (frames,).
+    """A limb's rotation about its own line; radians, or fractions of the limb's length.
 
-    angle: φ of C about the line P-E, measured from `side`, (3,), where C is in most of the clip, a
-    direction fixed in the frame of P's parent; jump: how far the limb turned about its line since
-    the frame before, on a straight limb too; height: of C off the line; step: how far E moved from
-    P; line: unit vector from P to E, (frames, 3), and end: rotation of E, (frames, 4), in the room.
+    angle: the angle φ of C about the line from P to E, (frames,), measured from `side`; side: the
+    direction in which C is in most of the clip, fixed in the frame of P's parent, (3,); jump: how
+    far the limb turned about its line since the previous frame, even if it is straight, (frames,);
+    height: the distance of C from the line, (frames,); step: how far E moved relative to P,
+    (frames,); line: the unit vector from P to E, (frames, 3); child: the position of C relative to
+    P, (frames, 3); end: the rotation of E, (frames, 4). The last three are in world space.
     """
 
     angle: Array
@@ -40,14 +42,14 @@ class Swivel:
     side: Array
 
     def angle_at(self, to_child: Array, to_end: Array) -> Array:
-        """Return φ of other positions of C and E, from :func:`~twistcore.skeleton.limb.places`."""
+        """Return φ for other positions of C and E, from :func:`~twistcore.skeleton.limb.places`."""
         line = to_end / np.maximum(np.linalg.norm(to_end, axis=1), 1e-12)[:, None]
         aside = to_child - np.einsum("ti,ti->t", to_child, line)[:, None] * line
         return _angle(line, aside, self.side)
 
 
 def swivel_of(motion: Motion, limb: Limb) -> Swivel:
-    """Return the swivel of a limb; 0 in frames without a line."""
+    """Return the swivel of a limb; angle and jump are 0 in frames with an undefined line."""
     to_child, to_end = places(motion, limb)
     length = float(
         np.linalg.norm(to_child, axis=1).mean() + np.linalg.norm(to_end - to_child, axis=1).mean()
@@ -76,7 +78,7 @@ def swivel_of(motion: Motion, limb: Limb) -> Swivel:
 
 
 def _global_rotation(motion: Motion, joint: int) -> Array:
-    """Return the rotation of a joint in the room, (frames, 4); the identity above the root."""
+    """Return the global rotation of a joint, (frames, 4); the identity for the root's parent."""
     out = np.zeros((motion.frames, 4))
     out[:, 0] = 1.0
     while joint >= 0:
@@ -86,12 +88,12 @@ def _global_rotation(motion: Motion, joint: int) -> Array:
 
 
 def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) -> Array:
-    """Return the turn on which P's rotation, the bone before E, and C's position agree.
+    """Return the turn per frame on which P's rotation, the bone before E, and C's position agree.
 
-    A twist that a child takes back turns one of the rotations and moves no joint; bones that spin
-    move no joint either. In a straight limb C's position does not show the turn, so only both
-    rotations count. If none agree, the least turn is taken, unless they agree over two frames, one
-    of which turns the rotations and the other the position.
+    A twist that a child turns back changes one of the rotations and moves no joint; bones that spin
+    move no joint either. In a straight limb C's position does not show the turn, so only the two
+    rotations are compared. If they disagree, the smallest turn is taken, unless they agree over two
+    frames, one of which turns the rotations and the other the position.
     """
     out = np.zeros(len(line))
     limb = upper, lower, line, aside, height
@@ -107,10 +109,10 @@ def _jump(upper: Array, lower: Array, line: Array, aside: Array, height: Array) 
 
 
 def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mask]:
-    """Return how far a limb turns from some frames to others, (n,), and where witnesses agree.
+    """Return how far a limb turns from some frames to others, (n,), and where the measures agree.
 
-    before, after: P's rotation and the rotation of the bone before E, (n, 4), line and C off it,
-    (n, 3), and the height of C, (n,).
+    before, after: P's rotation and the rotation of the bone before E, (n, 4); the line and C's
+    offset from it, (n, 3); and the height of C, (n,).
     """
     upper, lower, line, aside, height = after
     way = _least_turn(before[2], line)
@@ -128,7 +130,9 @@ def _agreed(before: Sequence[Array], after: Sequence[Array]) -> tuple[Array, Mas
 
 
 def _least_turn(a: Array, b: Array) -> Array:
-    """Return the quaternion that takes unit vectors a to b the shortest way, (n, 4)."""
+    """Return the shortest rotations from unit vectors a to unit vectors b, as quaternions,
+    (n, 4).
+    """
     q = np.concatenate([1.0 + np.einsum("ti,ti->t", a, b)[:, None], np.cross(a, b)], axis=1)
     size = np.linalg.norm(q, axis=1, keepdims=True)
     turn: Array = np.where(size > 1e-6, q / np.maximum(size, 1e-12), [1.0, 0.0, 0.0, 0.0])
@@ -136,7 +140,10 @@ def _least_turn(a: Array, b: Array) -> Array:
 
 
 def _roll(before: Array, after: Array, way: Array, line: Array) -> Array:
-    """Return the turn of a rotation about the line without the line's own turn, (n,)."""
+    """Return how far a rotation turns about the line, apart from the line's own rotation, (n,).
+
+    before, after: the two rotations; way: the shortest rotation of the line.
+    """
     turn = multiply(after, conjugate(before))
     return twist_angle(multiply(turn, conjugate(way)), line)
 
@@ -155,12 +162,12 @@ def _usual_side(line: Array, aside: Array, height: Array) -> Array:
 
 
 def _angle(line: Array, aside: Array, side: Array) -> Array:
-    """Return φ of C, which lies at `aside` from the line, relative to a direction."""
+    """Return φ of C relative to the direction `side`; aside: C's offset from the line."""
     return angle_about(line, side - (line @ side)[:, None] * line, aside)
 
 
 def angle_about(axis: Array, a: Array, b: Array) -> Array:
-    """Return angles from a to b about a unit axis square to both, radians; (n, 3) → (n,)."""
+    """Return angles from a to b about a unit axis perpendicular to both, radians; (n, 3) → (n,)."""
     across = np.einsum("ti,ti->t", np.cross(a, b), axis)
     angle: Array = np.arctan2(across, np.einsum("ti,ti->t", a, b))
     return angle

@@ -1,10 +1,10 @@
-"""How far a level departs from its natural course over spans of every length.
+"""How far a level departs from its natural course, over spans of every length.
 
 A level U is the running sum of increments. Over the span [a, a + L] its natural course is a bridge:
-the cubic that keeps value and slope at both ends. The departure of U from the bridge is measured at
-a quarter, a half and three quarters of the span. A twist error that opens and closes within a span
-departs by δ there, however softly it sets in. Natural motion departs by little, and by less the
-shorter the span.
+the cubic with the same values and slopes at both ends. The departure of U from the bridge is
+measured at a quarter, a half and three quarters of the span. A twist error δ that begins and ends
+within a span causes a departure of δ there, however gradually it begins. Natural motion departs
+little, and less over shorter spans.
 """
 
 from __future__ import annotations
@@ -27,7 +27,10 @@ GRID = 4  # positions of a span's start, for each span length
 
 @dataclass(frozen=True)
 class Span:
-    """Spans of `length` frames that start every `step` frames; slopes over `reach` frames."""
+    """Spans of `length` frames that start every `step` frames.
+
+    reach: the number of frames over which the slopes at both ends are measured.
+    """
 
     length: int
     step: int
@@ -35,17 +38,17 @@ class Span:
 
     @property
     def support(self) -> int:
-        """The number of frames that a departure uses."""
+        """The number of frames that one departure uses."""
         return self.length + 2 * self.reach + 1
 
     def count(self, frames: int) -> int:
-        """Return the number of positions in so many frames."""
+        """Return the number of positions of the span in a clip of so many frames."""
         return max(0, (frames - self.support) // self.step + 1)
 
     def departures(self, level: Array) -> Array:
-        """Return departures from the bridge, radians: (…, frames) → (probes, …, positions).
+        """Return the departures from the bridge, radians: (…, frames) → (probes, …, positions).
 
-        Position j uses the frames from j·step on.
+        The departure at position j uses the frames from j·step on.
         """
         many = self.count(level.shape[-1])
         last = self.step * (many - 1) + 1
@@ -65,16 +68,16 @@ class Span:
         return out
 
     def noise(self) -> Array:
-        """Return the ratio of σ of the departures to σ of a level of white noise, (probes,)."""
+        """Return the σ of the departures of white noise of σ 1, (probes,)."""
         _, weights = self.nodes(0, 0)
         noise: Array = np.sqrt(1.0 + (weights**2).sum(axis=0))
         return noise
 
     def nodes(self, first: int, many: int) -> tuple[Index, Array]:
-        """Return the frames that departures at positions from `first` on use, and their weights.
+        """Return the frames that `many` departures from position `first` on use, and their weights.
 
-        The probe and the four ends of its bridge, (5, probes, positions); the weights of the ends
-        in :meth:`departures`, (4, probes).
+        The frames are of the probe and of the four ends of its bridge, (5, probes, positions); the
+        weights are those with which :meth:`departures` uses the ends, (4, probes).
         """
         h, n = self.reach, self.length
         inside = [round(probe * n) for probe in PROBES]
@@ -85,7 +88,7 @@ class Span:
 
 
 def spans(fps: float, frames: int) -> tuple[Span, ...]:
-    """Return all spans that fit at least twice into a clip of so many frames."""
+    """Return all spans that fit into the clip at least twice."""
     reach = max(1, round(SLOPE_SECONDS * fps))
     lengths = sorted({max(SHORTEST, round(seconds * fps)) for seconds in SPANS})
     found = (Span(n, max(1, n // GRID), reach) for n in lengths)
@@ -94,10 +97,11 @@ def spans(fps: float, frames: int) -> tuple[Span, ...]:
 
 @cache
 def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, float, float]:
-    """Return the weights of a cubic at the share `at` of a span, 0…1.
+    """Return the weights of a cubic at the fraction `at` (0…1) of the way through a span.
 
-    They apply to the levels `reach` frames before its first frame, at its first, at its last, and
-    `reach` frames after: the cubic keeps both values and both slopes (Hermite).
+    The weights are for the levels at four frames: `reach` frames before the span's first frame, the
+    first frame, the last frame, and `reach` frames after the last. The cubic keeps both values and
+    both slopes (Hermite).
     """
     rise = at * at * (3.0 - 2.0 * at)
     slope_in = at * (1.0 - at) ** 2 * (length / reach)
@@ -106,10 +110,10 @@ def bridge_weights(at: float, length: int, reach: int) -> tuple[float, float, fl
 
 
 def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
-    """Return the natural course of levels (…, frames) over [start, stop) from nearby frames.
+    """Return the natural course of levels (…, frames) over [start, stop), from nearby frames.
 
-    Both ends need a frame outside; if fewer than `reach` frames lie beyond one, the slope is
-    measured over the existing ones.
+    Both ends need at least one frame outside; if there are fewer than `reach`, the slope is
+    measured over the frames that exist.
     """
     first, last = start - 1, stop
     before, behind = min(reach, first), min(reach, level.shape[-1] - 1 - last)
@@ -126,7 +130,10 @@ def bridge(level: Array, start: int, stop: int, reach: int) -> Array:
 
 @lru_cache(maxsize=1024)
 def _cubic(length: int) -> tuple[Array, Array, Array, Array]:
-    """Return weights of a cubic's ends and its slopes a frame, at inner frames, (length − 1,)."""
+    """Return a cubic's weights for both end values and both slopes per frame, (length − 1,) each.
+
+    The weights are for the inner frames of a span.
+    """
     t = np.arange(1, length) / length
     rise = t * t * (3.0 - 2.0 * t)
     found = 1.0 - rise, rise, t * (1.0 - t) ** 2 * length, t * t * (1.0 - t) * length

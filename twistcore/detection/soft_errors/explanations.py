@@ -1,4 +1,4 @@
-"""Explanations of a seed of a soft error in a chain: an offset as it is, or a softened level."""
+"""Explanations of a departure by a soft error of a chain: a free offset or a softened level."""
 
 from __future__ import annotations
 
@@ -48,7 +48,11 @@ Frames: TypeAlias = tuple[int, int]  # [start, stop)
 
 
 class Tried(NamedTuple):
-    """An offset over the frames of a stretch, with what it leaves, its cost in nats, and its σ."""
+    """An offset that was tried, over the frames of a stretch.
+
+    left: the remaining surprise plus the price of the offset, in nats; offset: radians, (frames,);
+    sigma: its standard deviation, radians.
+    """
 
     left: float
     offset: Array
@@ -60,7 +64,11 @@ NONE = Tried(np.inf, np.zeros(0), 0.0)
 
 @dataclass(frozen=True)
 class Seed:
-    """A span that departs too far: the rank of the span, its position, its middle frame."""
+    """A span with a departure that is too large, from which a search begins.
+
+    gain: nats; row: its chain; at: the index of the span; position: its position; middle: its
+    middle frame; length: its length in frames.
+    """
 
     gain: float
     row: int
@@ -71,9 +79,9 @@ class Seed:
 
 
 class Explanations:
-    """The possible explanations of a seed in its row, each judged once.
+    """The possible explanations of a seed in its row, each evaluated only once.
 
-    Free offsets over frames around the seed are tried at once, softened levels on request.
+    Free offsets over frames around the seed are evaluated immediately, softened levels on request.
     """
 
     def __init__(self, surprise: Surprise, place: Seed) -> None:
@@ -97,9 +105,9 @@ class Explanations:
             self._try_free(spans)
 
     def best(self, fit_below: float) -> SoftError | None:
-        """Return the course of an offset that leaves the least surprise.
+        """Return the soft error with the lowest cost, or None if none gains enough.
 
-        fit_below: offsets of fewer σ are also tried as a softened level.
+        fit_below: an offset of fewer σ than this is also fitted as a softened level.
         """
         best = self._free
         if best is None:
@@ -122,7 +130,7 @@ class Explanations:
         return max(a, 1), min(b, self._surprise.frames - 1)
 
     def _try_free(self, spans: set[Frames]) -> None:
-        """Try free offsets over frames, and keep the one that leaves the least."""
+        """Try free offsets over several frame ranges, and keep the one with the lowest cost."""
         known = self._known
         inner = {self._within(*p) for p in spans}
         self._judge({p for p in inner if p[0] < p[1]})
@@ -136,7 +144,7 @@ class Explanations:
         self._free = min(known.values(), key=lambda t: t.left)
 
     def _judge(self, some: set[Frames]) -> None:
-        """Judge free offsets over frames that are not known yet."""
+        """Evaluate free offsets over the frame ranges that have not been evaluated yet."""
         low, high, known = self._low, self._high, self._known
         new = [p for p in sorted(some) if p not in known and low <= p[0] < p[1] <= high]
         if not new:
@@ -152,7 +160,11 @@ class Explanations:
             known[a, b] = Tried(float(left[n]) + self._price * (b - a), offsets[n], sigmas[n])
 
     def _tried_as_level(self, free: Tried, ratio: float) -> Tried:
-        """Return the softened level that leaves least, or an offset of many σ if better."""
+        """Return the softened level with the lowest cost, or a clear free offset if that is
+        cheaper.
+
+        ratio: the largest value of the free offset, in σ.
+        """
         stretch, place, low = self._stretch, self._place, self._low
         self._surprise.work += LEVELS * (TO_BEGIN + len(stretch.u))
         rivals = [free] if ratio >= FREE_AT else []
@@ -170,7 +182,7 @@ class Explanations:
 
 
 def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
-    """Return frames [start, stop) of errors that may be visible in a span."""
+    """Return the frame ranges [start, stop) of errors that may have caused a seed."""
     half = place.length / 2
     found: set[Frames] = set()
     for factor in WINDOWS:
@@ -198,9 +210,9 @@ def _proposed(surprise: Surprise, place: Seed) -> set[Frames]:
 
 
 def _likely_levels(stretch: Stretch, length: int, middle: int) -> list[tuple[Level, float]]:
-    """Return the levels around a seed that explain u best, and how far scales were widened for it.
+    """Return the levels around a seed that explain u best, each with the widening of the scales.
 
-    length, middle: of the seed's span, in frames of the stretch.
+    length, middle: the length and the middle of the seed's span, in frames of the stretch.
     """
     n, shift, onset = (v.ravel() for v in np.meshgrid(length * np.array(LENGTHS), PLACES, ONSETS))
     start = middle + shift * np.maximum(n, length) - 0.5 * n

@@ -1,8 +1,9 @@
-"""How far natural motion departs from its bridges, at every span, measured in the clip itself.
+"""How far natural motion departs from its bridges over every span, measured in the clip itself.
 
-No twist error changes x + y of a chain. So the part of x that follows it, β(x + y), is natural, and
-only the rest, u = x − β(x + y), contains an error, in full. If P does not twist, β is 0 and u is x;
-if C does not, β is 1 and u is −y; in between, u is the part that nothing else explains.
+A twist error does not change x + y of a chain. So β(x + y), the part of x that is proportional to
+this sum, is natural, and the remainder u = x − β(x + y) contains the whole error. If P does not
+twist, β is 0 and u is x; if C does not twist, β is 1 and u is −y; in all other cases u is the part
+of x that x + y does not explain.
 """
 
 from __future__ import annotations
@@ -31,16 +32,16 @@ CAP = 14.0  # nats: beyond it, all departures are equally unlikely
 
 
 def cost(z: Array, cap: float = CAP) -> Array:
-    """Return −log likelihood of a departure of z σ, given x + y; at most `cap`."""
+    """Return the negative log-likelihood of a departure of z σ, given x + y, limited to `cap`."""
     return np.minimum(0.5 * (NU + 2.0) * np.log1p(z * z / (NU + 1.0)), cap)
 
 
 @dataclass(frozen=True, eq=False)
 class Natural:
-    """Natural departures over one span.
+    """The scales of natural departures over one span.
 
-    beta: (chains,); sigma, sigma_sum: scales of u and of x + y, radians, (probes, chains,
-    positions).
+    beta: β of each chain, (chains,); sigma, sigma_sum: the scales of u and of x + y, radians,
+    (probes, chains, positions).
     """
 
     span: Span
@@ -49,12 +50,12 @@ class Natural:
     sigma_sum: Array
 
     def rest(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Return u and x + y for departures (probes, chains, positions) in x and y."""
+        """Return u and x + y for the departures of x and y, each (probes, chains, positions)."""
         total = x + y
         return x - self.beta[:, None] * total, total
 
     def spread(self, total: Array) -> Array:
-        """Return the scale of u, given x + y: both may be unusual together (multivariate t)."""
+        """Return the scale of u, which grows with x + y as in a multivariate t distribution."""
         z = total / self.sigma_sum
         return np.asarray(self.sigma * np.sqrt((NU + z * z) / (NU + 1.0)))
 
@@ -62,9 +63,10 @@ class Natural:
 def natural_scales(
     x: Array, y: Array, fps: float, spans: tuple[Span, ...], bad: Mask, step: float = 0.0
 ) -> list[Natural]:
-    """Return scales at every span from the frames that are not bad; all (chains, frames), radians.
+    """Return the natural scales over every span, measured in the frames that are not marked bad.
 
-    step: of the angles as written: no scale is below their rounding.
+    x, y: increments, radians, (chains, frames); bad: mask of the same shape; step: the rounding
+    step of the angles in the file; no scale is smaller than the noise of that rounding.
     """
     frames = x.shape[1]
     level_x, level_y = np.cumsum(x, axis=1), np.cumsum(y, axis=1)
@@ -109,9 +111,10 @@ def natural_scales(
 
 
 def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
-    """Return β with the least Σ|x − β(x + y)| over clean positions, 0…1; (chains, n) → (chains,).
+    """Return the β in 0…1 that minimises Σ|x − β(x + y)| over the clean positions.
 
-    Absolute values are summed, so that remaining errors have no influence.
+    x, total, clean: (chains, n); β: (chains,). Absolute values are summed so that remaining errors
+    have little influence.
     """
     step = max(1, x.shape[1] // SAMPLES)
     x, total = x[:, ::step], total[:, ::step]
@@ -126,7 +129,7 @@ def fitted_share(x: Array, total: Array, clean: Mask) -> Array:
 
 
 def _scales(values: Array, clean: Mask, window: int) -> Array:
-    """Return σ = 1.48·(mean √|r|)² over nearby clean positions, (probes, chains, positions)."""
+    """Return σ = 1.48·(mean √|r|)² over the clean positions nearby, (probes, chains, positions)."""
     root = np.sqrt(np.abs(values))
     root *= clean
     many = clean.sum(axis=1)[:, None]
@@ -138,7 +141,7 @@ def _scales(values: Array, clean: Mask, window: int) -> Array:
 
 
 def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array]:
-    """Return the means of `root` and of `clean` over ± window positions, cut at the ends."""
+    """Return the means of `root` and of `clean` within ± window positions, fewer at the ends."""
     n = root.shape[-1]
     low = np.maximum(np.arange(n) - window, 0)
     high = np.minimum(np.arange(n) + window + 1, n)
@@ -151,9 +154,9 @@ def _box_mean_parts(root: Array, clean: Mask, window: int) -> tuple[Array, Array
 
 
 def unlikely_increments(x: Array, y: Array, fps: float, step: float = 0.0) -> Mask:
-    """Return frames with conspicuous increments, (chains, frames), to exclude from measurements.
+    """Return a mask of the frames with conspicuous increments, (chains, frames).
 
-    step: of the angles as written.
+    These frames are excluded from measurements. step: the rounding step of the angles in the file.
     """
     least = max(0.5 * FLOOR, math.sqrt(2.0) * ROUNDED * step)
     everywhere = np.ones(x.shape, dtype=bool)

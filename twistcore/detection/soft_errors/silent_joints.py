@@ -1,8 +1,8 @@
-"""Joints that do not twist at all: there the whole twist is the error, at any pace.
+"""Joints that never twist: at such a joint any twist is an error, at any pace.
 
-A rig may give a joint, such as an elbow, no freedom to twist. Its level is then constant wherever
-there is no error. It is constant even while the other joint of the chain moves, unlike the level of
-a joint at rest.
+A rig may give a joint, such as an elbow, no freedom to twist. The sum of its twist increments, its
+level, is then constant wherever there is no error. Unlike the level of a joint at rest, it is
+constant even while the other joint of the chain moves.
 """
 
 from __future__ import annotations
@@ -41,10 +41,11 @@ BESIDE = 8  # at least so many frames nearby, to measure P's own motion
 
 
 def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
-    """Return how far the level is off its constant value, radians, (frames,); None without one.
+    """Return how far the level is from its constant value, radians, (frames,); None if it has none.
 
-    increments, other: of a joint and of the other one of its chain, radians, (frames,); cut: cuts
-    of the clip: the change of a level there is unknown, so it is measured again after each.
+    increments, other: the increments of the joint and of the other joint of its chain, radians,
+    (frames,); cut: mask of the clip's cuts. The change of the level across a cut is unknown, so the
+    constant value is determined separately for each part between cuts.
     """
     moving = np.abs(other) > MOVES
     still = np.abs(increments) < STILL
@@ -67,10 +68,11 @@ def standing_level(increments: Array, other: Array, cut: Mask) -> Array | None:
 
 
 def silent_sides(surprise: Surprise) -> dict[int, int]:
-    """Return the chains with a silent joint, by row: 1 if it is P, −1 if it is C.
+    """Return the rows of the chains with a silent joint, with 1 if it is P and −1 if it is C.
 
-    A chain in which the image of a neighbour's error would show counts only if that neighbour has a
-    silent joint too; without one the two could not be distinguished.
+    If an error of a neighbouring chain would also appear at this joint, the chain is included only
+    if that neighbour has a silent joint too, because the two errors cannot be distinguished without
+    one.
     """
     many = surprise.limbs.count
     if surprise.limbs.step:  # if angles are rounded every joint is still from time to time
@@ -95,32 +97,36 @@ def silent_sides(surprise: Surprise) -> dict[int, int]:
 
 
 def _both_ways(surprise: Surprise, row: int) -> tuple[tuple[int, Array, Array], ...]:
-    """Return the side, the joint that may be silent there, and the other one, of a chain."""
+    """Return (side, silent joint, other joint) with the joints' increments, for both sides of a
+    chain.
+    """
     x, y = surprise.x[row], surprise.y[row]
     return (1, x, y), (-1, y, x)
 
 
 def _answered(own: Array, other: Array) -> bool:
-    """True if the other joint answers the turns of a joint that is silent elsewhere.
+    """True if the other joint turns back the few turns of a joint that is silent elsewhere.
 
-    A joint that was held over gaps is still there, too, but its other turns are its own.
+    A joint that was held over gaps is also silent there, but the other joint does not turn back its
+    remaining turns.
     """
     turns = np.abs(own) >= STILL
     return bool(np.abs(own + other)[turns].sum() <= ANSWERED * np.abs(other)[turns].sum())
 
 
 def silent_level(surprise: Surprise, row: int, side: int) -> Array | None:
-    """Return the twist error of P that a silent joint of a chain shows, radians, (frames,)."""
+    """Return the twist error of P that appears at a silent joint of a chain, radians, (frames,)."""
     x, y = surprise.x[row], surprise.y[row]
     level = standing_level(x, y, surprise.cut) if side > 0 else standing_level(y, x, surprise.cut)
     return None if level is None else side * level
 
 
 def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
-    """Return errors that silent joints of a limb show, removed one after the other.
+    """Return the errors that appear at silent joints of a limb, found and removed one at a time.
 
-    sides: of the silent rows. If several are off together, one may be the image of the other: the
-    error is the one whose removal leaves the least.
+    sides: the rows with a silent joint, as from :func:`silent_sides`. If several silent joints
+    twist in the same frames, one error may cause all of it: the error whose removal leaves the
+    smallest turns is taken.
     """
     found: list[SoftError] = []
     done: Mask = np.zeros((surprise.rows, surprise.frames), dtype=bool)
@@ -149,9 +155,9 @@ def silent_errors(surprise: Surprise, sides: dict[int, int]) -> list[SoftError]:
 
 
 def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
-    """Return how many times as far as a silent C turns back P turns in [start, stop); 1 if unclear.
+    """Return the ratio of P's turn to the turn back of a silent C in [start, stop); 1 if unclear.
 
-    P's natural motion is estimated by a cubic through nearby frames.
+    P's natural motion is estimated with a cubic through nearby frames.
     """
     beside = max(BESIDE, (stop - start) // 2)
     low, high = max(start - beside, 1), min(stop + beside, surprise.frames)
@@ -171,7 +177,7 @@ def _farther(surprise: Surprise, row: int, start: int, stop: int) -> float:
 
 
 def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
-    """Return the share of silent joints' turns around an error that remains without it."""
+    """Return the fraction of the silent joints' turns around an error that remains without it."""
     before = _turned(surprise, sides, error)
     _take_out(surprise, error)
     left = _turned(surprise, sides, error)
@@ -182,9 +188,9 @@ def _left(surprise: Surprise, sides: dict[int, int], error: SoftError) -> float:
 def _of_two_chains(
     surprise: Surprise, sides: dict[int, int], best: SoftError, alike: list[SoftError]
 ) -> SoftError:
-    """Return, of equally good errors in the same frames, the one that the other joint answers.
+    """Return, of equally good errors in the same frames, the error that the other joint turns back.
 
-    Two chains share a silent joint, which does not show whose error it is.
+    Two chains share a silent joint, which does not show to which of them the error belongs.
     """
     answers = {
         e: _unanswered(surprise, e, sides[e.row])
@@ -196,7 +202,7 @@ def _of_two_chains(
 
 
 def _unanswered(surprise: Surprise, error: SoftError, side: int) -> float:
-    """Return the other joint's turns without an error, relative to its turns with it."""
+    """Return both joints' remaining turns without an error, relative to the other joint's turns."""
     own, other = _both_ways(surprise, error.row)[side < 0][1:]
     at = slice(max(error.start, 1), error.stop + 1)
     left, turned = own[at] + other[at], other[at]
@@ -222,10 +228,10 @@ def _take_out(surprise: Surprise, error: SoftError) -> None:
 
 
 def off_runs(level: Array, cut: Mask) -> list[tuple[int, int]]:
-    """Return frames [start, stop) in which a level is off, if it is off by enough.
+    """Return the frame ranges [start, stop) in which a level is far enough from 0 to be an error.
 
-    A cut ends a run; a run in a few frames at the start before a cut, as with a T-pose, does not
-    count.
+    A range ends at a cut. Ranges within a part of the clip that is only a few frames long, such as
+    a T-pose at the start, are left out.
     """
     off = np.flatnonzero(np.abs(level) > STANDS)
     if not len(off):

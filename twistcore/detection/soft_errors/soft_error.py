@@ -1,4 +1,4 @@
-"""An error that sets in softly."""
+"""A soft error: a twist error that begins and ends gradually instead of with a jump."""
 
 from __future__ import annotations
 
@@ -25,11 +25,12 @@ LEAST_BEHIND = 2.0  # an error at an end of the clip must be so many times short
 
 @dataclass(frozen=True, eq=False)
 class SoftError:
-    """Twist error of P of the chain in `row`, from frame `start` on, (frames,), radians.
+    """The twist error of joint P in the chain of `row`, from frame `start` on.
 
-    gain: nats against natural motion; sigma: of its correction, radians; followed: the share of it
-    by which C turns back; unsure: True if it is only shown; silent: True if a joint that is silent
-    elsewhere shows it.
+    offset: the error in radians, (frames,); gain: the log-likelihood ratio of the error over
+    natural motion, in nats; sigma: the standard deviation of the correction, radians; followed: the
+    fraction of the error that C turns back; unsure: True if the error is reported but not
+    corrected; silent: True if it shows at a joint that never twists elsewhere in the clip.
     """
 
     row: int
@@ -43,7 +44,7 @@ class SoftError:
 
     @property
     def stop(self) -> int:
-        """The frame after the last."""
+        """The frame after the error's last frame."""
         return self.start + len(self.offset)
 
     def trimmed(self) -> SoftError:
@@ -58,11 +59,12 @@ class SoftError:
 def judged(
     error: SoftError, x: Array, y: Array, cut: NDArray[np.bool_], side: int = 0, *, last: bool
 ) -> SoftError:
-    """Return the error, unsure if one joint moved alone, or if either side may be the wrong one.
+    """Return the error, marked unsure if only one joint moved or the wrong side may be corrected.
 
-    x, y: increments of its chain as captured, (frames,); cut: cuts of the clip; side: 1 if a silent
-    P shows it, −1 if a silent C does, 0 if neither; last: True if no chain continues from C, so
-    that a C that shows it alone may show an error further down.
+    x, y: the captured increments of the error's chain, (frames,); cut: mask of the clip's cuts,
+    (frames,); side: 1 if the error shows at a P that never twists, −1 if at such a C, 0 if at
+    neither; last: True if no chain continues from C, so that an error that only C shows may belong
+    to a joint below it.
     """
     frames = len(x)
     at_end = error.start == 0 or error.stop == frames
@@ -76,10 +78,11 @@ def judged(
 
 
 def _answered(own: Array, other: Array, start: int, stop: int) -> bool:
-    """True if the other joint turns back the turn of a silent joint in [start, stop).
+    """True if the other joint turns back the turn of a silent joint in frames [start, stop).
 
-    A joint that only rested turns by itself, and the other does not respond: neither with its whole
-    turn nor, if that is lost in natural motion, with the changes of its pace.
+    A joint that was only at rest turns by itself, and the other joint does not respond: its total
+    turn does not match, and neither do the changes of its pace, which are compared if the total is
+    lost in natural motion.
     """
     at = slice(max(start, 1), stop + 1)
     if np.abs(own + other)[at].sum() <= LEFT_OVER * np.abs(other)[at].sum():

@@ -1,4 +1,4 @@
-"""Soft errors, in addition to the intervals between jumps."""
+"""The search for soft errors, which adds to the intervals that are found between jumps."""
 
 from __future__ import annotations
 
@@ -39,9 +39,10 @@ BESIDE = 2  # frames around an interval in which a departure casts doubt on it
 
 @dataclass(frozen=True, eq=False)
 class Known:
-    """An interval that is known: offset of P from frame `start` on, radians.
+    """An interval that was found before the search for soft errors.
 
-    firm: True for a straight limb, doubted only if a silent joint explains it better.
+    offset: the error of P from frame `start` on, in radians; firm: True for an error of a straight
+    limb, which is questioned only if a silent joint explains it better.
     """
 
     row: int
@@ -51,16 +52,16 @@ class Known:
 
     @property
     def stop(self) -> int:
-        """The frame after the last."""
+        """The frame after the interval's last frame."""
         return self.start + len(self.offset)
 
 
 @dataclass(frozen=True, eq=False)
 class Searched:
-    """The result of a search of limbs.
+    """The result of a search for soft errors.
 
-    found: soft errors; replaced: the known intervals that they replace; left: frames of limbs that
-    the search did not reach within its budget, (limbs, frames).
+    found: the soft errors; replaced: the known intervals that they replace; left: mask of the
+    frames that the search did not reach within its budget, (limbs, frames).
     """
 
     found: list[SoftError]
@@ -71,23 +72,23 @@ class Searched:
 def soft_errors(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known]
 ) -> tuple[list[SoftError], list[Known]]:
-    """Return soft errors, and the known intervals that they replace."""
+    """Return the soft errors of limbs, and the known intervals that these errors replace."""
     searched = search(limbs, fps, cut, known)
     return searched.found, searched.replaced
 
 
 def budget_of(frames: int, joints: int) -> float:
-    """Return the work that the searches of a clip may take in all, in units of `Surprise.work`."""
+    """Return the work allowed for all searches in a clip, in units of `Surprise.work`."""
     return BUDGET * joints * max(frames, LEAST_FRAMES)
 
 
 def search(
     limbs: Limbs, fps: float, cut: Mask, known: Sequence[Known], budget: float = math.inf
 ) -> Searched:
-    """Search limbs for soft errors; budget: the work that it may take.
+    """Search limbs for soft errors; budget: the work allowed, in units of `Surprise.work`.
 
-    Known errors are removed first. If the rest is not natural motion at some time scale, the known
-    errors there are doubted, and everything is explained again.
+    The known errors are removed first. Where the remaining motion is not natural at some time
+    scale, the known errors are put back, and everything there is explained again.
     """
     left = np.zeros((limbs.count, limbs.frames), dtype=bool)
     surprise = Surprise(limbs, fps, cut, budget)
@@ -172,10 +173,10 @@ def search(
 def _better(
     surprise: Surprise, doubted: Sequence[Known], found: Sequence[SoftError]
 ) -> list[SoftError]:
-    """Return the soft errors that explain more than the known errors in their place.
+    """Return the soft errors that explain more than the known errors in the same frames.
 
-    Errors that overlap in a limb are kept or dropped together: a stretch is explained by one set or
-    by the other.
+    Overlapping errors of a limb are accepted or rejected together: a group of frames is explained
+    either by the soft errors or by the known ones.
     """
     out: list[SoftError] = []
     for limb in range(surprise.limbs.count):
@@ -205,7 +206,7 @@ def _move(surprise: Surprise, error: SoftError | Known, sign: float) -> None:
 
 
 def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
-    """Return frames [low, high) of overlapping errors."""
+    """Return the frame ranges [low, high) that are covered by groups of overlapping errors."""
     out: list[tuple[int, int]] = []
     for e in sorted(errors, key=lambda e: e.start):
         if out and e.start < out[-1][1]:
@@ -218,10 +219,11 @@ def _stretches(errors: Sequence[SoftError | Known]) -> list[tuple[int, int]]:
 def _lively_errors(
     surprise: Surprise, bad: Mask, lively: NDArray[np.bool_]
 ) -> tuple[list[SoftError], Mask]:
-    """Return soft errors of chains whose joints both twist, and `left` of :class:`Searched`.
+    """Return the soft errors of chains whose joints both twist, and the mask of frames not reached.
 
-    The second round, with scales measured without the first round's errors, has the rest of the
-    budget, at least half. Without it natural restlessness is taken for errors.
+    The mask is `left` of :class:`Searched`. There are two rounds; the second measures the natural
+    scales without the errors found in the first. It gets the rest of the budget, at least half,
+    because errors found in the first round alone may be natural restlessness.
     """
     left = np.zeros((surprise.limbs.count, surprise.frames), dtype=bool)
     bad |= unlikely_increments(surprise.x, surprise.y, surprise.fps, surprise.limbs.step)
@@ -254,14 +256,14 @@ def _lively_errors(
 
 
 def _refresh(surprise: Surprise) -> None:
-    """Compute the increments of all rows from the current rotations."""
+    """Recompute the increments of all rows from the current rotations."""
     limbs = surprise.limbs.with_joints(surprise.joints)
     surprise.x, surprise.y = limbs.increments()
     surprise.x[:, surprise.cut] = surprise.y[:, surprise.cut] = 0.0
 
 
 def _unnatural(surprise: Surprise) -> Mask:
-    """Return frames under a span that departs too far, (rows, frames)."""
+    """Return a mask of the frames under any span whose departure is too large, (rows, frames)."""
     rows = np.arange(surprise.rows)
     out = np.zeros((surprise.rows, surprise.frames), dtype=bool)
     for k, a in enumerate(surprise.at):
@@ -282,7 +284,10 @@ def _meets(surprise: Surprise, known: Known, found: SoftError) -> bool:
 
 
 def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, ...]:
-    """Return a sentence for chains with the same frames [low, high) that were not searched."""
+    """Return the sentences about frames that were not searched; chains with equal frames share one.
+
+    left: the frame ranges [low, high) that were not searched, by chain name.
+    """
     chains: dict[tuple[tuple[int, int], ...], list[str]] = {}
     for name, spans in left.items():
         chains.setdefault(tuple(spans), []).append(name)
@@ -298,7 +303,7 @@ def left_sentences(left: Mapping[str, Sequence[tuple[int, int]]]) -> tuple[str, 
 
 
 def soft_interval(chain: str, error: SoftError) -> Interval:
-    """Return a soft error as an interval of a chain."""
+    """Return a soft error as an interval of the named chain."""
     return Interval(
         chain,
         error.start,
@@ -312,12 +317,12 @@ def soft_interval(chain: str, error: SoftError) -> Interval:
 
 
 def confidence(gain: float) -> float:
-    """Return the probability that the correction is right, 0…1."""
+    """Return the probability that the correction is right, 0…1; gain: in nats."""
     return 1.0 / (1.0 + math.exp(-max(-30.0, min(30.0, (gain - 80.0) / 12.0))))
 
 
 def _evidence(error: SoftError) -> dict[str, Any]:
-    """Return why the error was found; degrees."""
+    """Return the evidence for a soft error by name, with angles in degrees."""
     return {
         "gain": error.gain,
         "follows": "a soft onset",

@@ -1,4 +1,4 @@
-"""The search for soft errors of limbs, where departures are too large, with the least surprise."""
+"""The search for soft errors of limbs: it begins at large departures and minimises the surprise."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ IN_VAIN = 20  # seeds of a limb in a row without an explanation, after which it 
 
 
 def gains(surprise: Surprise, k: int, rows: Index) -> Array:
-    """Return the gain of the probes of spans of rank k over natural motion, (rows, positions)."""
+    """Return the gain of the k-th span's probes over natural motion, nats, (rows, positions)."""
     a = surprise.at[k]
     u = a.u[:, rows]
     size = np.abs(u)
@@ -33,7 +33,7 @@ def gains(surprise: Surprise, k: int, rows: Index) -> Array:
 def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) -> bool:
     """Explain the seeds of several limbs, strongest first; return True if all were examined.
 
-    budget: the work after which no other seed is begun, in units of `surprise.work`.
+    budget: the work after which no further seed is examined, in units of `surprise.work`.
     """
     end = surprise.work + budget
     while True:
@@ -47,7 +47,7 @@ def search_all(searches: Sequence[Search], surprise: Surprise, budget: float) ->
 
 
 class Search:
-    """The search for the soft errors of one limb in a :class:`Surprise`, one after the other."""
+    """The search for the soft errors of one limb, which are found and removed one at a time."""
 
     def __init__(self, surprise: Surprise, limb: list[int]) -> None:
         self._surprise, self._limb = surprise, limb
@@ -61,14 +61,17 @@ class Search:
             self._update(row)
 
     def _update(self, row: int) -> None:
-        """Update the gains of a row's spans and the best of each; discard its explanations."""
+        """Recompute the gains of a row's spans and their best seeds; discard its explanations."""
         self._explained[row] = {}
         for k in range(len(self._surprise.at)):
             self._gain[row, k] = gains(self._surprise, k, np.array([row]))[0]
             self._top[row, k] = self._seed(row, k)
 
     def _seed(self, row: int, k: int, near: tuple[int, int] | None = None) -> Seed | None:
-        """Return the best seed of a span in a row that is not done, or the best near a frame."""
+        """Return the best seed of the k-th span in the unfinished frames of a row, or None.
+
+        near: the first and last frame to consider; the whole row if None.
+        """
         span = self._surprise.at[k].natural.span
         gain = self._gain[row, k]
         if not len(gain):
@@ -83,20 +86,20 @@ class Search:
         return Seed(value, row, k, position, int(middles[position]), span.length) if value else None
 
     def run(self) -> list[SoftError]:
-        """Return all soft errors, removed from the surprise as they are found."""
+        """Search the whole limb and return its soft errors; each is removed from the surprise."""
         while (top := self.next()) is not None:
             self.explain(top)
         return self.found
 
     def next(self) -> Seed | None:
-        """Return the strongest seed, or None at the end of the search."""
+        """Return the strongest remaining seed, or None if the search is finished."""
         if self._in_vain >= IN_VAIN:
             return None
         seeds = (s for s in self._top.values() if s and s.gain > SEED)
         return max(seeds, key=lambda s: (round(s.gain), -s.length), default=None)
 
     def explain(self, top: Seed) -> None:
-        """Explain the next seed and remove the error, or mark the seed as done."""
+        """Explain a seed and remove its error; if nothing explains it, mark its frames as done."""
         best = self._best_of_limb(top)
         if best is None:
             self._in_vain += 1
@@ -113,7 +116,7 @@ class Search:
                 self._update(row)
 
     def left(self) -> Mask:
-        """Return frames under seeds that were not examined, (frames,)."""
+        """Return a mask of the frames under seeds that were not examined, (frames,)."""
         out = np.zeros(self._surprise.frames, dtype=bool)
         for row, k in self._gain if self.next() is not None else ():
             span, gain = self._surprise.at[k].natural.span, self._gain[row, k]
@@ -127,7 +130,7 @@ class Search:
         self._surprise.look_again(row, start, start + len(offset))
 
     def _best_of_limb(self, top: Seed) -> SoftError | None:
-        """Return the best explanation of a seed, in its chain or in one whose image it may be."""
+        """Return the best explanation of a seed by an error of its chain or of a neighbour."""
         rivals: list[SoftError] = []
         for row in self._surprise.beside(top.row):
             if row not in self._done:
@@ -149,7 +152,7 @@ class Search:
         return best if value > max(PRIOR, OF_LIMB * best.gain) else None
 
     def _gain_of_limb(self, error: SoftError) -> float:
-        """Return how much less surprising a chain and its neighbours are without an error."""
+        """Return how much less surprising a chain and its neighbours are without an error, nats."""
         margin = len(error.offset) // 2 + 8
         window = max(error.start - margin, 0), min(error.stop + margin, self._surprise.frames)
         rows = self._surprise.beside(error.row)
@@ -160,9 +163,10 @@ class Search:
         return before - after
 
     def _shortest(self, row: int, places: list[Seed]) -> SoftError | None:
-        """Return, for seeds of shorter and longer spans, the first explanation that leaves no seed.
+        """Return the explanation of the shortest span after which no seed remains nearby.
 
-        If each leaves some, as next to another error, return the one with the highest gain.
+        If some seed remains after each of them, as next to another error, return the explanation
+        with the highest gain relative to the square root of its length.
         """
         found: list[SoftError] = []
         for place in sorted(places, key=lambda s: s.length):

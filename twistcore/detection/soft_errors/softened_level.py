@@ -1,8 +1,9 @@
-"""A level that sets in and ends softly: its course, and the best fit.
+"""A softened level: a constant error that begins and ends gradually. Its course and its best fit.
 
-Captures are filled by straight lines or splines and low-pass filtered before anybody sees them.
-What was a level in the solver is then that level after a ramp or a filter. Its course has four
-numbers: δ, the frames at which half of it has set in and has ended, and how long that takes.
+Captures are filled with straight lines or splines and low-pass filtered before they are published.
+A constant error of the solver then appears as that constant after a ramp or a filter. Four numbers
+describe its course: δ, the frame at which half of it has begun, the frame at which half of it has
+ended, and the duration of each transition.
 """
 
 from __future__ import annotations
@@ -28,7 +29,11 @@ NARROWER = 5.0  # factor from one width to the next
 
 
 class Level(NamedTuple):
-    """δ in radians; its middle of onset and of end in frames; how long they take, in frames."""
+    """A softened level by its four numbers.
+
+    size: δ in radians; onset, end: the frames in the middle of the first and the last transition;
+    width: the duration of a transition, in frames.
+    """
 
     size: float
     onset: float
@@ -37,15 +42,15 @@ class Level(NamedTuple):
 
 
 def ramp(t: Array) -> Array:
-    """Return a linear ramp from 0 at −½ to 1 at ½."""
+    """Return a linear ramp from 0 at t = −½ to 1 at t = ½."""
     return np.asarray(np.minimum(np.maximum(t + 0.5, 0.0), 1.0))
 
 
 def filtered(t: Array) -> Array:
-    """Return a step at 0 through a zero-phase second-order Butterworth filter; t in periods.
+    """Return a unit step at t = 0 after a zero-phase second-order Butterworth filter.
 
-    The periods are those of its cut-off. In closed form: the filter run both ways has the gain 1 /
-    (1 + (f / cut-off)⁴).
+    t is in periods of the cut-off frequency. The closed form is used: a filter that runs in both
+    directions has the gain 1 / (1 + (f / cut-off)⁴).
     """
     away = _DECAY * np.abs(t)
     rest = 0.5 * np.exp(-away) * np.cos(away)
@@ -56,7 +61,7 @@ KERNELS: tuple[Kernel, ...] = (ramp, filtered)
 
 
 def course(levels: Array, kernel: Kernel, frames: int) -> Array:
-    """Return δ(t) of levels (n, 4) over so many frames, (n, frames)."""
+    """Return δ(t) of the levels (n, 4) over the given number of frames, (n, frames)."""
     size, onset, end, width = levels.T[..., None]
     edges = np.array([onset, end])
     rises, falls = kernel((np.arange(frames) - edges) / np.maximum(width, STEEPEST))
@@ -64,7 +69,7 @@ def course(levels: Array, kernel: Kernel, frames: int) -> Array:
 
 
 def guess(offset: Array) -> Level | None:
-    """Return a level similar to an offset of any course, (frames,); None if it hardly rises."""
+    """Return a level that resembles any offset (frames,); None if the offset is too flat."""
     size = np.abs(offset)
     top = int(size.argmax())
     if size[top] <= 0.0 or len(offset) < 3:
@@ -82,7 +87,7 @@ def fitted(
     residuals: Residuals,
     coarsest: float,
 ) -> tuple[Array, float]:
-    """Return the course that leaves the least, (frames,), and the sum of its squared residuals.
+    """Return the course with the smallest residuals, (frames,), and the sum of their squares.
 
     coarsest: see :func:`all_fitted`.
     """
@@ -92,12 +97,12 @@ def fitted(
 def all_fitted(
     starts: Sequence[tuple[Level, Kernel, float]], frames: int, residuals: Residuals
 ) -> list[tuple[Array, float]]:
-    """Return for each start the course that leaves the least, (frames,), and its sum of squares.
+    """Return, for each start, the course with the smallest residuals and the sum of their squares.
 
-    Levenberg and Marquardt's steps; the slopes of all four numbers are computed with the residuals
-    themselves, for all courses of all starts at once. Far from the best course every residual is at
-    its cap and no step leads anywhere. So the scales are widened at first, by each start's last
-    number, then by less.
+    Each course is (frames,). The fit uses Levenberg-Marquardt steps; the derivatives by the four
+    numbers are computed from the residuals, for the courses of all starts at once. Far from the
+    best course every residual is at its cap, and no step improves the fit. So the scales are first
+    widened by the third item of each start, then by less.
     """
     descents = [_Descent(*start, frames) for start in starts]
     going = descents
@@ -118,7 +123,7 @@ def all_fitted(
 
 
 class _Descent:
-    """A running fit: the four numbers in their scales, and the residuals of their course."""
+    """A fit in progress: its four numbers, scaled, and the residuals of their course."""
 
     def __init__(self, start: Level, kernel: Kernel, coarsest: float, frames: int) -> None:
         self.frames = frames
@@ -127,7 +132,7 @@ class _Descent:
         self._begin()
 
     def _begin(self) -> None:
-        """Begin at a width of the scales."""
+        """Restart the fit with the current widening of the scales."""
         self.left_steps, self.damping, self.best = MOST_STEPS, 1e-2, np.inf
         self.course: Array = np.zeros(self.frames)
         self.step: Array = np.zeros(len(_AT))
@@ -136,7 +141,7 @@ class _Descent:
         self.begun = self.ended = False
 
     def arrives(self, number: Array, course_: Array, left: Array) -> bool:
-        """Take a course if it leaves less; return True if it needs slopes."""
+        """Accept a course with smaller residuals; return True if its derivatives are needed."""
         self.begun = True
         self.left_steps -= 1
         value = float(left @ left)
@@ -151,14 +156,14 @@ class _Descent:
         return False
 
     def is_done(self) -> bool:
-        """True after the last width; after another width, begin the next one."""
+        """True if the fit has ended at the last widening; after an earlier one, start the next."""
         if self.ended and self.wider > 1.0:
             self.wider = max(1.0, self.wider / NARROWER)
             self._begin()
         return self.ended
 
     def damped(self) -> Array:
-        """Return the matrix for the next step; any finite one if no step is made yet."""
+        """Return the damped matrix for the next step; an identity matrix before the first step."""
         if not self.begun:
             return np.eye(len(_AT))
         damped = self.curvature.copy()
@@ -167,7 +172,7 @@ class _Descent:
 
 
 def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
-    """Return the courses of numbers (n, 4), by the kernel of each fit, (n, frames)."""
+    """Return the courses of numbers (n, 4), each with the kernel of its fit, (n, frames)."""
     out = np.empty((len(numbers), frames))
     kernels = [d.kernel for d in of]
     for kernel in dict.fromkeys(kernels):
@@ -177,7 +182,7 @@ def _courses(numbers: Array, of: Sequence[_Descent], frames: int) -> Array:
 
 
 def _measure_slopes(of: Sequence[_Descent], frames: int, residuals: Residuals) -> None:
-    """Compute slopes from four more courses for each fit, only if a step is made from here."""
+    """Compute the derivatives of each fit from four more courses, as the next step needs them."""
     many = len(_AT)
     numbers = np.array([d.number for d in of])
     by = _STEPS * np.maximum(np.abs(numbers), 1.0)

@@ -1,8 +1,8 @@
-"""The departures of all spans that meet a stretch of a chain, in one array.
+"""The departures of all spans that overlap a stretch of a chain, in one array.
 
-A search tries hundreds of offsets over the same few frames. The frames that each departure uses,
-and how surprising it is, are the same for all of them. So they are collected once, and the
-departures of every span are one array operation.
+A search tries hundreds of offsets over the same few frames. For all of them each departure uses the
+same frames and has the same scale. So these are collected once, and the departures of every span
+are computed in one array operation.
 """
 
 from __future__ import annotations
@@ -22,9 +22,10 @@ SIZING = 6  # rounds in which a size is found
 
 @dataclass(frozen=True)
 class SpanDepartures:
-    """The departures of one span over a stretch: positions from `first` on, which meet it.
+    """The departures over one span at the positions from `first` on, which overlap a stretch.
 
-    u, spread: (probes, positions), radians; weight: (positions,), 0 if there is a cut under it.
+    u, spread: the departures and their scale, radians, (probes, positions); weight: (positions,), 0
+    where the span crosses a cut.
     """
 
     span: Span
@@ -36,11 +37,12 @@ class SpanDepartures:
 
 @dataclass(frozen=True, eq=False)
 class Stretch:
-    """The departures of so many frames, by span, probe and position; each n in all.
+    """All n departures that overlap a stretch of so many frames, by span, probe and position.
 
-    nodes: the frames that a departure uses, its probe's first, (5, n), and the frame after the last
-    one for frames outside; weights: of the four others, (4, n); u and its spread, radians, and its
-    weight, (n,); lengths: of its span, frames, (n,), ascending.
+    nodes: the frames that each departure uses, the frame of its probe first, (5, n); a frame
+    outside the stretch has the index `frames`; weights: the weights of the other four frames, (4,
+    n); u, spread, weight: each departure, its scale in radians and its weight, (n,); lengths: the
+    length of its span in frames, (n,), ascending.
     """
 
     frames: int
@@ -52,7 +54,7 @@ class Stretch:
     lengths: Index
 
     def longer(self, shortest: float) -> Stretch:
-        """Return the departures of spans of at least so many frames."""
+        """Return the stretch with only the departures over spans of at least `shortest` frames."""
         told = slice(int(np.searchsorted(self.lengths, shortest)), None)
         return Stretch(
             self.frames,
@@ -65,7 +67,7 @@ class Stretch:
         )
 
     def departures(self, courses: Array) -> Array:
-        """Return departures of courses (m, frames), 0 outside the stretch, (m, n), radians."""
+        """Return the departures of courses (m, frames), 0 outside the stretch; radians, (m, n)."""
         level = np.zeros((len(courses), self.frames + 1))
         level[:, :-1] = courses
         out: Array = level.take(self.nodes[0], axis=1)
@@ -76,10 +78,10 @@ class Stretch:
         return out
 
     def residuals(self, courses: Array, wider: float | Array = 1.0) -> Array:
-        """Return what remains of u after removing courses (m, frames), (m, n).
+        """Return the weighted residuals of u after courses (m, frames) are removed, (m, n).
 
-        The sum of their squares is the surprise. wider: by how much all scales are widened, one
-        number for all or one a course, (m, 1).
+        The sum of their squares is the surprise. wider: the factor by which all scales are widened,
+        one number for all or one per course, (m, 1).
         """
         z = self.departures(courses)
         np.subtract(self.u, z, out=z)
@@ -89,7 +91,10 @@ class Stretch:
         return np.copysign(np.sqrt(left, out=left), z, out=left)
 
     def sizes(self, departures: Array, wider: float = 1.0) -> Array:
-        """Return the factors with which courses of such departures (m, n) explain u best, (m,)."""
+        """Return the factors by which to scale courses so that they explain u best, (m,).
+
+        departures: of these courses, (m, n).
+        """
         by, of = departures / (wider * self.spread), self.u / (wider * self.spread)
         trust = np.broadcast_to(self.weight, by.shape)
         found = np.zeros(len(by))
@@ -103,7 +108,10 @@ class Stretch:
 
 
 def stretch(low: int, frames: int, told: Sequence[SpanDepartures]) -> Stretch:
-    """Return the stretch of so many frames from `low` on, from spans sorted by length."""
+    """Return the stretch of `frames` frames from `low` on.
+
+    told: the departures by span, the shortest span first.
+    """
     nodes, weights = [], []
     for t in told:
         at, by = t.span.nodes(t.first, t.u.shape[1])

@@ -1,8 +1,8 @@
 """The current increments of a limb, and how surprising they are at every time scale.
 
-Twist errors can be removed from the rotations on trial: every image in a neighbouring chain is then
-removed too, exactly. The surprise of a stretch is the sum of the costs of its departures, of u and
-of x + y, over all spans that fit.
+Twist errors can be removed from the rotations on trial. That also removes, exactly, their effects
+on neighbouring chains. The surprise of a frame range is the sum of the costs of all departures
+there, in u and in x + y, over all spans that fit.
 """
 
 from __future__ import annotations
@@ -38,7 +38,11 @@ LONGEST = 2.0  # spans up to so many times as long as a stretch are used for it
 
 @dataclass(eq=False)
 class _AtSpan:
-    """Departures over one span: of u, and the spread that they are measured by."""
+    """The departures over one span.
+
+    u, total: the departures of u and of x + y; spread: the scale of u. All are in radians, (probes,
+    chains, positions).
+    """
 
     natural: Natural
     u: Array
@@ -48,9 +52,9 @@ class _AtSpan:
 
 
 class Surprise:
-    """Limbs with some errors removed, and their departures.
+    """Limbs without the errors removed so far, and their departures.
 
-    Rows are chains: chain k of limb i in row k·limbs + i.
+    Each row is a chain: chain k of limb i is in row k·limbs + i.
     """
 
     def __init__(self, limbs: Limbs, fps: float, cut: Mask, budget: float = math.inf) -> None:
@@ -65,18 +69,18 @@ class Surprise:
         self.at: list[_AtSpan] = []
 
     def beside(self, row: int) -> list[int]:
-        """Return the row and the rows of the chains before and after it in its limb."""
+        """Return the row, with the rows of the chains directly above and below it in its limb."""
         rows = (row - self.limbs.count, row, row + self.limbs.count)
         return [r for r in rows if 0 <= r < self.rows]
 
     def limb(self, row: int) -> list[int]:
-        """Return all rows of a row's limb."""
+        """Return the rows of all chains in the same limb as `row`."""
         return list(range(row % self.limbs.count, self.rows, self.limbs.count))
 
     def take_out(self, row: int, start: int, offset: Array) -> None:
-        """Remove a twist error of P from frames [start, start + n); departures are not updated.
+        """Remove a twist error of P from frames [start, start + n); departures stay unchanged.
 
-        :meth:`look_again` updates them.
+        Call :meth:`look_again` to update them.
         """
         k, i = divmod(row, self.limbs.count)
         at = slice(start, start + len(offset))
@@ -86,7 +90,7 @@ class Surprise:
         child[at] = normalise(multiply(quaternion_from_axis_angle(axis, offset), child[at]))
 
     def look_again(self, row: int, start: int, stop: int) -> None:
-        """Update increments and departures of a row and its neighbours in [start, stop)."""
+        """Update increments and departures of a row and its neighbours in frames [start, stop)."""
         low, high = max(start - 1, 0), min(stop + 1, self.frames)
         for r in self.beside(row):
             k, i = divmod(r, self.limbs.count)
@@ -105,7 +109,10 @@ class Surprise:
         return axis if axis.ndim == 1 else axis[at]
 
     def measure(self, bad: Mask) -> None:
-        """Measure natural scales in frames that are not bad, (rows, frames), and departures."""
+        """Measure the natural scales in the frames that are not bad, and all departures.
+
+        bad: mask of frames, (rows, frames).
+        """
         natural = natural_scales(self.x, self.y, self.fps, self.spans, bad, self.limbs.step)
         level_x, level_y = np.cumsum(self.x, axis=1), np.cumsum(self.y, axis=1)
         across = np.concatenate([[0], np.cumsum(self.cut)])
@@ -117,7 +124,7 @@ class Surprise:
             self.at.append(_AtSpan(n, u, n.spread(total), total, usable))
 
     def _look_at(self, row: int, low: int, high: int) -> None:
-        """Update departures of a row that use frames [low, high)."""
+        """Recompute the departures of a row that use any of the frames [low, high)."""
         for a in self.at:
             span = a.natural.span
             first, last = self._positions(span, low, high, a.u.shape[-1])
@@ -135,12 +142,12 @@ class Surprise:
 
     @staticmethod
     def _positions(span: Span, low: int, high: int, count: int) -> tuple[int, int]:
-        """Return the positions whose frames meet [low, high)."""
+        """Return the range of the positions whose frames overlap [low, high)."""
         first = max(0, -(-(low - span.support + 1) // span.step))
         return first, min(count, (high - 1) // span.step + 1)
 
     def of(self, row: int, low: int, high: int) -> float:
-        """Return the surprise of a row over the spans that meet frames [low, high), nats."""
+        """Return the surprise of a row over the spans that overlap frames [low, high), nats."""
         found = 0.0
         for a in self._telling(high - low):
             first, last = self._positions(a.natural.span, low, high, a.u.shape[-1])
@@ -151,7 +158,7 @@ class Surprise:
         return found
 
     def stretch(self, row: int, low: int, frames: int) -> Stretch:
-        """Return the departures of the spans that meet so many frames of a row from `low` on."""
+        """Return the departures over the spans that overlap `frames` frames from `low` on."""
         told = []
         for a in self._telling(frames):
             first, last = self._positions(a.natural.span, low, low + frames, a.u.shape[-1])
@@ -162,9 +169,10 @@ class Surprise:
         return stretch(low, frames, told)
 
     def seed_left(self, row: int, start: int, offset: Array) -> float:
-        """Return the most that probes of a span around an error gain after its removal, nats.
+        """Return the highest gain of any span around an error after the removal of the error, nats.
 
-        Only spans that extend little beyond it are used: another error may be near.
+        Only spans that extend little beyond the error are used, because there may be another error
+        nearby.
         """
         most, stop = 0.0, start + len(offset)
         margin = max(LEAST_AROUND, len(offset) // 2)
@@ -196,15 +204,16 @@ class Surprise:
         return WEIGHT * span.step / max(span.length / 4.0, 1.0)
 
     def price_of_a_frame(self, length: int) -> float:
-        """Return a frame's number of departures, by weight, in a stretch of that length."""
+        """Return the total weight of the departures per frame, in a stretch of the given length."""
         return sum(
             len(PROBES) * self._weight(a) / a.natural.span.step for a in self._telling(length)
         )
 
     def free_offset(self, row: int, start: int, stop: int) -> tuple[Array, float]:
-        """Return the offset over [start, stop) that leaves u its bridge, and its σ; radians.
+        """Return the offset in [start, stop) without which u follows its bridge, and its σ;
+        radians.
 
-        The shares and scales are those of a span of that length there.
+        β and σ are estimated from the spans of similar length at that position.
         """
         reach = self.spans[0].reach
         low, high = max(start - 1 - reach, 0), min(stop + 1 + reach, self.frames)
@@ -215,7 +224,7 @@ class Surprise:
         return dx - beta * (dx + dy), sigma
 
     def scale(self, row: int, start: int, stop: int) -> tuple[float, float]:
-        """Return β and σ of a bridge over [start, stop), from spans of similar length."""
+        """Return β and σ for a bridge over [start, stop), from the two spans of similar length."""
         length = max(stop - start, 1)
         lengths = [s.length for s in self.spans]
         k = bisect_left(lengths, length)
@@ -233,7 +242,7 @@ class Surprise:
 
 @lru_cache(maxsize=1024)
 def _share(length: int, shorter: int, longer: int) -> float:
-    """Return where a length lies between two others by its logarithm, 0…1."""
+    """Return the position of a length between two others on a logarithmic scale, 0…1."""
     if shorter == longer:
         return 0.0
     share = np.log(length / shorter) / np.log(longer / shorter)

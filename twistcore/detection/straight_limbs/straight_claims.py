@@ -1,4 +1,4 @@
-"""The jumps of a chain that are errors of a straight limb, and the other ones [Method]."""
+"""Errors of a chain's straight limb, and the jumps that they do not account for [Method]."""
 
 from __future__ import annotations
 
@@ -50,7 +50,10 @@ BESIDE = 1  # frames next to an error to which its transitions extend
 
 @dataclass(frozen=True, eq=False)
 class _Jumping:
-    """An interval by its jumps: δ from frame `start` on, radians; `peaks` of its edges."""
+    """An interval between jumps: its error from frame `start` on, and the peak frames of its edges.
+
+    offset: δ in radians, (frames,).
+    """
 
     start: int
     offset: Array
@@ -58,13 +61,13 @@ class _Jumping:
 
     @property
     def frames(self) -> slice:
-        """The frames of the interval."""
+        """The frames of the interval as a slice."""
         return slice(self.start, self.start + len(self.offset))
 
 
 @dataclass(frozen=True, eq=False)
 class Jumps:
-    """The input of the search for jumps in a chain, with τ, radians."""
+    """The data for finding the intervals between the jumps of a chain; tau: in radians."""
 
     counter: CounterRotation
     row: int
@@ -75,21 +78,21 @@ class Jumps:
     fps: float
 
     def without(self, peaks: Mask) -> Jumps:
-        """Return the jumps without the edges that peak in these frames, (frames,)."""
+        """Return the jumps without the edges whose peak frames are marked in a mask, (frames,)."""
         edges = self.edges[~peaks[self.edges.peak]]
         sums = running_sums(self.counter, self.row, self.step)
         tables = tuple(pair_table(edges, sums, table.low, table.high) for table in self.tables)
         return replace(self, edges=edges, tables=tables)
 
     def offset(self) -> Array:
-        """Return the sum of the intervals' offsets, radians, (frames,)."""
+        """Return the sum of the offsets of all intervals, radians, (frames,)."""
         total = np.zeros(self.counter.x.shape[1])
         for j in self.found():
             total[j.frames] += j.offset
         return total
 
     def found(self) -> list[_Jumping]:
-        """Return the intervals that explain most, closed or to a border."""
+        """Return the intervals that best explain the jumps, including intervals up to a border."""
         out = []
         for table in self.tables:
             pairs = best_pairs(table, self.tau, self.fps)
@@ -102,7 +105,10 @@ class Jumps:
 
 @dataclass(frozen=True, eq=False)
 class StraightLimb:
-    """Errors of a limb's straight spells, by start, and the frames with their edges."""
+    """The errors of a limb while it is straight, by start.
+
+    claimed: mask of the frames in which they begin and end.
+    """
 
     errors: tuple[StraightError, ...]
     claimed: Mask
@@ -110,14 +116,17 @@ class StraightLimb:
 
     @property
     def offset(self) -> Array:
-        """Return the sum of the errors, radians, (frames,)."""
+        """The sum of the errors, radians, (frames,)."""
         total = np.zeros(len(self.claimed))
         for e in self.errors:
             total[e.start : e.stop] += e.offset
         return total
 
     def leaves(self, jumps: Jumps) -> Jumps:
-        """Return the jumps that are neither the errors' nor contradicted by the bent limb."""
+        """Return the jumps that belong to none of these errors and do not contradict the bent limb.
+
+        An interval between jumps contradicts it if its removal takes the limb away from its hinge.
+        """
         claimed = self.claimed.copy()
         for _ in range(ROUNDS):
             jumps = jumps.without(claimed)
@@ -132,13 +141,13 @@ class StraightLimb:
 def straight_limb(
     motion: Motion, chain: Chain, jumps: Jumps, by_itself: Callable[[], tuple[Array, Array]]
 ) -> StraightLimb | None:
-    """Return errors of a chain's straight spells that its jumps do not explain.
+    """Return the errors of a chain's straight spells that its jumps do not explain.
 
-    None if there are none, or if a chain has no hinge, such as one without a grandchild. Which of
-    two spells is the error follows from the bend, not from the length: an interval of jumps
-    prevails only if it brings the bent limb back to its hinge, or leaves as little unexplained.
-    by_itself: returns the increments of P and C without the effect of jumps in neighbouring chains,
-    radians, (frames,).
+    None if there are none, or if the chain has no hinge, for example because it has no grandchild.
+    Which of two spells contains the error is decided by the bend, not by the length: an interval
+    between jumps takes priority only if it brings the bent limb back to its hinge, or if it leaves
+    hardly more counter-turn unexplained. by_itself: function that returns the increments of P and C
+    without the effect of jumps in neighbouring chains, radians, (frames,) each.
     """
     if chain.grandchild < 0:
         return None
@@ -170,7 +179,9 @@ def straight_limb(
 
 
 def without_errors(limbs: Limbs, offsets: Mapping[int, Array]) -> Limbs:
-    """Return limbs without the chains' errors: radians, (frames,), by row of `increments`."""
+    """Return limbs without errors; offsets: the errors in radians, (frames,), by row of
+    `increments`.
+    """
     joints = limbs.joints.copy()
     for row, offset in offsets.items():
         chain, at = divmod(row, limbs.count)
@@ -189,10 +200,11 @@ def _error_of(
     spell: Spell,
     fps: float,
 ) -> list[StraightError]:
-    """Return the errors of a spell that bring it nearer to its hinge; none if jumps suffice.
+    """Return the errors of a spell whose removal brings it closer to its hinge.
 
-    scales: of the increments in the whole clip; jumping: intervals of the spell's segment. Only the
-    spell is examined: a long clip has thousands.
+    There are none if the intervals between jumps suffice. scales: the scales of the increments in
+    the whole clip; jumping: the intervals between jumps in the spell's segment. Only the frames of
+    the spell are examined, because a long clip has thousands of spells.
     """
     low, high = spell.low, spell.high
     x, y = (v[low:high] for v in increments)
@@ -217,7 +229,7 @@ def _error_of(
 
 
 def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tuple[Array, Array]:
-    """Return both increments without some errors, radians, (frames,) each."""
+    """Return the increments of P and C without some errors, radians, (frames,) each."""
     known = np.zeros(len(increments[0]))
     for j in jumping:
         known[j.frames] += j.offset
@@ -226,5 +238,5 @@ def _without(increments: tuple[Array, Array], jumping: Sequence[_Jumping]) -> tu
 
 
 def _hinge_says(jumping: _Jumping, bend: Bend) -> bool | None:
-    """True if an interval brings the bent limb back to its hinge; None if that is unknown."""
+    """True if removing an interval returns the bent limb to its hinge; None if that is unknown."""
     return bend.nearer(jumping.frames, jumping.offset, bend.bent[jumping.frames])

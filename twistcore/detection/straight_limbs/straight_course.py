@@ -1,9 +1,9 @@
-"""The error of a straight limb's twist as a course over time [Method].
+"""The twist error of a straight limb as a course over time [Method].
 
-If C's bone is in line with P's, no position shows how a twist is split between them. Three things
-are then known of the error δ: P's own twist X − δ and C's, Y + δ, are smooth (x, y: increments, X,
-Y: their sums), δ is 0 where the limb is bent, and it seldom changes. δ is the curve that explains
-these best: least squares, reweighted a few times.
+While C's bone is in line with P's, no position shows how a twist is divided between them. Three
+things are still known about the error δ: the twists X − δ of P and Y + δ of C are smooth (X, Y: the
+sums of the increments x, y), δ is 0 where the limb is bent, and δ seldom changes. The curve that
+satisfies these conditions best is computed by least squares, reweighted a few times.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ def course(
     high: int,
     fps: float,
 ) -> Array:
-    """Return δ in frames [start, stop), radians; it is 0 outside, within the segment [low, high).
+    """Return δ in frames [start, stop), radians; outside, within the segment [low, high), it is 0.
 
-    increments: x and y, radians, (frames,) each; scales: of both, from :func:`scale_of`. At the
-    segment's ends δ is free, because nothing is known of the motion before or after.
+    increments: x and y, radians, (frames,) each; scales: the scale of each, from :func:`scale_of`.
+    At the segment's ends δ is free, because the motion before and after is unknown.
     """
     rows = _smooth(increments, scales, start, stop, low, high, fps)
     n = stop - start
@@ -55,9 +55,9 @@ def course(
 
 
 def scale_of(increments: Array, step: float = 0.0) -> float:
-    """Return the usual difference between an increment and the one before; radians.
+    """Return the usual difference between successive increments, radians.
 
-    step: of the angles as written, whose rounding sets a lower limit.
+    step: the rounding step of the angles in the file, which sets a lower limit.
     """
     bends = np.abs(np.diff(increments[2:]))
     least = max(LEAST_SCALE, ROUNDED * step)
@@ -73,9 +73,10 @@ def _smooth(
     high: int,
     fps: float,
 ) -> list[Rows]:
-    """Return equations for both signals without δ: an even course, and rest; in units of scale.
+    """Return least-squares equations, scaled, for a smooth course of both signals and for rest.
 
-    The increment of the segment's first frame is left out, because it crosses a cut.
+    They are linear in the unknown δ. The increment into the segment's first frame is left out,
+    because it crosses a cut.
     """
     rows = []
     at = np.arange(max(start - 1, low + 2), min(stop + 1, high)) - 1
@@ -91,15 +92,16 @@ def _smooth(
 
 
 def _columns(frames: NDArray[np.int64], start: int, stop: int) -> NDArray[np.int64]:
-    """Return the index of each frame's unknown δ, −1 for none."""
+    """Return the index of the unknown δ of each frame, −1 for frames without one."""
     return np.where((frames >= start) & (frames < stop), frames - start, -1)
 
 
 def _seldom_changing(band: Array, right: Array, begins: bool, ends: bool, step: float) -> Array:
     """Return the least-squares δ, reweighted so that it changes by much or not at all.
 
-    band: upper diagonals of the normal equations, the main one last, (3, n); begins, ends: True if
-    δ begins at 0, and ends there; step: radians a frame, of a change that counts.
+    band: the upper diagonals of the normal equations, the main one last, (3, n); begins, ends: True
+    if δ is 0 before the first frame and after the last; step: the smallest change that counts,
+    radians per frame.
     """
     from scipy.linalg import solveh_banded  # as slow to load as all the rest; few clips need it
 

@@ -1,4 +1,4 @@
-"""Errors of straight limbs as intervals, with their evidence."""
+"""Errors of straight limbs as intervals with their evidence."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ STRAIGHT = "a straight limb"  # the evidence that such an interval follows
 
 
 def interval_of(chain: str, error: StraightError) -> Interval:
-    """Return an error as an interval of a chain; it closes where the limb is bent again."""
+    """Return an error of a straight limb as an interval of the named chain."""
     return Interval(
         chain,
         error.start,
@@ -25,7 +25,7 @@ def interval_of(chain: str, error: StraightError) -> Interval:
 
 
 def confidence(error: StraightError) -> float:
-    """Return the probability that an error is right, 0…1."""
+    """Return the probability that an error is real, 0…1."""
     turn, answer = (abs(t) for t in error.turns)
     score = math.log(error.strength / math.radians(8.0)) + 3.0 * min(turn, answer) / max(
         turn, answer
@@ -34,7 +34,7 @@ def confidence(error: StraightError) -> float:
 
 
 def _explained(error: StraightError) -> dict[str, Any]:
-    """Return why the interval was found; degrees."""
+    """Return the evidence for an error by name, with angles in degrees."""
     turn, answer = error.turns
     return {
         "follows": STRAIGHT,

@@ -1,4 +1,4 @@
-"""Spells in which a limb is straight, and their errors."""
+"""Spells: frame ranges in which a limb is straight. Their errors are found here."""
 
 from __future__ import annotations
 
@@ -32,11 +32,12 @@ HINGE, MOSTLY = float(np.radians(2.0)), 0.75  # a hinge's play in the bent limb,
 
 @dataclass(frozen=True, eq=False)
 class Bend:
-    """The bend of a limb: angle of C's bone off P's, [0, π], and its azimuth, both (frames,).
+    """The bend of a limb in each frame.
 
-    azimuth: relative to the direction in which the bent limb leaves P's bone, radians in (−π, π],
-    or None if the joint is no hinge; spread: the range that it mostly keeps to in the bent limb,
-    radians.
+    angle: the angle between C's bone and P's, in [0, π], (frames,); azimuth: the direction in which
+    C's bone leaves P's, relative to the direction in most frames with a bent limb, radians in (−π,
+    π], (frames,), or None if the joint is not a hinge; spread: the deviation of the azimuth from 0
+    that the bent limb seldom exceeds, radians.
     """
 
     angle: Array
@@ -45,17 +46,18 @@ class Bend:
 
     @cached_property
     def bent(self) -> Mask:
-        """Frames whose twist is well determined."""
+        """Mask of the frames in which the limb is bent enough to show its twist well."""
         return self.angle > BENT
 
     def nearer(
         self, frames: slice, offset: Array, where: Mask | None = None, share: float = 1.0
     ) -> bool | None:
-        """True if the limb is nearer to its hinge without an offset; None if that is unknown.
+        """True if removing the offset brings the limb closer to its hinge axis; None if unknown.
 
-        offset: radians, of the frames; where: those of them that count; share: the share of the
-        distance to it that may remain. The more a bone leaves its line the more it counts; a
-        straight limb that is bent backward a little is naturally on the opposite side.
+        offset: radians, one per frame of `frames`; where: mask of the frames to use; share: the
+        largest fraction of the original distance that may remain. Frames are weighted by how far
+        the limb is bent. An almost straight limb that bends slightly backward is naturally on the
+        opposite side.
         """
         if self.azimuth is None or (where is not None and not where.any()):
             return None
@@ -79,22 +81,22 @@ class Spell:
 
     @property
     def closed(self) -> int:
-        """The number of ends at which the limb is bent."""
+        """The number of the spell's ends at which the limb is bent."""
         return int(self.start > self.low) + int(self.stop < self.high)
 
     def windows(self, window: int) -> slice:
-        """Return the windows over its frames and neighbours, by the frame before each."""
+        """Return the windows over the spell and its neighbours, by the frame before each window."""
         first, last = max(self.start - window, self.low), min(self.stop, self.high - window)
         return slice(first, max(first, last))
 
 
 @dataclass(frozen=True, eq=False)
 class StraightError:
-    """An error of a straight limb from frame `start` on: δ a frame, radians.
+    """An error of a straight limb from frame `start` on.
 
-    peak: the frame in which its clearest transition is halfway; turns: of P and C over it, radians;
-    strength: the change of δ there, radians ≥ 0; closed: the number of ends at which the limb is
-    bent.
+    offset: δ in each frame, radians; peak: the middle frame of its clearest transition; turns: the
+    turns of P and C in that transition, radians; strength: the size of the change of δ there,
+    radians; closed: the number of ends at which the limb is bent.
     """
 
     start: int
@@ -106,12 +108,16 @@ class StraightError:
 
     @property
     def stop(self) -> int:
-        """The frame after the last."""
+        """The frame after the error's last frame."""
         return self.start + len(self.offset)
 
 
 def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
-    """Return the bend of a limb; q_child: (frames, 4); axis, arm: unit, (3,) or (frames, 3)."""
+    """Return the bend of a limb.
+
+    q_child: C's local rotation, (frames, 4); axis, arm: unit vectors along P's bone and C's, (3,)
+    or (frames, 3).
+    """
     v = rotate(q_child, arm)
     axis = np.broadcast_to(axis, v.shape)
     along = np.einsum("fi,fi->f", v, axis)
@@ -133,7 +139,7 @@ def bend_of(q_child: Array, axis: Array, arm: Array, fps: float) -> Bend:
 def spells(
     increments: tuple[Array, Array], bend: Bend, low: int, high: int, fps: float
 ) -> list[Spell]:
-    """Return straight spells of [low, high) next to a bent limb where P and C counter-turn."""
+    """Return the spells in [low, high) next to a bent limb in which P and C counter-turn."""
     out = []
     for start, stop in runs(~bend.bent[low:high]):
         spell = Spell(start + low, stop + low, low, high)
@@ -145,9 +151,9 @@ def spells(
 def errors_in(
     increments: tuple[Array, Array], delta: Array, spell: Spell, fps: float
 ) -> list[StraightError]:
-    """Return the runs of δ in a spell that begin or end with a turn of both joints.
+    """Return the errors of a spell: runs of δ that begin or end with opposite turns of both joints.
 
-    delta: radians, of all frames, 0 outside the spell.
+    delta: δ of all frames, radians, 0 outside the spell.
     """
     window = window_of(fps)
     first = spell.windows(window).start
@@ -185,10 +191,10 @@ def left_over(
     spell: Spell,
     fps: float,
 ) -> float:
-    """Return the most that P and C still counter-turn without δ, beyond the pace nearby; radians.
+    """Return how far P and C still turn against each other after δ is removed, radians.
 
-    scales: of both increments; delta: of all frames, (frames,). The quieter of the two signals
-    shows it better.
+    This is the maximum over windows, beyond the pace next to each. scales: the scales of both
+    increments; delta: δ of all frames, (frames,). The quieter signal has the greater weight.
     """
     steps = np.diff(delta, prepend=delta[:1])
     x, y = increments
@@ -200,12 +206,12 @@ def left_over(
 
 
 def window_of(fps: float) -> int:
-    """Return the number of frames of a mirrored transition."""
+    """Return the number of frames in a window for a transition with opposite turns."""
     return max(2, round(WINDOW * fps))
 
 
 def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
-    """Return runs of True, joined if only a short pause separates them."""
+    """Return the runs of True, joined where only a short pause separates them."""
     out: list[tuple[int, int]] = []
     for start, stop in runs(there):
         if out and start - out[-1][1] < PAUSE * fps:
@@ -215,16 +221,19 @@ def _parts(there: Mask, fps: float) -> list[tuple[int, int]]:
 
 
 def _turns(increments: tuple[Array, Array], spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Return turns of P and C over windows of a spell, beyond the pace if only that shows them."""
+    """Return the turns of P and C over the windows of a spell.
+
+    The pace next to a window is subtracted only if that alone reveals opposite turns.
+    """
     (x, beyond_x), (y, beyond_y) = (_over_windows(v, spell, fps) for v in increments)
     beyond = (_counter(beyond_x, beyond_y) > _counter(x, y)) & ~_mirrored(x, y)
     return np.where(beyond, beyond_x, x), np.where(beyond, beyond_y, y)
 
 
 def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array]:
-    """Return sums over each window of a spell, and their excess over the pace next to it.
+    """Return the sum over each window of a spell, and its excess over the pace next to the window.
 
-    Only increments of the spell's segment count; the outermost are repeated at its ends as needed.
+    Only increments of the spell's segment are used; at its ends the outermost value is repeated.
     """
     window = window_of(fps)
     half = window // 2
@@ -240,11 +249,11 @@ def _over_windows(signal: Array, spell: Spell, fps: float) -> tuple[Array, Array
 
 
 def _counter(turn: Array, answer: Array) -> Array:
-    """Return by how much two turns oppose each other, radians ≥ 0."""
+    """Return the size of the smaller of two opposite turns, radians; 0 if they are not opposite."""
     return np.where(turn * answer < 0.0, np.minimum(np.abs(turn), np.abs(answer)), 0.0)
 
 
 def _mirrored(turn: Array, answer: Array) -> Mask:
-    """Return where both joints turn, against each other, and by about as much."""
+    """Return where both joints turn in opposite directions by about the same amount."""
     large = np.maximum(np.abs(turn), np.abs(answer))
     return _counter(turn, answer) >= np.maximum(LEAST_TURN, LEAST_SHARE * large)
