@@ -17,14 +17,15 @@ _USUAL = 0.95
 
 class SureOnes(QDialog):
     """A non-modal dialog that asks for a confidence and shows how many
-    undecided intervals have it.
+    undecided intervals reach it.
     """
 
     def __init__(
         self, document: Document, accept: Callable[[float], None], parent: QWidget
     ) -> None:
-        """Build the dialog. accept: function that accepts undecided intervals
-        from a confidence upward.
+        """Build the dialog.
+
+        accept: function that accepts all undecided intervals with at least a given confidence.
         """
         super().__init__(parent)
         self._document, self._accept = document, accept

@@ -80,9 +80,7 @@ class Transport(QWidget):
         self._frame_changed(self._document.frame)
 
     def _counted(self) -> tuple[tuple[QSlider | QSpinBox, int], ...]:
-        """Return the widgets that show a frame number, each with the number
-        of the first frame in it.
-        """
+        """Return the widgets that show the frame, each with its number for the first frame."""
         return (self.slider, 0), (self.frame, self._document.first_frame)
 
     def _opened(self) -> None:
