@@ -74,9 +74,7 @@ class Stage(QWidget):
     # -- making -------------------------------------------------------------------------------
 
     def _mirrored(self, taught: TaughtFrame) -> TaughtFrame:
-        """Return the stage's taught frame, or None; a sweep and equations
-        need the teaching tab's data.
-        """
+        """Return a copy of a taught frame, active if a sweep or the equations need it."""
         mirrored = TaughtFrame(self.document, self)
         needed = self._choice.sweep is not None or self._choice.contents.equations
         mirrored.active = taught.active or needed

@@ -59,9 +59,7 @@ class SweepRows(QObject):
         )
 
     def _propose(self) -> None:
-        """Suggest the whole range of the slider, or the range from 0 if
-        the slider moves both ways.
-        """
+        """Suggest the range of the slider, without its negative part."""
         swept = SWEPT[self.slider.currentData()]
         for box in (self.first, self.last):
             box.setDecimals(swept.decimals)

@@ -32,9 +32,7 @@ def from_root_scale(value: float) -> float:
 
 
 def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
-    """Return as many of the places, in ascending order, as fit with a
-    distance of `room` between them.
-    """
+    """Return as many of the ascending places as fit if they are at least `room` apart."""
     chosen = [-math.inf]
     for at in places:
         if at - chosen[-1] >= room:

@@ -153,7 +153,7 @@ def is_text_written() -> bool:
 
 
 def _line(widget: QObject) -> QWidget | None:
-    """Return the text field to which a widget belongs, or None."""
+    """Return the input field of a widget in which the user can type, or None."""
     if isinstance(widget, QAbstractSpinBox):
         return None if widget.isReadOnly() else widget
     if isinstance(widget, QComboBox):
