@@ -31,7 +31,7 @@ MOST = 2e-4
 
 @dataclass(frozen=True)
 class Compared:
-    """One clip: the scale, both largest distances, and the joints whose OFFSET was left out."""
+    """The result for one clip: scale, the two largest distances, joints whose OFFSET is omitted."""
 
     frames: int
     scale: float
@@ -41,7 +41,7 @@ class Compared:
 
 
 def compared(amc: Path, bvh: Path) -> Compared:
-    """Compare two files of the same trial; raise ValueError if they are not."""
+    """Compare two files of the same trial; raise ValueError if they are from different trials."""
     mine, theirs = read_amc(amc).motion, read_bvh(bvh).motion
     if theirs.frames == mine.frames + 1:
         theirs = theirs.sliced(1, theirs.frames)
@@ -66,13 +66,13 @@ def compared(amc: Path, bvh: Path) -> Compared:
 
 
 def _largest(mine: Motion, theirs: Motion, scale: float) -> np.ndarray:
-    """Return the largest distance over all frames."""
+    """Return the largest distance of a joint over all frames."""
     places = [forward_kinematics(m)[1] for m in (mine, theirs)]
     return np.linalg.norm(places[0] - scale * places[1], axis=-1).max(axis=0)
 
 
 def main() -> int:
-    """Compare every AMC of a folder with the BVH of the same name in the other."""
+    """Compare every AMC file in a folder with the BVH of the same name in the other folder."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("amc", type=Path)
     parser.add_argument("bvh", type=Path)

@@ -27,7 +27,7 @@ FLIPPED, DEGREES = 12, 170.0
 
 
 def with_flip(clip: AmcClip) -> AmcClip:
-    """Return the clip with the flip, as read from a file."""
+    """Return the clip with an injected flip, as read from a file."""
     analysis = analyse(clip)
     limb = next(limb for limb in analysis.limbs if limb.label == "Right leg")
     offset = np.zeros(clip.frames)
@@ -39,7 +39,9 @@ def with_flip(clip: AmcClip) -> AmcClip:
 
 
 def words(data: bytes) -> list[tuple[int, str, bytes]]:
-    """Return every word with its frame, from 0, and its line's first word."""
+    """Return every word of a file with its frame, counted from 0, and
+    the first word of its line.
+    """
     out, frame = [], -1
     for line in data.splitlines():
         own = line.split()
@@ -51,7 +53,7 @@ def words(data: bytes) -> list[tuple[int, str, bytes]]:
 
 
 def turned(clip: AmcClip, accepted: Iterable[Interval]) -> set[tuple[int, str]]:
-    """Return (frame, bone) of all rotations that the intervals change."""
+    """Return (frame, bone) for all rotations that the intervals change."""
     chains = {c.name: c for c in analyse(clip).chains_and_limbs}
     names, out = clip.skeleton.names, set()
     for i in accepted:
@@ -61,7 +63,7 @@ def turned(clip: AmcClip, accepted: Iterable[Interval]) -> set[tuple[int, str]]:
 
 
 def main() -> int:
-    """Print one line per clip."""
+    """Check every clip, and print one line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--flip", action="store_true")

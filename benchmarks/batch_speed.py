@@ -27,7 +27,7 @@ WAYS = {"1": ("--workers", "1"), "2": ("--workers", "2"), "dask": ("--local-clus
 
 
 def run(folder: Path, out: Path, *words: str) -> float:
-    """Return the seconds of the whole command."""
+    """Run the whole command; return its duration in seconds."""
     command = [sys.executable, "-m", "twistcore", "batch", str(folder), "-o", str(out), *words]
     begin = time.perf_counter()
     subprocess.run(command, check=True, capture_output=True)
@@ -35,14 +35,14 @@ def run(folder: Path, out: Path, *words: str) -> float:
 
 
 def mark(out: Path) -> str:
-    """Return a hash of all results of a folder."""
+    """Return a hash of all results in a folder."""
     with Manifest.open(out) as manifest:
         results = {record.name: record.result for record in manifest.each_record()}
     return hashlib.sha256(json.dumps(results, sort_keys=True).encode()).hexdigest()
 
 
 def main() -> None:
-    """Print the figures."""
+    """Measure every variant, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--rounds", type=int, default=3)

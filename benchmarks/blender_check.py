@@ -35,7 +35,9 @@ FRAMES = 40
 
 
 def export(source: Path, folder: Path) -> list[Path]:
-    """Write the clip, rewritten and corrected, into `folder`, each with its joint positions."""
+    """Write the clip, rewritten and corrected, into `folder`, each file
+    with its joint positions.
+    """
     from benchmarks._refined import EVERYTHING, refine_file
     from benchmarks.bvh_crosscheck import rewritten
     from twistcore.formats.bvh import read_bvh
@@ -52,7 +54,9 @@ def export(source: Path, folder: Path) -> list[Path]:
 
 
 def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) -> None:
-    """Write joint positions next to a file: in evenly spread frames, and in some of `also`."""
+    """Write joint positions next to a file: in evenly spaced frames and
+    in some frames of `also`.
+    """
     from twistcore.skeleton.motion import forward_kinematics
 
     positions = forward_kinematics(clip.motion)[1]
@@ -65,7 +69,7 @@ def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) 
 
 
 def in_blender(path: Path) -> dict[str, Any]:
-    """Import an export into Blender and compare; runs with bpy and without twistcore."""
+    """Import a written file into Blender and compare it; runs with bpy and without twistcore."""
     import bpy
 
     names, height = json.loads(path.with_suffix(".json").read_text())
@@ -93,7 +97,7 @@ def in_blender(path: Path) -> dict[str, Any]:
 def compared(source: Path, blender: str) -> list[dict[str, Any]]:
     """Return the results of `in_blender` for one clip, rewritten and corrected.
 
-    Raises RuntimeError if Blender cannot read it, TwistError if we cannot.
+    Raises RuntimeError if Blender cannot read a file, and TwistError if twistcore cannot.
     """
     with tempfile.TemporaryDirectory() as folder:
         paths = map(str, export(source, Path(folder)))
@@ -108,7 +112,7 @@ def compared(source: Path, blender: str) -> list[dict[str, Any]]:
 
 
 def main() -> int:
-    """Print one line per clip."""
+    """Compare every clip, and print one line for each."""
     if sys.argv[1:2] == ["--inside"]:
         with contextlib.redirect_stdout(sys.stderr):
             found = [in_blender(Path(name)) for name in sys.argv[2:]]

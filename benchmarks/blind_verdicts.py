@@ -27,7 +27,9 @@ BINS = 5  # with equal numbers of finds
 
 
 def kappa(first: Sequence[str], second: Sequence[str]) -> float:
-    """Return the agreement of two judges beyond chance [Cohen 1960]: 1 if equal, 0 by chance."""
+    """Return Cohen's kappa [Cohen 1960]: 1 if the judges always agree,
+    0 if they agree by chance.
+    """
     if not first:
         return float("nan")
     same = float(np.mean([a == b for a, b in zip(first, second, strict=True)]))
@@ -39,19 +41,19 @@ def kappa(first: Sequence[str], second: Sequence[str]) -> float:
 
 
 def agreed(first: str, second: str) -> str:
-    """Return the verdict of both; doubtful if they differ."""
+    """Return the verdict on which both judges agree, or 'doubtful' if they differ."""
     return first if first == second else "doubtful"
 
 
 def reliability(rows: Iterable[Mapping[str, str]], bins: int = BINS) -> list[Bin]:
-    """Compare confidence with the share of errors among errors and alarms, in bins."""
+    """Compare the confidence with the share of errors among errors and alarms, in bins."""
     own = [r for r in rows if r["confidence"] and r["verdict"] in ("error", "alarm")]
     confidence = np.array([float(r["confidence"]) for r in own])
     return equal_bins(confidence, np.array([r["verdict"] == "error" for r in own]), bins)
 
 
 def judged(folder: Path) -> list[dict[str, str]]:
-    """Return the key's rows with both verdicts; raise ValueError for an unknown verdict."""
+    """Return the rows of the key with both verdicts; raises ValueError for an unknown verdict."""
     key = {row["number"]: row for row in _rows(folder / "key.csv")}
     said = [_verdicts(folder / f"{name}.csv") for name in ("first", "second")]
     both = sorted(set(said[0]) & set(said[1]) & set(key), key=int)
@@ -79,7 +81,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
 
 
 def picture(bins: Sequence[Bin], output: Path) -> None:
-    """Plot confidence against the share of errors, with its 95 % interval."""
+    """Plot the share of errors, with its 95 % interval, against the confidence."""
     import matplotlib as mpl
 
     mpl.use("Agg")

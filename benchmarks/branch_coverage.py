@@ -41,7 +41,7 @@ exclude_also =
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Return 0 if both packages reach their share."""
+    """Run the tests and print the coverage; return 0 if both packages reach their minimum."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -62,7 +62,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def tell(files: Mapping[str, Mapping[str, int]]) -> int:
-    """Print the shares; return 1 if one is too small. `files`: path -> coverage's summary."""
+    """Print the coverage; return 1 if a package is below its minimum.
+
+    files: mapping from a path to the summary that coverage gives for it.
+    """
     sums: dict[str, Counter[str]] = defaultdict(Counter)
     for name, of in files.items():
         sums[Path(name).parts[0]].update(of)

@@ -52,7 +52,9 @@ Steps = tuple[
 
 
 def tiled(frames: int, form: str) -> bytes:
-    """Return the sample's rows repeated; with a form, every number, slightly changed, has it."""
+    """Return the sample's rows repeated; with a format, all numbers are
+    changed slightly to have it.
+    """
     data = SAMPLE.read_bytes().replace(b"\r\n", b"\n")
     head, _, motion = data.partition(b"MOTION\n")
     rows = [row.strip() for row in motion.split(b"\n")[2:] if row.strip()]
@@ -63,7 +65,10 @@ def tiled(frames: int, form: str) -> bytes:
 
 
 def steps(tool: str, path: str, out: str) -> Steps:
-    """Return (parse, forward kinematics or None, preparation of writing or None) of one tool."""
+    """Return the steps of one tool: parsing, forward kinematics, and preparation of writing.
+
+    A tool that lacks one of the last two has None in its place.
+    """
     return _STEPS[tool](path, out)
 
 
@@ -151,7 +156,7 @@ _STEPS: dict[str, Callable[[str, str], Steps]] = {
 
 
 def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float]:
-    """Measure seconds of each step, and the peak of parsing in MB, of one tool in this process."""
+    """Return the seconds of each step of one tool in this process, and the parsing peak in MB."""
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
         parse, fk, write = steps(tool, path, str(Path(folder) / "out.bvh"))
@@ -171,7 +176,7 @@ def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float
 
 
 def _memory() -> float:
-    """Return the peak of this process in MB; ru_maxrss would begin with the parent's."""
+    """Return the peak memory of this process in MB; ru_maxrss would start at the parent's peak."""
     status = Path("/proc/self/status")
     if status.exists():
         return int(status.read_text().partition("VmHWM:")[2].split()[0]) / 1024
@@ -228,7 +233,7 @@ def _table(title: str, arguments: argparse.Namespace) -> None:
 
 
 def main() -> int:
-    """Print both tables."""
+    """Measure all tools, and print both tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=9)
     parser.add_argument("--slow-frames", type=int, default=1000)

@@ -73,7 +73,7 @@ def detected(path: Path) -> Detection:
 
 
 def cost_of(path: Path) -> Cost:
-    """Measure a clip; for a short one, take the least of several rounds."""
+    """Measure a clip; for a short clip, take the smallest time of several rounds."""
     best, found = np.inf, None
     for _ in range(ROUNDS):
         begin = time.process_time()
@@ -87,7 +87,7 @@ def cost_of(path: Path) -> Cost:
 
 
 def clips_below(folders: Sequence[Path]) -> list[Path]:
-    """Return all BVH files below the folders, each content once."""
+    """Return all BVH files in and below the folders; files with the same contents only once."""
     found: dict[tuple[str, int], Path] = {}
     for folder in folders:
         for path in sorted(folder.rglob("*.bvh")) if folder.is_dir() else [folder]:
@@ -96,7 +96,7 @@ def clips_below(folders: Sequence[Path]) -> list[Path]:
 
 
 def say_profile(path: Path) -> None:
-    """Print the core's functions with their shares of a clip's time."""
+    """Print the functions of twistcore that take the most time for a clip, with their shares."""
     profile = cProfile.Profile()
     profile.runcall(detected, path)
     table = pstats.Stats(profile)
@@ -112,7 +112,7 @@ def say_profile(path: Path) -> None:
 
 
 def make_clip(path: Path, frames: int, errors: int) -> None:
-    """Write the sample repeatedly, with twist errors of 20 to 60° at even distances."""
+    """Write the sample repeatedly, with twist errors of 20 to 60° at equal distances."""
     head, _, rows = SAMPLE.read_text("ascii").rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
     lines = lines + lines[::-1]  # forwards and backwards, so that no seam jumps
@@ -146,7 +146,7 @@ print(f"{frames:,d} frames, {finds:,d} finds: {time.process_time():.1f} s, "
 
 
 def say_alone(path: Path) -> None:
-    """Print time and memory of a clip in a separate process."""
+    """Print the time and memory that a clip takes in a separate process."""
     subprocess.run([sys.executable, "-c", _CHILD, str(path)], check=True)
 
 
@@ -186,7 +186,7 @@ print(pybvh.read_bvh_file(sys.argv[1]).angular_velocities().shape)
 
 
 def cold_seconds(command: Sequence[str]) -> float:
-    """Return the least processor time of a new process and its children."""
+    """Return the smallest processor time of a new process including its children."""
     best, quiet = np.inf, subprocess.DEVNULL
     kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     kept |= {"PYTHONPYCACHEPREFIX": str(Path(tempfile.gettempdir(), "twistcore-cost"))}
@@ -200,7 +200,7 @@ def cold_seconds(command: Sequence[str]) -> float:
 
 
 def say_cold(path: Path, with_pybvh: str) -> None:
-    """Print the cold start compared with plain reading of the same clip."""
+    """Print the cost of a cold start, compared with merely reading the same clip."""
     nothing = cold_seconds([sys.executable, "-c", "import numpy"])
     plain = cold_seconds(
         [with_pybvh or sys.executable, "-c", _PYBVH if with_pybvh else _PLAIN, str(path)]
@@ -211,7 +211,7 @@ def say_cold(path: Path, with_pybvh: str) -> None:
 
 
 def say_costs(costs: Sequence[Cost], profiled: int) -> None:
-    """Print the table of costs and the ten slowest clips."""
+    """Print the table of costs and the ten most expensive clips."""
     slowest = sorted(costs, key=lambda c: -c.per_mb)
     median = statistics.median(c.per_mb for c in costs)
     worst = slowest[0].per_mb

@@ -38,7 +38,9 @@ BELOW = (0.02, 0.05, 0.1, 0.2)  # shares of a chain's edges above `FIRST` that a
 
 
 def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """Return the sample forwards and backwards, with an error in each chain every 140 frames."""
+    """Return the sample, played forwards and backwards, with an error
+    per chain every 140 frames.
+    """
     motion = read_bvh(SAMPLE).motion
     length = motion.frames - 1  # frame 0 is a T-pose
     at = 1 + np.abs((np.arange(frames) + length - 1) % (2 * length - 2) - (length - 1))
@@ -47,7 +49,9 @@ def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
 
 
 def one_line(joints: int, frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """Return joints in one line that sway by about 10° with 0.05° noise, 60 Hz, and errors."""
+    """Return joints in one line that sway by about 10° at 60 Hz, with
+    0.05° of noise, and errors.
+    """
     rng = np.random.default_rng(seed)
     t = np.arange(frames)[:, None, None] / 60.0
     angles = np.radians(0.05) * rng.standard_normal((frames, joints, 3))
@@ -72,7 +76,7 @@ def with_errors(motion: Motion, rng: np.random.Generator) -> tuple[Motion, tuple
 
 
 def new_taus(chain: ChainAnalysis) -> list[float]:
-    """Return τ in radians that pass different sets of edges, also different from `FIRST`."""
+    """Return values of τ in radians, each with a set of edges of its own, unlike `FIRST`'s."""
     jumps = np.sort(np.abs(chain.edges.jump))
     jumps = jumps[jumps >= FIRST]
     out = sorted({int(share * len(jumps)) for share in BELOW} - {0})
@@ -80,19 +84,19 @@ def new_taus(chain: ChainAnalysis) -> list[float]:
 
 
 def milliseconds(act: Callable[..., object], *arguments: object) -> float:
-    """Return the time of a call in milliseconds."""
+    """Return the duration of a call in milliseconds."""
     begin = time.perf_counter()
     act(*arguments)
     return 1e3 * (time.perf_counter() - begin)
 
 
 def detected(motion: Motion) -> int:
-    """Return the number of intervals of all chains at their automatic τ."""
+    """Return the number of intervals of all chains, each at its automatic τ."""
     return len(detect(motion, find_chains(motion)))
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure the speed, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, nargs="*", default=[10_000])
     parser.add_argument("--line", type=int, nargs="*", default=[300])
