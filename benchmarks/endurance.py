@@ -60,7 +60,7 @@ _LOOKS = ("skin", "side_by_side", "trails", "colour_by_offset", "both_detectors"
 
 @dataclass
 class Sitting:
-    """A person at a window; done: number of times of each action."""
+    """A simulated user at a window. done: how often each action was carried out."""
 
     window: MainWindow
     clips: list[Path]
@@ -70,7 +70,7 @@ class Sitting:
     # -- input and waiting ------------------------------------------------------------------------
 
     def wait(self, ready: Callable[[], bool], what: str) -> None:
-        """Run the event loop until a condition holds."""
+        """Run the event loop until a condition holds. what: description of the condition."""
         end = time.monotonic() + _PATIENCE
         while not ready():
             if time.monotonic() > end:
@@ -88,7 +88,9 @@ class Sitting:
         wait(2)
 
     def quiet(self) -> None:
-        """Wait until nothing is running: no clip, export, folder, typesetting, measuring."""
+        """Wait until nothing is running: no opening, export, folder survey,
+        typesetting or measurement.
+        """
         window = self.window
 
         def idle() -> bool:
@@ -100,7 +102,7 @@ class Sitting:
         self.wait(idle, "it does not come to rest")
 
     def open(self, path: Path) -> None:
-        """Open a clip and wait until it is loaded."""
+        """Open a clip, and wait until it is loaded."""
         window = self.window
         window.open_path(path)
         self.wait(
@@ -117,7 +119,7 @@ class Sitting:
     # -- actions --------------------------------------------------------------------------------
 
     def judge(self) -> None:
-        """Judge by keys, and undo some decisions."""
+        """Decide intervals with the keyboard, and undo some of these decisions."""
         for _ in range(4):
             self.act("next_interval")
             self.key(self.rng.choice([Qt.Key.Key_A, Qt.Key.Key_A, Qt.Key.Key_R]))
@@ -125,7 +127,9 @@ class Sitting:
             self.act(name)
 
     def edit(self) -> None:
-        """Edit an interval's borders, by a drag and at the playhead; add and delete one by hand."""
+        """Edit the borders of an interval by dragging and at the playhead;
+        insert and delete one by hand.
+        """
         document = self.window.document
         self.act("next_of_all")
         if (judged := document.interval) is not None and judged.interval.repairable:
@@ -145,7 +149,9 @@ class Sitting:
         self.act("undo")
 
     def scrub(self) -> None:
-        """Move the playhead all over the clip, change looks, and play a little."""
+        """Move the playhead through the whole clip, change display
+        options, and play for a moment.
+        """
         document, look = self.window.document, self.rng.choice(_LOOKS)
         self.act(look)
         for frame in self.rng.choices(range(document.frames), k=10):
@@ -157,7 +163,7 @@ class Sitting:
         self.act(look)
 
     def drag_tau(self) -> None:
-        """Drag τ of a chain up and down, then back."""
+        """Drag the τ of a chain up and down, and then back."""
         document = self.window.document
         assert document.data is not None
         chain = self.rng.choice(document.data.chains_and_limbs).name
@@ -169,7 +175,7 @@ class Sitting:
         self.act("undo")
 
     def tune(self) -> None:
-        """Show the tuning tab while it measures for a while."""
+        """Keep the tuning tab in front for a while as it measures."""
         self.act("show_tuning")
         wait(600)
         self.act("suggest_tau")
@@ -178,7 +184,7 @@ class Sitting:
         wait(20)
 
     def teach(self) -> None:
-        """Use the teaching tab: gizmo, what-if, stages."""
+        """Use the teaching tab: its gizmo, what-if sliders and stages."""
         window = self.window
         self.act("show_teaching")
         for chain in window.document.data.chains[:3] if window.document.data else ():
@@ -191,7 +197,7 @@ class Sitting:
         wait(20)
 
     def other_detector(self) -> None:
-        """Choose the paper's detector, and ours again."""
+        """Switch to the paper's detector and back to the default one."""
         for method in ("use_paper", "use_consistency"):
             self.act(method)
             self.wait(lambda: not self.window.document.opener.busy, method)
@@ -205,7 +211,7 @@ class Sitting:
         self.act("save_session")
 
     def switch(self) -> None:
-        """Open clips before the last one is loaded, with many commands in between."""
+        """Open clips before the previous one is loaded, with many commands in between."""
         window = self.window
         names = ["accept", "reject", "undo", "redo", "next_interval", "next_faint", "why_not",
                  "start_here", "insert_interval", "turn_end", "focus_chain", "reset", "use_paper",
@@ -259,7 +265,7 @@ class Sitting:
         assert back == own, f"{back} is open after the {name}, and was {own}"
 
     def folder(self) -> None:
-        """Survey the folder again, and cancel halfway."""
+        """Survey the folder again, and cancel this halfway."""
         window = self.window
         window.open_path(self.clips[0].parent)
         wait(self.rng.choice((200, 1500)))
@@ -270,7 +276,7 @@ class Sitting:
     # -- the run --------------------------------------------------------------------------------
 
     def visit(self, path: Path) -> None:
-        """Open and judge one clip, and do three more actions."""
+        """Open a clip, judge it, and carry out three more actions."""
         self.open(path)
         self.judge()
         more = (
@@ -282,7 +288,7 @@ class Sitting:
             self.done[thing.__name__] += 1
 
     def count(self) -> Alive:
-        """Count living objects, with the first clip open again and nothing running."""
+        """Count the living objects while the first clip is open and nothing is running."""
         window = self.window
         window.queue.close()
         window.docks["intervals"].raise_()
@@ -295,7 +301,10 @@ class Sitting:
 
 
 def grown(noted: list[tuple[float, Alive]]) -> list[str]:
-    """Return the counts that grew after settling; memory by its median over a tenth of the time."""
+    """Return the counts that grew after the first minutes.
+
+    Memory is compared by its medians, each over a tenth of the time.
+    """
     settled = min(SETTLED, noted[-1][0] / 5.0)
     rest = [a for minute, a in noted if minute >= settled]
     few = max(1, len(rest) // 10)
@@ -315,7 +324,7 @@ def grown(noted: list[tuple[float, Alive]]) -> list[str]:
 def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tuple[
     list[tuple[float, Alive]], Sitting, Said
 ]:  # fmt: skip
-    """Review for some minutes; return the counts of each minute, the actions and the problems."""
+    """Review for some minutes; return the counts per minute, the actions and the problems."""
     noted: list[tuple[float, Alive]] = []
     with heard() as said:
         window = MainWindow(Settings(theme="light", turn_ms=0), None)
@@ -355,7 +364,7 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
 
 
 def main() -> int:
-    """Print the counts of every minute, and those that grew."""
+    """Run the test; print the counts per minute, and those counts that grew."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="a folder of BVH clips; only copies are touched")
     parser.add_argument("--minutes", type=float, default=60.0)

@@ -48,7 +48,7 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
 
 
 def main() -> None:
-    """Print the figures."""
+    """Measure the queue, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", type=int, default=40)

@@ -64,9 +64,11 @@ def long_clip(path: Path, frames: int) -> None:
 
 
 def many_joints(path: Path, joints: int, frames: int) -> None:
-    """Write a body of many joints: limbs of five around a root, which swing and twist.
+    """Write a body with many joints: limbs of five joints each around a
+    root, which swing and twist.
 
-    In ten of them a parent is twisted by 40° for half a second, and its child back.
+    In ten of these limbs, a parent is twisted by 40° for half a second, and its child is twisted
+    back.
     """
     rng = np.random.default_rng(1)
     names, parents, offsets = ["Hips"], [-1], [np.zeros(3)]
@@ -99,7 +101,7 @@ def many_joints(path: Path, joints: int, frames: int) -> None:
 
 @dataclass
 class Measured:
-    """Milliseconds of CPU time by action."""
+    """CPU time in milliseconds, by action."""
 
     opened: float = 0.0
     shown: str = ""
@@ -116,7 +118,7 @@ class Measured:
 
 
 def a_window() -> MainWindow:
-    """Return a window on the screen, with nothing open."""
+    """Return a visible window in which nothing is open."""
     window = MainWindow(Settings(theme="light", turn_ms=0), None)
     window.resize(1440, 900)
     window.show()
@@ -126,7 +128,7 @@ def a_window() -> MainWindow:
 
 
 def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STEPS) -> Measured:
-    """Open a clip and do what a person does, `steps` times of each kind."""
+    """Open a clip and imitate a user, with `steps` repetitions of each kind of action."""
     found = Measured()
     document, rng = window.document, np.random.default_rng(1)
 
@@ -185,7 +187,7 @@ def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STE
 
 
 def main() -> None:
-    """Print a table for each clip."""
+    """Measure both clips, and print a table for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--frames", type=int, default=FRAMES, help="frames of the long clip; 0: none"

@@ -36,7 +36,9 @@ SCENES = (
 
 
 def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Reviewed]:
-    """Return one pass over all clips; cached in a folder if one is given."""
+    """Return the results of one pass over all clips; `keep` is a folder
+    in which they are cached.
+    """
     file = keep / f"reviewed_{seed}.pickle" if keep else None
     if file and file.exists():
         return list(pickle.loads(file.read_bytes()))
@@ -47,7 +49,7 @@ def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Revie
 
 
 def drawn_clips(given: Seen, rng: np.random.Generator) -> Seen:
-    """Resample whole clips with replacement."""
+    """Return whole clips drawn at random with replacement."""
     clips = np.unique(given.clip)
     at = [np.flatnonzero(given.clip == c) for c in rng.choice(clips, len(clips))]
     chosen = np.concatenate(at)
@@ -55,7 +57,7 @@ def drawn_clips(given: Seen, rng: np.random.Generator) -> Seen:
 
 
 def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> None:
-    """Print one block: learned from some clips, tested on others."""
+    """Print one block of results: learned from some clips and tested on others."""
     print(f"\n{title}: {len(fit)} passes over clips to learn from, {len(test)} to test on")
     for name, kinds, mistaken in SCENES:
         rows = []
@@ -83,7 +85,7 @@ def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> Non
 
 
 def main() -> None:
-    """Learn from some subjects and test on others, on the same rig and on another."""
+    """Learn from some subjects and test on the others, on the same rig and on a different one."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
     parser.add_argument("--seeds", type=int, default=4, help="passes over all clips")

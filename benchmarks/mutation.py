@@ -128,7 +128,9 @@ CHANGES = ("killed", "timeout", "survived")
 
 
 def tests_of(path: Path) -> list[str]:
-    """Return a module's test files: from TESTS, or tests/twistcore/test_<module or folder>.py."""
+    """Return the test files for a module: from TESTS, or
+    tests/twistcore/test_<module or folder>.py.
+    """
     fitting = [name for name in TESTS if path.as_posix().startswith(name)]
     if fitting:
         return [f"{FOLDER}/test_{name}.py" for name in TESTS[max(fitting, key=len)]]
@@ -140,7 +142,9 @@ def tests_of(path: Path) -> list[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Return 0, 1 if fewer than --least per cent are killed, or 2 if nothing could be tried."""
+    """Run the mutants. Return 0, or 1 if fewer than --least per cent are
+    killed, or 2 if none ran.
+    """
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.mutation",
         description=__doc__,

@@ -61,7 +61,7 @@ PLAIN = "nothing in the file is unusual"
 
 @dataclass(frozen=True)
 class Row:
-    """One file: its name, the result, the reason, and whether its bytes came back."""
+    """One file: its name, the result, the reason, and whether it was written back byte for byte."""
 
     name: str
     done: str
@@ -100,7 +100,7 @@ def _why(outcome: str, path: Path) -> str:
 
 
 def comes_back(clip: Clip) -> bool:
-    """True if writing the clip without corrections gives the bytes that were read."""
+    """True if writing the clip without corrections reproduces the bytes that were read."""
     with tempfile.TemporaryDirectory() as folder:
         again = Path(folder) / "again.bvh"
         write_clip(clip, clip.motion.with_rotations(clip.motion.rotations.copy()), again)
@@ -119,7 +119,9 @@ def _cell(text: str) -> str:
 
 
 def written_into(page: str, rows: list[Row]) -> str:
-    """Return the page with the table between its marks; raise ValueError without marks."""
+    """Return the page with the table between its marks; raises ValueError
+    if the marks are missing.
+    """
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
@@ -128,7 +130,7 @@ def written_into(page: str, rows: list[Row]) -> str:
 
 
 def main() -> int:
-    """Print or write the table."""
+    """Print the table, or write it into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--write", type=Path, metavar="PAGE")

@@ -47,7 +47,7 @@ SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
 
 @dataclass
 class Count:
-    """Sums over clips: found errors and all errors by size; repaired frames; intervals."""
+    """Sums over clips: found errors and all errors by size, repaired frames, and intervals."""
 
     found: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
     errors: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
@@ -67,7 +67,7 @@ class Count:
         chains: dict[str, Chain],
         size_of: Motion,
     ) -> None:
-        """Add one clip; size_of: the clean motion with which the errors were injected."""
+        """Add one clip. size_of: the clean motion into which the errors were injected."""
         for error in errors:
             at = slice(error.start, error.stop)
             size = float(np.degrees(np.abs(error.offset).max()))
@@ -85,14 +85,14 @@ class Count:
 
 
 def covers(interval: Interval, error: InjectedError) -> bool:
-    """True if interval and error share at least half of their union."""
+    """True if the overlap of interval and error is at least half of their union."""
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     union = max(interval.stop, error.stop) - min(interval.start, error.start)
     return both >= 0.5 * union
 
 
 def touches(interval: Interval, error: InjectedError) -> bool:
-    """True if interval and error have the same chain and share a frame."""
+    """True if interval and error are in the same chain and share a frame."""
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     return interval.chain == error.chain and both > 0
 

@@ -49,9 +49,9 @@ Poses = tuple[Array, Array]
 
 
 class Trials:
-    """The training clips with noise of both levels, ready to be run through many settings.
+    """The training clips with noise of both levels, prepared for trying many settings.
 
-    drawn: for each clip q̂ (frames, levels, seeds, 24, 4) and r̂ (frames, levels, seeds, 3).
+    drawn: for each clip, q̂ (frames, levels, seeds, 24, 4) and r̂ (frames, levels, seeds, 3).
     """
 
     def __init__(self, clips: Sequence[Sequence24], seeds: int) -> None:
@@ -60,7 +60,9 @@ class Trials:
         self._input = self._sums(self.drawn)
 
     def ratios(self, found: Sequence[Poses]) -> Array:
-        """Return output / input, (levels, METRICS), over all clips; longer ones weigh more."""
+        """Return output / input over all clips, (levels, METRICS);
+        longer clips have more weight.
+        """
         return self._sums(found) / self._input
 
     def _sums(self, found: Sequence[Poses]) -> Array:
@@ -90,14 +92,14 @@ def _drawn(clip: Sequence24, seeds: int) -> Poses:
 
 
 def ours(q_hat: Array, r_hat: Array, causal: bool) -> Poses:
-    """Return our result, with which rivals are compared."""
+    """Return our own result, with which the rivals are compared."""
     way = track if causal else track_both_ways
     found = way(q_hat, r_hat, NETWORK_DT, HandGains())
     return found.q, found.r
 
 
 def best(ratios: Mapping[Setting, Array], bound: Array, least: str, bounded: str) -> Setting:
-    """Return the setting by the rule above; ratios and bound (levels, METRICS)."""
+    """Return the setting chosen by the rule above. ratios, bound: (levels, METRICS)."""
     at, kept = METRICS.index(least), METRICS.index(bounded)
     short = {s: float(np.maximum(r - bound, 0.0)[:, kept].sum()) for s, r in ratios.items()}
     able = [s for s in ratios if short[s] == min(short.values())]
@@ -107,7 +109,7 @@ def best(ratios: Mapping[Setting, Array], bound: Array, least: str, bounded: str
 
 
 def tuned(rival: Rival, trials: Trials, bound: Array) -> tuple[Setting, Setting, Array]:
-    """Return the settings of rotations and of places, and their ratios."""
+    """Return the settings for rotations and for positions, and their ratios."""
 
     def ratios(turned: Sequence[Array], moved: Sequence[Array]) -> Array:
         return trials.ratios(list(zip(turned, moved, strict=True)))

@@ -43,9 +43,10 @@ def clips_of(folder: Path) -> Iterator[Path]:
 def roughness(
     before: Motion, after: Motion, chain: Chain, interval: Interval
 ) -> tuple[float, float]:
-    """Return costs of second differences of all witnesses over the edges, before and after.
+    """Return the roughness of all witnesses over the edges, before and after a correction.
 
-    Each witness is scaled by its size in the original clip.
+    Roughness is the cost of second differences; each witness is scaled by its size in the original
+    clip.
     """
     old, new = Witnesses.of(before, chain), Witnesses.of(after, chain)
     at = np.zeros(before.frames, dtype=bool)
@@ -69,7 +70,7 @@ def roughness(
 
 
 def measure(analysis: ClipAnalysis) -> Counter[str]:
-    """Return the counts of one clip."""
+    """Return the counts for one clip."""
     motion, found = analysis.motion, analysis.detect(kinds=REPAIRED)
     done, chains = applied_unasked(found), analysis.chains_and_limbs
     hinges = Hinges(motion, found.intervals)
@@ -89,7 +90,7 @@ def measure(analysis: ClipAnalysis) -> Counter[str]:
 
 
 def row_of(count: Counter[str]) -> str:
-    """Return the numbers of a set, one column each."""
+    """Return the numbers for a set, one per column."""
     measured = (f"{count[f'{n}: worse']}/{count[f'{n}: measured']}" for n in NAMES)
     return "".join(f"{count[name]:>10}" for name in COUNTS) + "".join(f"{m:>19}" for m in measured)
 

@@ -66,7 +66,7 @@ _JOINTS = ("Hips", "LeftUpLeg", "RightArm", "LeftHand")  # joints that every CMU
 
 
 class Pair(NamedTuple):
-    """Indices of P and C; limb: the limb of the pair."""
+    """The indices of P and C, and the limb to which both belong."""
 
     parent: int
     child: int
@@ -74,7 +74,7 @@ class Pair(NamedTuple):
 
 
 class Place(NamedTuple):
-    """The place of an error: number of the pair, frames [start, stop), radians."""
+    """Where an error is injected: the number of its pair, the frames [start, stop), and radians."""
 
     pair: int
     start: int
@@ -84,7 +84,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Missed:
-    """An error that was not repaired, with the reason."""
+    """An error that was not repaired, with the reason for this."""
 
     rig: str
     share: float
@@ -98,7 +98,7 @@ class Missed:
 
 @dataclass(frozen=True)
 class Count:
-    """The results for a rig's errors; made_wrong and sound count joints in frames."""
+    """The results for a rig's errors; made_wrong and sound count joints, summed over frames."""
 
     errors: int = 0
     repaired: int = 0
@@ -116,14 +116,16 @@ class Count:
 
     @property
     def percent(self) -> float:
-        """Return the per cent of error frames that are repaired."""
+        """Return the percentage of error frames that are repaired."""
         return 100.0 * self.repaired_frames / self.frames if self.frames else 100.0
 
 
 def drawn(
     limbs: Sequence[tuple[int, bool]], frames: int, number: int, rng: np.random.Generator
 ) -> list[Place]:
-    """Draw places of errors, at least APART frames apart in a limb; limbs: of each pair."""
+    """Return random errors, at least APART frames apart in each limb.
+    limbs: the limb of each pair.
+    """
     places: list[Place] = []
     for _ in range(number if limbs else 0):
         for _ in range(_TRIES):
@@ -141,7 +143,7 @@ def drawn(
 
 
 def with_errors(motion: Motion, pairs: Sequence[Pair], places: Sequence[Place]) -> Motion:
-    """Turn P of each place by its offset about its bone, and its children back."""
+    """Turn P of each pair about its bone by the error's offset, and turn its children back."""
     chains, errors = {}, []
     for place in places:
         pair = pairs[place.pair]
@@ -154,7 +156,7 @@ def with_errors(motion: Motion, pairs: Sequence[Pair], places: Sequence[Place]) 
 
 
 def corrected(motion: Motion) -> tuple[Motion, Detection]:
-    """Return the motion after automatic corrections, and the detection."""
+    """Return the motion after its automatic corrections, and the detection."""
     found = analyse(motion).detect(kinds=REPAIRED)
     return refine(motion, found.chains_and_limbs, applied_unasked(found)), found
 
@@ -162,7 +164,7 @@ def corrected(motion: Motion) -> tuple[Motion, Detection]:
 def counted(
     motion: Motion, pairs: Sequence[Pair], places: Sequence[Place], rig: Rig, clip: str
 ) -> Count:
-    """Inject errors into a motion on a rig, correct it automatically, and count."""
+    """Inject errors into a motion on a rig, correct them automatically, and count the results."""
     refined, found = corrected(with_errors(motion, pairs, places))
     left = geodesic_angle(motion.rotations, refined.rotations)
     turned = np.zeros(left.shape, dtype=bool)
@@ -222,19 +224,21 @@ def reason(found: Detection, pair: Pair, place: Place) -> str:
 
 
 def _why_left(interval: Interval) -> str:
-    """Return why an interval is not corrected automatically."""
+    """Return why an interval was not corrected automatically."""
     why = "open" if interval.open else f"confidence {interval.confidence or 0.0:.2f}"
     return f" not applied ({why})"
 
 
 def sound_changes(motion: Motion) -> int:
-    """Count joints in frames changed by more than 1° in a clip without errors."""
+    """Count the joints, summed over frames, that change by more than 1°
+    in a clip without errors.
+    """
     refined, _ = corrected(motion)
     return int((geodesic_angle(motion.rotations, refined.rotations) > CHANGED).sum())
 
 
 def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
-    """Return the results for errors at limb joints, and for errors between pieces."""
+    """Return the results for errors at limb joints, and for errors between pieces of a bone."""
     at_joints, between = Count(), Count()
     for k, (name, motion) in enumerate(clips.items()):
         made = rigged(motion, rig)
@@ -255,7 +259,7 @@ def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
 
 
 def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
-    """Return evenly chosen CMU clips without automatic corrections, by name."""
+    """Return CMU clips without automatic corrections, by name, chosen at even distances."""
     found: dict[str, Motion] = {}
     for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion
@@ -272,7 +276,7 @@ def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
 
 
 def variants(rig: Rig) -> list[Rig]:
-    """Return a rig in pieces with each share of the roll; any other rig unchanged."""
+    """Return a rig in pieces with each share of the roll, or any other rig unchanged."""
     return [replace(rig, share=share) for share in SHARES] if rig.in_pieces else [rig]
 
 
