@@ -88,7 +88,7 @@ def contradictions(found: Detection, reason: Reason) -> Iterator[str]:
 
 
 def _is_meant(interval: Interval, reason: Reason) -> bool:
-    """True if the interval is in the chain that the reason mirrors, or else in the reason's chain."""
+    """True if the interval is in the chain that the reason mirrors or belongs to."""
     if reason.why == Why.IMAGE:
         return bool(interval.chain == reason.numbers["of"])
     return interval.chain == reason.chain

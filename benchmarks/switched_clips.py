@@ -74,7 +74,7 @@ class Hand:
         return QPoint(x, y)
 
     def pull(self) -> None:
-        """Press the mouse button at a border or in the middle of an interval, or continue a drag."""
+        """Press the mouse button at an interval's border or centre, or continue a drag."""
         window = self.window
         if self.held is not None:
             QTest.mouseMove(self.held, self._place(self.held))
