@@ -1,10 +1,10 @@
 """Try mutants for benchmarks/mutation.py: run a module's tests in a forked process for each.
 
-One process imports the tests of a module and forks for each mutant; the child replaces the code of
-functions and runs the tests that reach them. If this changes nothing (a constant) or perhaps not
-everything (the mutant survives, but importing the tests also ran the function), a child without
-these imports is forked and imports the changed module. Other programs started by tests see the
-unchanged code.
+One process imports the tests of a module and forks for each mutant; the child process replaces the
+code of functions and runs the tests that reach them. In two cases another child, which has not
+imported these modules, is forked and imports the changed module: if replacing functions has no
+effect, as for a constant, and if it may be incomplete, because the mutant survives although
+importing the tests also ran the function. Other programs that tests start see the unchanged code.
 """
 
 from __future__ import annotations

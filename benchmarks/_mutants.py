@@ -1,8 +1,8 @@
-"""Make a module's mutants with mutmut's operators, for benchmarks/mutation.py.
+"""Make the mutants of a module with mutmut's operators, for benchmarks/mutation.py.
 
 Unlike mutmut's own command, this also mutates properties, other decorated functions and constants
-of a module: a mutant is a whole source file, so nothing is wrapped. Sentences (strings with a
-blank) are not changed: a test that quotes them would test the wording.
+of a module: a mutant is a whole source file, so that nothing needs to be wrapped. Sentences
+(strings with a blank) are not changed, because tests that detect this would test the wording.
 """
 
 from __future__ import annotations

@@ -1,14 +1,15 @@
-"""Compare joints of AMC clips with the same trials as BVH.
+"""Compare the joints of AMC clips with the same trials as BVH.
 
-python -m benchmarks.amc_crosscheck FOLDER_AMC FOLDER_BVH
+    python -m benchmarks.amc_crosscheck FOLDER_AMC FOLDER_BVH
 
-Both folders contain files of the same names: the CMU Motion Capture Database as released, with its
-ASF files, and a BVH version of it with the same order of joints. Frame 0 of such a BVH may be a
-T-pose that was added later. The BVH omits the length of bones with several children (thorax,
-wrists): these joints have an OFFSET of 0. The output is the largest distance of a joint in any
-frame, in the length unit of the AMC, after one scale for both, estimated from the paths of the
-roots: for joints without an omitted length above them, and for all joints after these lengths were
-restored. The exit status is 1 if a distance exceeds the rounding of both files.
+Both folders contain files with the same names: the CMU Motion Capture Database as released, with
+its ASF files, and a BVH version of it in which the joints have the same order. Frame 0 of such a
+BVH may be a T-pose that was added later. The BVH omits the length of bones with several children
+(thorax, wrists), whose joints have an OFFSET of 0. The output is the largest distance of a joint in
+any frame, in the length unit of the AMC, after both were scaled by one factor, which is estimated
+from the paths of the roots. It is given for the joints that have no omitted length above them, and
+for all joints after these lengths were restored. The exit status is 1 if a distance exceeds the
+rounding of both files.
 """
 
 from __future__ import annotations

@@ -2,11 +2,11 @@
 
     python -m benchmarks.batch_speed FOLDER [--rounds N] [--json]
 
-Runs the whole command, cold, over the folder's clips with one worker, with two, and on a local Dask
-cluster of two; then again over finished clips. The table shows seconds (the best of the rounds),
-clips and bytes per second, the speed-up of two workers, a worker's memory at its largest clip, and
-whether all results are equal. Aims: 12 clips per second with two workers, 1.7 times as fast as one,
-and 0.5 s + 2 ms per clip if nothing is new.
+Runs the whole command, started afresh, over the folder's clips with one worker, with two workers,
+and on a local Dask cluster of two; then again when all clips are finished. The table shows the
+seconds (of the fastest round), clips and bytes per second, the speed-up by the second worker, the
+memory of a worker at its largest clip, and whether all results are equal. Targets: 12 clips per
+second with two workers, 1.7 times as fast as with one, and 0.5 s + 2 ms per clip if nothing is new.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
 """Compare joint positions with pybvh: python -m benchmarks.bvh_crosscheck FOLDER…
 
-For every file that both can read: the largest distance between our joints and pybvh's, as a share
-of the skeleton's height: as read (expected ≤ 1e-9), after every rotation number was written again
-from quaternions and read back by pybvh (≤ 1e-6), and after correction of all finds of `refine`,
-also read by pybvh (≤ 1e-9); and how far the correction moved any joint according to pybvh. The exit
-status is 1 if any of the first three is larger.
+For every file that both programs can read, the output shows the largest distance between our joints
+and those of pybvh, as a share of the skeleton's height, in three cases: as read (expected ≤ 1e-9);
+after every rotation number was computed again from quaternions and the file was read by pybvh (≤
+1e-6); and after all finds of `refine` were corrected and the file was read by pybvh (≤ 1e-9). It
+also shows how far the correction moved any joint according to pybvh. The exit status is 1 if any of
+the first three numbers is larger than expected.
 """
 
 from __future__ import annotations

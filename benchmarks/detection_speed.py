@@ -1,13 +1,15 @@
 """Measure the speed of the consistency detector: python -m benchmarks.detection_speed [--frames N]…
 
-Tiles a sample to 10,000 frames, injects errors into all ten chains and prints medians in ms of
-(a) analyse: everything before any τ, and its part without tables of pairs of edges (signals and
-predictions), (b) the first τ of ten chains, (c) a new τ of ten chains and (d) of one. An analysis
-caches its solutions, so every τ is measured once and lets a new set of edges pass. One core: set
-OMP_NUM_THREADS=1. Aims: 100 for signals and predictions, 20, 20, 2.
+Repeats a sample up to 10,000 frames, injects errors into all ten chains, and prints the medians in
+ms of four durations: (a) the analysis, which is everything that does not depend on τ, and its part
+without the tables of pairs of edges (signals and predictions); (b) the first τ of ten chains; (c) a
+new τ of ten chains; (d) a new τ of one chain. An analysis caches its solutions, so every τ is
+measured once and lets a new set of edges pass. Set OMP_NUM_THREADS=1 to use one core. Targets: 100
+for signals and predictions, 20, 20, 2.
 
-Then rigs of N joints in one line (--line N…), 1,000 frames with an error in each chain every 140:
-find_chains, analyse and the intervals of all chains at the automatic τ. Aim: 2,000 at 300 joints.
+Then rigs of N joints in one line (--line N…) are measured, with 1,000 frames and an error in each
+chain every 140 frames: find_chains, the analysis, and the intervals of all chains at the automatic
+τ. Target: 2,000 at 300 joints.
 """
 
 from __future__ import annotations

@@ -1,13 +1,14 @@
 """Use the window for an hour: python -m benchmarks.endurance FOLDER [--minutes 60] [--seed 1].
 
-Copies of the folder's clips, with seeded errors, are reviewed one after the other in the real
-window, over and over: opened, judged by keys, undone and redone, edited, dragged, τ dragged, the
-teaching tab with gizmo and what-if used, tuned, exported with a report, switched while they are
-being analysed, the folder queue opened, dialogs and lessons opened and left. Every minute, with the
-first clip open again and nothing running, living objects are counted. The run fails if memory at
-the end is more than 5 % above minute ten (or a fifth of the time, if sooner), if windows, widgets,
-threads, processes, files, clips, reviews or intervals grow, or if there was an exception or a
-warning of Qt.
+Copies of the folder's clips, with random errors, are reviewed repeatedly in the real window. They
+are opened, judged with the keyboard, edited, dragged, undone and redone; τ is dragged; the teaching
+tab with its gizmo and what-if sliders is used, and so is the tuning tab; clips are exported with a
+report and switched while they are being analysed; the folder queue, dialogs and lessons are opened
+and left. Every minute, while the first clip is open and nothing is running, living objects are
+counted. The run fails if the memory at the end is more than 5 % above its value in minute ten (or
+after a fifth of the time, if that is sooner), if the number of windows, widgets, threads,
+processes, files, clips, reviews or intervals grows, or if there was an exception or a warning of
+Qt.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
     python -m benchmarks.evidence VERDICTS.csv FOLDER [--inject PROTOCOL ...] [--seed N]
 
-VERDICTS.csv has the form of docs/atlas-verdicts.csv; FOLDER contains a folder of clips for every
-set named in it. The output shows errors, alarms and doubtful finds among the automatic corrections,
-with the weights of the program and with weights fitted without the find's own set; the calibration
-of the probabilities (ECE); and the weights fitted to all sets.
+VERDICTS.csv has the columns of docs/atlas-verdicts.csv; FOLDER contains a folder of clips for every
+set that it names. The output shows how many automatic corrections are errors, alarms and doubtful
+finds, both with the program's weights and with weights fitted without the set of the find; the
+calibration of the probabilities (ECE); and the weights fitted to all sets.
 """
 
 from __future__ import annotations

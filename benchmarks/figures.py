@@ -2,10 +2,11 @@
 
     python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR
 
-mae_by_segment.png: MAE before and after by segment, both detectors [Choi26 Fig. 6]. flips.png: the
-genuine flips that the audit finds in CLIPS, with the joint's whole turn per frame as evidence
-independent of the detector; printed as a table. --alarms FOLDER…: alarms.png, the finds in clips
-without injected errors, with the increments Δθp and Δθc around them.
+mae_by_segment.png shows the MAE by segment before and after correction, for both detectors [Choi26
+Fig. 6]. flips.png shows the genuine flips that the audit finds in CLIPS, with the joint's total
+rotation per frame as evidence that does not depend on the detector; they are also printed as a
+table. With --alarms FOLDER…, alarms.png shows the finds in clips without injected errors, with the
+increments Δθp and Δθc around them.
 """
 
 from __future__ import annotations

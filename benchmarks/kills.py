@@ -1,14 +1,15 @@
 """Kill the program at random moments: python -m benchmarks.kills [--decisions N] [--exports N] …
 
-Needs a screen (such as `xvfb-run`) and Linux; uses kill -9. Decisions: the program carries out
-seeded commands in its real window and is killed between them; the disk must contain the last
-reported state or the next one, to the byte, and the next run must continue from there. Exports: the
-program is killed while it exports; each file must be complete or missing, existing files must equal
-the output of `twistcore apply` for the session, and the next export must leave no partial file.
-Folders: the program is killed while it surveys a folder; no process may remain. --equal: exports
-without a kill, 15 by 15, each equal to the output of `apply` for its session. The output shows the
-number of trials and failures; the exit code is 1 if any failed. --minutes: trials not begun by then
-are skipped and reported.
+Needs Linux and a screen (such as `xvfb-run`); the program is killed with kill -9. There are three
+kinds of trials. Decisions: the program carries out random commands in its real window and is killed
+between them; the disk must contain the last reported state or the next one, to the byte, and the
+next run must continue from there. Exports: the program is killed while it exports; each file must
+be complete or missing, existing files must equal the output of `twistcore apply` for the session,
+and the next export must not leave any partial file. Folders: the program is killed while it surveys
+a folder; none of its processes may remain. --equal: 15 exports in a row without a kill, each of
+which must equal the output of `apply` for its session. The output shows the number of trials and
+failures; the exit code is 1 if any trial failed. --minutes: trials that have not begun by then are
+skipped and reported.
 """
 
 from __future__ import annotations

@@ -2,14 +2,15 @@
 
     python -m benchmarks.large_clips [--frames N] [--joints N]
 
-Opens, in the real window, the sample with eight errors repeated to 200,000 frames, and a made
-skeleton of many short limbs (300 joints, 3,000 frames) with one error in each of ten. Prints the
-cost of opening, then the cost of a person's step until its last pixel is drawn, median and 95th
-percentile: the playhead moved, a border dragged, τ dragged, an interval judged and undone, the
-plots zoomed; the memory at the end, and the size of the file.
+Two clips are opened in the real window: the sample with eight errors, repeated to 200,000 frames;
+and a generated skeleton of many short limbs (300 joints, 3,000 frames) with one error in each of
+ten limbs. The output shows the cost of opening; the cost of each user action until its last pixel
+is drawn, as median and 95th percentile, for moving the playhead, dragging a border, dragging τ,
+deciding an interval and undoing this, and zooming the plots; the memory at the end; and the size of
+the file.
 
-Figures are CPU time of the whole process, all its threads, so that other work on the machine does
-not count; on a machine with a graphics card the 3D view costs less.
+The times are CPU times of the whole process with all its threads, so that other work on the machine
+does not count; on a machine with a graphics card the 3D view costs less.
 """
 
 from __future__ import annotations

@@ -1,14 +1,16 @@
 """Test the learned confidence: python -m benchmarks.learned_confidence FOLDER… [--seeds N].
 
 The folders contain clips named SUBJECT_TRIAL.bvh. A simulated reviewer
-(benchmarks.simulated_reviewer) decides 200 intervals of some subjects' clips, a tenth of which are
-wrong; the learned map is tested on clips of *other* subjects, with the same share of wrong ones, by
-the expected calibration error (ECE, ten bins). Wrong intervals are the detector's own false alarms,
-decoys that this person calls natural, or both in equal parts; or the reviewer is mistaken in 5 % of
-all. Subject 05, on which the built-in map was fitted, is never used for testing. After ± is half of
-the 90 % range when verdicts and test clips are resampled. By chance: the ECE of a perfect map.
+(benchmarks.simulated_reviewer) decides 200 intervals in clips of some subjects, a tenth of which
+are wrong. The map learned from them is tested on clips of *other* subjects, with the same share of
+wrong intervals, by the expected calibration error (ECE, ten bins). Wrong intervals are false alarms
+of the detector, decoys that this reviewer considers natural, or both in equal parts; in another
+test, the reviewer makes mistakes in 5 % of all decisions. Subject 05, on which the built-in map was
+fitted, is never used for testing. The number after ± is half of the 90 % range if verdicts and test
+clips are drawn again at random. The ECE of a perfect map, which is not 0 by chance, is shown for
+comparison.
 
-The map's form and prior were chosen on passes 0 to 3; the reported passes begin at 4.
+The form and the prior of the map were chosen on passes 0 to 3; the reported passes begin at 4.
 """
 
 from __future__ import annotations

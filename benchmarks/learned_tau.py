@@ -1,13 +1,14 @@
 """Compare τ from verdicts with τ from injected errors: python -m benchmarks.learned_tau FOLDER.
 
-The folder contains clips named SUBJECT_TRIAL.bvh. τ is suggested from the clips of some subjects:
-by errors injected into them, and by the verdicts of a simulated reviewer on 200 listed intervals, a
-tenth of which are wrong (the detector's own false alarms; or decoys, which this person calls
-natural). Both are tested on clips of other subjects by the benchmark of the study, at a given τ:
-its own injection into each chain in turn and its own evaluation, for P0 and small errors (H6), with
-other seeds. No clip is cleaned first: every find in the original clip counts as a false alarm,
-however sure. After each figure is the number of clips without a fault, and the 90 % interval of the
-share of such clips (Wilson), since a fault seen in no clip may occur in few.
+The folder contains clips named SUBJECT_TRIAL.bvh. τ is learned from the clips of some subjects in
+two ways: from errors injected into them, and from the verdicts of a simulated reviewer on 200
+listed intervals, a tenth of which are wrong (false alarms of the detector, or decoys, which this
+reviewer considers natural). Both values are tested on clips of other subjects by the benchmark of
+the study at a given τ, with its own injection into each chain in turn and its own evaluation, for
+P0 and small errors (H6), with other seeds. Clips are not corrected first: every find in an original
+clip counts as a false alarm, however certain it is. Each number is followed by the number of clips
+without a fault, and by the 90 % interval (Wilson) of the share of such clips, because a fault that
+occurs in no clip here may still occur in a few others.
 """
 
 from __future__ import annotations

@@ -1,14 +1,15 @@
-"""Measure the cost of motion in both joints.
+"""Measure how detection suffers if both joints of a chain move.
 
     python -m benchmarks.live_joints FOLDER [--protocol …]…
 
-Before errors are injected, the twist of one joint of every chain about its bone is scaled to a
-share of the captured twist: at 0 that joint is quiet, like one joint in every chain of the CMU rig.
-The other signal, the pace, the frame rate and the errors stay the same. The table shows FSR % by
-clip, protocol and share, and the median σ of d, with which a jump is compared.
+Before errors are injected, the twist of one joint of every chain about its bone is reduced to a
+share of the captured twist: at 0 that joint does not twist at all, like one joint in every chain of
+the CMU rig. The twist of the other joint, the speed, the frame rate and the errors stay the same.
+The table shows the FSR in per cent by clip, protocol and share, and the median of σ of d, with
+which a jump is compared.
 
---told gives the detector's first pass the frames of all edges, so that it does not take them for
-motion: errors found only then had hidden themselves.
+--told gives the frames of all edges to the first pass of the detector, so that it does not treat
+them as motion. If more errors are found in this way, they had hidden themselves.
 """
 
 from __future__ import annotations

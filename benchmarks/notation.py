@@ -1,15 +1,16 @@
-"""Measure clean clips in coarse notations.
+"""Measure detection in clean clips that were written with coarse numbers or few keys.
 
     python -m benchmarks.notation FOLDER… [--clips N] [--seeds N]
 
-Every BVH of the folders is corrected until nothing is found (not with --as-it-is), then written
-like by other programs: angles in whole degrees and in tenths, each frame held at 120 frames per
-second, linear keys every 5, 10 and 15 frames. The table shows the automatic corrections per minute,
-compared with the clip (for held frames and keys also with the kept frames only, at their own rate),
-and how many errors of 15-150° are repaired: errors injected before writing, and, for held frames
-and linear keys, errors injected afterwards, frame by frame. An error is repaired if four fifths of
-its frames, or of its keys, are corrected by four fifths. The exit status is 1 if a notation has
-over 0.2 corrections per minute more than the clip.
+Every BVH in the folders is corrected until nothing is found (unless --as-it-is is given), and then
+written in ways that other programs use: with angles in whole degrees or in tenths, with each frame
+held at 120 frames per second, or with linear keys every 5, 10 or 15 frames. The table shows the
+automatic corrections per minute, compared with those in the clip itself (for held frames and keys
+also with the kept frames only, at their own rate), and how many errors of 15-150° are repaired.
+These errors are injected before writing and, for held frames and linear keys, also after it, frame
+by frame. An error counts as repaired if four fifths of its frames, or of its keys, are corrected by
+at least four fifths. The exit status is 1 if any of these ways has over 0.2 corrections per minute
+more than the clip itself.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
 """Simulate power cuts at every byte of a journal and a session: python -m benchmarks.power_cuts.
 
-A review of seeded steps is stored in a journal. The journal is cut at every byte (or every --step
-bytes), followed by nothing; at every eighth cut (--tails) also by a block of zeros, rubbish, or
-rubbish with line ends. The restored state must be the state after the last complete line, to the
-byte of its session, and the journal must continue from there. The session file is cut in the same
-way: the damage must be reported, and the file never read as another session. The output shows the
-numbers of places and failures; the exit code is 1 if any failed.
+A review of random steps is stored in a journal. The journal is cut at every byte (or every --step
+bytes). After every eighth cut (--tails), three variants are also tried, in which the cut is
+followed by a block of zeros, by rubbish, or by rubbish with line ends. The restored state must
+equal the state after the last complete line, to the byte of its session, and the journal must
+continue from there. The session file is cut in the same way: the damage must be reported, and the
+file must never be read as a different session. The output shows the number of trials and failures;
+the exit code is 1 if any trial failed.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
-"""Measure errors hidden by tracking before detection.
+"""Measure which errors are hidden if a clip is tracked before detection.
 
     python -m benchmarks.quamo_before_detection CLIPS
 
 Twist errors of a protocol are injected into every clip of a folder. Detection runs on the raw clip
-and on the same clip tracked with QuaMo's hand-tuned gains. An error counts as found if an interval
-of its chain overlaps it by at least half of their union, as touched if they share a frame; an
-interval is elsewhere if it shares no frame with an error of its chain. FSR [Choi26 §4.2.1] is
-measured after the refinement: raw against the clean clip, tracked against the clean clip tracked,
-so that the tracker's own lag does not count. --both-ways: track in both directions of time instead
-of causally.
+and on the same clip after tracking with QuaMo's hand-tuned gains. An error counts as found if an
+interval in its chain overlaps it by at least half of their union, and as touched if they share a
+frame; an interval counts as elsewhere if it shares no frame with any error in its chain. The FSR
+[Choi26 §4.2.1] is measured after the refinement. The raw clip is compared with the clean clip, and
+the tracked clip with the clean clip after tracking, so that the lag of the tracker itself does not
+count. --both-ways: track in both directions of time instead of causally.
 """
 
 from __future__ import annotations

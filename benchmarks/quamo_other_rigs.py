@@ -1,9 +1,12 @@
-"""Measure tracking on rigs not used for tuning: python -m benchmarks.quamo_other_rigs FOLDER.
+"""Measure tracking on rigs that were not used for tuning.
 
-Uses any BVH with rotations and a place: all joints get the noise of `quamo noise` at the clip's own
-rate and are tracked causally, tracked both ways, or smoothed by the spline, with default settings.
-The table shows means over clips and seeds of the ratios output / input at 25 Hz, over all joints of
-the rig, and the largest ratio of a clip; a figure is assumed to be 1.75 m tall.
+    python -m benchmarks.quamo_other_rigs FOLDER
+
+Works with any BVH that has rotations and a position. All joints get the noise of `quamo noise` at
+the frame rate of the clip, and are tracked causally, tracked in both directions, or smoothed by the
+spline, with default settings. The table shows the ratios output / input at 25 Hz over all joints of
+the rig, as means over clips and seeds, and the largest ratio of any clip; every figure is assumed
+to be 1.75 m tall.
 """
 
 from __future__ import annotations

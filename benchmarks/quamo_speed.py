@@ -1,8 +1,9 @@
 """Measure QuaMo's time per frame on one core: python -m benchmarks.quamo_speed [--frames N].
 
-Uses 24 joints with forward kinematics, hand-tuned gains and networks in numpy; with PyTorch also
-the networks' step in PyTorch on one thread, compared with numpy in the same run. CPU time of this
-process, median of blocks of frames. Set OMP_NUM_THREADS=1. Aim: < 2 ms.
+Measures 24 joints with forward kinematics, with hand-tuned gains and with the networks in numpy. If
+PyTorch is installed, the step of the networks in PyTorch on one thread is also compared with numpy
+in the same run. The times are CPU times of this process, as medians over blocks of frames. Set
+OMP_NUM_THREADS=1. Target: < 2 ms.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def main() -> None:
 
 
 def timed(frame: Callable[[int], None], frames: int) -> float:
-    """Return the median CPU time per frame over blocks of frames, milliseconds."""
+    """Return the median CPU time per frame over blocks of frames, in milliseconds."""
     blocks = []
     for start in range(0, frames - BLOCK + 1, BLOCK):
         begin = time.process_time()

@@ -2,11 +2,12 @@
 
     python -m benchmarks.real_corrections FOLDER [--json FILE]
 
-FOLDER contains a folder of clips for every set. For every automatic correction the protected
-measures are computed (:mod:`twistcore.analysis.correction.protected_measures`), each in a column:
-how many corrections make it worse, out of the measured ones (goal: none). For every automatic
-counter-twist the table also shows whether the twists of P and C, the azimuth and the turn of both
-are smoother after it than before (goal: 98 %), and how many finds are left for a person.
+FOLDER contains a folder of clips for every set. The protected measures
+(:mod:`twistcore.analysis.correction.protected_measures`) are computed for every automatic
+correction. Each has a column with the number of corrections that make it worse, out of those for
+which it could be measured (goal: none). For the automatic corrections of counter-twists, the table
+also shows how many of them make the twists of P and C, the azimuth and the rotation of both
+smoother (goal: 98 %), and how many finds are left for a person to decide.
 """
 
 from __future__ import annotations

@@ -4,24 +4,25 @@
 
     python3 dev.py bench real_flips FOLDER [--json FILE] [--clips GLOB]
 
-Every clip gets the automatic corrections of `twistcore refine`, is written, read back and judged
-with a separate geometry, using only places and orientations of joints in the world:
+Every clip gets the automatic corrections of `twistcore refine`, is written, read back and judged by
+a separate geometry, which uses only the positions and orientations of joints in the world. These
+are judged:
 
-- impossible swivel: from one frame to the next the knee or elbow C turns about the line from hip P
-  to ankle E (shoulder, wrist) faster than any body can, and E hardly moves relative to P;
+- impossible swivel: from one frame to the next, the knee or elbow C turns about the line from hip P
+  to ankle E (shoulder to wrist) faster than any body can, while E hardly moves relative to P;
 - backward knee: a frame in which C of a leg is more than 110° away from its usual side in the clip
   before correction, in the frame of P's parent;
-- impossible turn: a segment at P or below turns so fast about its own bone, from one frame to the
-  next. New: absent before;
-- mirrored: transitions in which P of a limb and C turn against each other, and how many frames in
-which the limb is bent, and straight, had P turned (:mod:`benchmarks.mirrored_turns`); - motion of
-E, and of C in clips without an impossible swivel, as a share of the skeleton's height, if
-  it exceeds the rounding of the written numbers.
+- impossible turn: from one frame to the next, a segment at P or below turns too fast about its own
+  bone; a turn is new if it was absent before correction;
+- mirrored transition: P of a limb and C turn against each other; with this, the number of frames
+  with a bent and with a straight limb in which P was turned (:mod:`benchmarks.mirrored_turns`);
+- displacement of E, and of C in clips without an impossible swivel, as a share of the skeleton's
+  height, if it exceeds the rounding of the written numbers.
 
-Frames 0 and 1 are not examined for jumps, since a T-pose often comes first. A clip that cannot be
-read or corrected is listed. The exit status is 1 if something new is wrong: E moved, a clip without
-a flip changed, a new impossible turn, or a bent limb changed in a clip without a mirrored
-transition.
+Jumps in frames 0 and 1 are not examined, because a T-pose often comes first. A clip that cannot be
+read or corrected is listed. The exit status is 1 if the correction made something wrong: E moved, a
+clip without a flip changed, there is a new impossible turn, or a bent limb changed in a clip
+without a mirrored transition.
 """
 
 from __future__ import annotations

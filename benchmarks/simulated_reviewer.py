@@ -1,9 +1,9 @@
 """Simulate a reviewer who knows the injected errors, for the benchmarks of learning.
 
-In each clip some chains get errors (P0 and the small ones of H6), others decoys: small
-counter-twists that this person takes for natural motion. The detector lists its candidates at 0.3
-of its automatic τ, so they include false alarms. An error that is found and corrected is accepted;
-a decoy and any other interval is rejected.
+In each clip, some chains get errors (P0 and the small errors of H6) and others get decoys: small
+counter-twists that this reviewer considers natural motion. The detector lists its candidates at 0.3
+of its automatic τ, so that they include false alarms. The reviewer accepts an error that is found
+and corrected, and rejects decoys and all other intervals.
 """
 
 from __future__ import annotations

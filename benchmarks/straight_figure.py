@@ -2,8 +2,8 @@
 
     python -m benchmarks.straight_figure CLIP -o FILE
 
-An error of 35°, typical of solvers, is injected into every spell in which a limb of the clip is
-straight. The figure shows its effect on the twist of P and C and on the azimuth of C's bone, and
+An error of 35°, which is typical of solvers, is injected wherever a limb of the clip is straight
+for a while. The figure shows its effect on the twist of P and C and on the azimuth of C's bone, and
 the corrected curves.
 """
 

@@ -1,9 +1,10 @@
 """Switch clips in quick succession: python -m benchmarks.switched_clips [--times 400] [--seed 1].
 
-Another clip is opened before the last one is analysed, over and over, while the mouse holds
-borders, bodies and empty ground of the plots, rows are clicked, numbers and notes are typed, menus
-and palettes are answered, and actions of the table are triggered at random. Prints every exception
-and every warning of Qt, of which there should be none, and the memory at the end.
+Again and again, another clip is opened before the previous one is analysed. Meanwhile the mouse
+holds borders, intervals and empty areas of the plots, rows are clicked, numbers and notes are
+typed, menus and palettes are answered, and actions of the table are triggered at random. The output
+shows every exception and every warning of Qt, of which there should be none, and the memory at the
+end.
 """
 
 from __future__ import annotations
