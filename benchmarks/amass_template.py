@@ -85,7 +85,7 @@ def row(paths: list[Path], degrees: float) -> str:
 
 
 def main() -> None:
-    """Print a table."""
+    """Measure all clips, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--every", type=int, default=1, help="only every N-th clip")

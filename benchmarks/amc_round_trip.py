@@ -1,10 +1,11 @@
 """Read and write AMC clips: python -m benchmarks.amc_round_trip FOLDER [--flip]
 
-Every clip of the folder is detected and corrected like with `twistcore refine`, and the output is
-compared with the source word by word: only numbers of a bone in a frame that an accepted interval
-changes may differ. --flip: first a flip of 170° about the right leg's line, including the foot, is
-injected into 12 frames, since few clips have errors that their bones allow to correct. The exit
-status is 1 if any other word differs, or if an injected flip is not corrected.
+Every clip in the folder is searched and corrected as with `twistcore refine`, and the output is
+compared with the source word by word: the only words that may differ are numbers of a bone in a
+frame that an accepted interval changes. --flip: before this, a flip of 170° about the right leg's
+line, including the foot, is injected into 12 frames, because few clips have errors that can be
+corrected with the channels of their bones. The exit status is 1 if any other word differs, or if an
+injected flip is not corrected.
 """
 
 from __future__ import annotations

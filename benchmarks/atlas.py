@@ -2,16 +2,16 @@
 
     python3 dev.py bench atlas FOLDER [--only SET]… [--json FILE] [--pictures DIR] [--verdicts CSV]
 
-FOLDER contains one folder for each set of captures. Every clip is read and searched at default
-settings; the table shows for each set its clips, minutes and failures, and the intervals by kind,
-in total and per hour. `applied` are automatic corrections. A clip that cannot be read or searched
-is listed without stopping the others; the exit status is then 1.
+FOLDER contains one folder for each set of captures. Every clip is read and searched for errors with
+default settings. For each set, the table shows its clips, minutes and failures, and the number of
+intervals by kind, in total and per hour; the column `applied` counts automatic corrections. A clip
+that cannot be read or searched is listed and does not stop the others; the exit status is then 1.
 
---blind draws the finds for judges who see neither set nor confidence
-(:mod:`benchmarks.blind_verdicts`). --pictures draws finds on contact sheets
-(:mod:`benchmarks.atlas_pictures`), --most of them at random, spread over sets and kinds. --verdicts
-prints the numbers of *error*, *doubtful* and *alarm* in a table of visual verdicts with the columns
-of docs/atlas-verdicts.csv, and Wilson's interval of the share of errors.
+--blind draws the finds for judges who see neither the set nor the confidence
+(:mod:`benchmarks.blind_verdicts`). --pictures draws contact sheets with at most --most finds
+(:mod:`benchmarks.atlas_pictures`), chosen at random from all sets and kinds. --verdicts prints how
+many finds are *error*, *doubtful* and *alarm* in a table of visual verdicts with the columns of
+docs/atlas-verdicts.csv, and Wilson's interval for the share of errors.
 """
 
 from __future__ import annotations

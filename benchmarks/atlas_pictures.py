@@ -1,4 +1,4 @@
-"""Draw finds: the limb before, inside and after an interval, and its curves.
+"""Draw finds: the limb before, inside and after the interval, and its curves over time.
 
 Used by :mod:`benchmarks.atlas`. Skeleton only: bones are flat bodies with a light and a dark face,
 so that their roll is visible.

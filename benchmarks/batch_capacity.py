@@ -64,7 +64,7 @@ def workers_for(seconds: Array, hours: float, start: float) -> int | None:
 
 
 def main() -> None:
-    """Print the tables."""
+    """Simulate the batches, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="+", type=Path, metavar="OUTDIR")
     parser.add_argument("--hours", type=float, default=8.0, help="the time limit; default 8")

@@ -1,14 +1,15 @@
-"""Compare our export with Blender.
+"""Compare exported files with Blender.
 
     python -m benchmarks.blender_check FILE-OR-FOLDER… [--blender PYTHON]
 
-Every rotation number of each clip is written again from quaternions, and in a second file all finds
-of `refine` are corrected; Blender imports both files, and the heads of bones are compared with our
-joints in up to 40 frames, as a share of the skeleton's height (expected ≤ 1e-3). The exit status is
-1 if any distance is larger. In corrected files the frames include corrected ones.
+Two files are written for each clip: one in which every rotation number is computed again from
+quaternions, and one in which all finds of `refine` are also corrected. Blender imports both files,
+and the heads of its bones are compared with our joints in up to 40 frames; for the corrected file,
+these include corrected frames. The distances are shares of the skeleton's height (expected ≤ 1e-3).
+The exit status is 1 if any distance is larger.
 
-PYTHON is an interpreter that can import bpy; it may differ from this one, since bpy exists for one
-version of Python only: python3.11 -m venv v && v/bin/pip install bpy==4.5.* numpy
+PYTHON is an interpreter that can import bpy. It may differ from this one, because bpy exists for
+only one version of Python: python3.11 -m venv v && v/bin/pip install bpy==4.5.* numpy
 """
 
 from __future__ import annotations

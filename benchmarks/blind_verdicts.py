@@ -1,13 +1,15 @@
-"""Combine two blind judges' verdicts: python -m benchmarks.blind_verdicts DIR [--csv FILE].
+"""Combine the verdicts of two blind judges: python -m benchmarks.blind_verdicts DIR [--csv FILE].
 
-DIR is a folder made by `python -m benchmarks.atlas FOLDER --blind DIR`: a picture for every find,
-numbered in random order and without set, clip, kind or confidence, and `key.csv`, which the judges
-do not open. Each judge writes a table `number,verdict,why`: `first.csv` and `second.csv`.
+DIR is a folder made by `python -m benchmarks.atlas FOLDER --blind DIR`. It contains a picture of
+every find, numbered in random order and without its set, clip, kind or confidence, and `key.csv`,
+which the judges must not open. Each judge writes a table with the columns `number,verdict,why`: one
+`first.csv`, the other `second.csv`.
 
-A find on which the judges differ is doubtful. The output shows Cohen's kappa over all finds and
-over automatic corrections; verdicts by kind, set and automatic correction; and confidence compared
-with the share of errors among errors and alarms, by bins, with the mean distance (ECE). --csv
-writes a table like docs/atlas-blind.csv; --figure a picture of the reliability.
+A find on which the judges differ counts as doubtful. The output shows Cohen's kappa over all finds
+and over automatic corrections; the verdicts by kind, by set and for automatic corrections; and the
+confidence, in bins, compared with the share of errors among errors and alarms, with the mean
+distance of the two (ECE). --csv writes a table like docs/atlas-blind.csv; --figure draws a picture
+of the reliability.
 """
 
 from __future__ import annotations
@@ -101,7 +103,7 @@ def picture(bins: Sequence[Bin], output: Path) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the combined verdicts of two judges."""
+    """Combine the verdicts of two judges, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--csv", type=Path)

@@ -2,11 +2,12 @@
 
     python -m benchmarks.branch_coverage [--html FOLDER] [WORD …]
 
-WORD: for `dev.py test`; without any, all tests run. Every process is measured: workers, forked or
-started programs, Qt's threads (tests/conftest.py), but not killed processes. The output shows each
-package's share of covered statements and branches, and of branches alone, and the modules with the
-most uncovered ones; --html: every line. The exit code is 1 if twistcore has less than 95 % or
-inspector less than 88 %. A run takes twice the time of the tests.
+The words are passed to `dev.py test` to select tests; without any, all tests run. Every process is
+measured, including workers, programs that are forked or started, and Qt's threads
+(tests/conftest.py), but not processes that are killed. The output shows the share of covered
+statements and branches, and of branches alone, for each package, and the modules with the most
+uncovered ones; --html also shows every line. The exit code is 1 if the coverage of twistcore is
+below 95 % or the coverage of inspector is below 88 %. A run takes twice as long as the tests.
 """
 
 from __future__ import annotations

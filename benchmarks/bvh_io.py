@@ -2,15 +2,17 @@
 
     python -m benchmarks.bvh_io [--runs N]
 
-The figures apply to a program started for one clip: each is the median of processes that do each
-step once, without imports, the tools in turn. The clip is a sample tiled to 20,000 frames of 96
-channels: with 6 decimals throughout, as the sample is written (4 decimals, and a row of integers in
-every 435), and with 6 digits as written by %g, so that decimals vary. Peers that are not installed
-(pip install 'twist-inspector[peers]') are skipped with a line.
+The times are for a program that is started for a single clip: each is the median over processes
+that carry out each step once, excluding imports, with the tools in turn. The clip is a sample
+repeated up to 20,000 frames of 96 channels, in three forms: with 6 decimals throughout; as the
+sample is written (4 decimals, and a row of integers in every 435); and with 6 digits as written by
+%g, so that the number of decimals varies. Other libraries that are not installed (pip install
+'twist-inspector[peers]') are skipped with a message.
 
-parse: file → skeleton and numbers. fk: numbers → positions of every joint in every frame, in our
-case including quaternions. write: 2 joints (6 of 96 columns) changed in every frame, to a file; the
-peers can only write all columns. memory: peak of parsing, without imports.
+parse: from the file to skeleton and numbers. fk: from the numbers to the positions of all joints in
+all frames, in our case including quaternions. write: writing a file in which 2 joints (6 of 96
+columns) have changed in every frame; the other libraries can only write all columns. memory: peak
+during parsing, excluding imports.
 """
 
 from __future__ import annotations
@@ -233,7 +235,7 @@ def _table(title: str, arguments: argparse.Namespace) -> None:
 
 
 def main() -> int:
-    """Measure all tools, and print both tables."""
+    """Measure all tools, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=9)
     parser.add_argument("--slow-frames", type=int, default=1000)

@@ -2,18 +2,22 @@
 
     python -m benchmarks.cost FOLDER... [--profile N] [--made FRAMES ERRORS]
 
-Every BVH clip below the folders is read and detected in this process, as with `twistcore detect
---json`. The output shows processor time per megabyte of file (median, worst and their ratio), and
-the ten most expensive clips. --profile: for the N worst clips, the functions that take the most
-time. --made: instead of folders, the sample repeated up to FRAMES frames with ERRORS injected twist
-errors, in a separate process; the output shows its finds, processor time and peak of memory.
---clip: the same for one file. --cold: processor time of a whole `twistcore detect` of a clip in a
-new process, compared with the time in which pybvh (--pybvh: an interpreter that has it), or plain
-numpy, reads the same file and computes the angular speeds of all joints.
+Every BVH clip in or below the folders is read and searched for errors in this process, as with
+`twistcore detect --json`. The output shows the processor time per megabyte of file (median, worst
+and their ratio), and the ten most expensive clips. The options are:
 
-Seconds are processor time, so that other work on the machine counts little; threads of a library
-for linear algebra count too: set OPENBLAS_NUM_THREADS=1. Compiled modules are kept, as in an
-installation. A clip of less than 0.1 MB counts as 0.1 MB, since every clip has a minimum cost.
+- --profile: show the functions that take the most time, for the N worst clips;
+- --made: instead of folders, measure the sample repeated up to FRAMES frames with ERRORS injected
+  twist errors, in a separate process, and show its finds, processor time and peak memory;
+- --clip: the same for one file;
+- --cold: show the processor time of a whole `twistcore detect` of a clip in a new process, compared
+  with the time in which pybvh (--pybvh: an interpreter that has it), or plain numpy, reads the same
+  file and computes the angular speeds of all joints.
+
+Seconds are processor time, so that other work on the machine has little effect; the threads of a
+linear algebra library count as well, so set OPENBLAS_NUM_THREADS=1. Compiled modules are kept, as
+in an installation. A clip of less than 0.1 MB counts as 0.1 MB, because every clip has a minimum
+cost.
 """
 
 from __future__ import annotations

@@ -2,19 +2,19 @@
 
     python -m benchmarks.crosschecks FOLDER… [--blender PYTHON] [--uncorrected] [--list FILE]
 
-Checks of every BVH file below the folders, from any program (test files of other libraries are
-useful):
+For every BVH file in or below the folders, from any program (test files of other libraries are
+useful), these conditions are checked:
 
-- the file is read, or refused with a sentence, which is printed; anything else is a fault;
-- written without corrections, the file is the same byte for byte;
+- the file is read, or refused with a message, which is printed; anything else is a fault;
+- if it is written without corrections, it is the same byte for byte;
 - joints have the same positions as in pybvh, as read, rewritten and corrected
   (:mod:`benchmarks.bvh_crosscheck`), and as in Blender, rewritten and corrected
   (:mod:`benchmarks.blender_check`), if PYTHON can import bpy.
 
---uncorrected skips the correction, which takes longest. FILE: a line of JSON per file. The exit
-status is 1 if a file ends in a fault or comes back changed, or if a joint differs. Files refused by
-pybvh or Blender are counted, not judged. AMC files have a separate command,
-:mod:`benchmarks.amc_crosscheck`; a report's pages are opened in a browser by
+--uncorrected skips the correction, which takes the most time. --list writes a line of JSON per
+file. The exit status is 1 if a file causes a fault or is changed by writing, or if the position of
+a joint differs. Files that pybvh or Blender refuses are counted but not judged. AMC files have a
+separate command, :mod:`benchmarks.amc_crosscheck`; the pages of a report are opened in a browser by
 `python3 dev.py test tests/gui/test_report_in_browser.py`.
 """
 

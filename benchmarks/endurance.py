@@ -246,7 +246,7 @@ class Sitting:
         return [w for w in QApplication.topLevelWidgets() if w.isVisible() and w is not self.window]
 
     def lesson(self) -> None:
-        """Begin and leave the tour or an exercise."""
+        """Start the tour or an exercise, and leave it again."""
         window, name = self.window, self.rng.choice(_LESSONS)
         self.wait(lambda: not window.document.opener.busy, name)  # wait for the opened clip, too
         own = window.document.data.clip.path if window.document.data else None

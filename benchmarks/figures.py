@@ -1,4 +1,4 @@
-"""Draw figures of docs/method.md.
+"""Draw figures for docs/method.md.
 
     python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR
 

@@ -54,7 +54,7 @@ _PATIENCE = 1_800.0  # seconds
 
 
 def long_clip(path: Path, frames: int) -> None:
-    """Write the sample's frames repeatedly."""
+    """Write a clip that repeats the frames of the sample."""
     head, _, rows = SAMPLE.read_text("ascii").rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
     head = re.sub(r"Frames:.*", f"Frames: {frames}", head)

@@ -45,13 +45,13 @@ Started = Callable[[Sequence24, Array, Array], tuple[Controller, str]]
 
 
 def by_hand(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """Return the default hand-tuned gains."""
+    """Return a controller with the default hand-tuned gains, and its integration."""
     del q_hat, r_hat
     return HandGains(), "exact"
 
 
 def learned(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """Return the network trained without the clip's subject."""
+    """Return the network trained without the clip's subject, and its integration."""
     network = _network(clip.subject)
     return network.started(q_hat, r_hat), network.integration
 

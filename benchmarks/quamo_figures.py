@@ -1,4 +1,4 @@
-"""Draw the figures of docs/jitter.md: python -m benchmarks.quamo_figures -o DIR.
+"""Draw the figures for docs/jitter.md: python -m benchmarks.quamo_figures -o DIR.
 
 A bundled clip at 25 Hz with synthetic noise of level A is tracked as a stream with hand-tuned
 gains, and smoothed as a file. The figures show one second before and after, compared with the truth

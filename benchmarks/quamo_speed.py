@@ -31,7 +31,7 @@ BLOCK = 50
 
 
 def main() -> None:
-    """Print a line per method."""
+    """Measure every method, and print a line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--weights", type=Path, default=WEIGHTS / weights_name("full", FINAL))

@@ -131,7 +131,7 @@ def tuned(rival: Rival, trials: Trials, bound: Array) -> tuple[Setting, Setting,
 
 
 def main() -> None:
-    """Print the settings of every rival and its ratios at both levels."""
+    """Print the chosen settings of every rival, and its ratios at both noise levels."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=8)

@@ -1,19 +1,21 @@
 """Measure corrections on common rigs: python -m benchmarks.rigs FOLDER [--clips N] [--json FILE].
 
-FOLDER contains CMU clips with MotionBuilder's names. Each is converted to every rig of
-`benchmarks._rig_families`; 58 errors of 15-150° per rig, 1-30 frames long, are spread over the
-clips and injected at the joint above C: P turns about its bone, and its children turn back. The
-automatic corrections follow. Every rig gets the same errors, at the same joints and frames.
+FOLDER contains CMU clips with the joint names of MotionBuilder. Each clip is converted to every rig
+in `benchmarks._rig_families`. For each rig, 58 errors of 15-150° that last 1-30 frames are spread
+over the clips and injected at the joint above C: P turns about its bone, and its children turn
+back. Every rig gets the same errors at the same joints and frames. Then the automatic corrections
+are applied.
 
-A frame is repaired if at most a fifth of its error is left, in P and in each of its children. Made
-wrong: joints in frames without error that are changed by more than 1°; `sound`: the same in clips
-without errors. Chains: how many of the ten pairs P, C are examined. Rigs in pieces have a line for
-each share of a bone's roll in its first piece: none, half, all. The other pieces have the rest, and
-also roll of the joint below, as in pronation of the forearm. Between pieces: errors of a piece
-relative to the next one of its bone, in a separate run.
+A frame counts as repaired if at most a fifth of its error is left, in P and in each of its
+children. The column "made wrong" counts joints that are changed by more than 1° in frames without
+an error, and `sound` counts the same in clips without errors. The column "chains" shows how many of
+the ten pairs of P and C are examined. A rig in pieces has one line for each share of a bone's roll
+in its first piece: none, half, all. The other pieces have the rest, and also some roll of the joint
+below, as in pronation of the forearm. The results "between pieces" are for errors of a piece
+relative to the next piece of its bone, in a separate run.
 
-Clips with automatic corrections before any error is injected are left out. --missed lists every
-error that is not repaired, and the reason.
+Clips in which corrections are made before any error is injected are left out. --missed lists every
+error that is not repaired, with the reason.
 
 Five rigs come from public sources, and nothing is tuned on them:
 

@@ -65,7 +65,7 @@ class HostWindow(QMainWindow):
         raise NotImplementedError
 
     def save_quietly(self) -> bool:
-        """Save the review without a message; True if it is on disk."""
+        """Save the review without a message; return True if it is on disk."""
         raise NotImplementedError
 
 
@@ -129,7 +129,7 @@ class ActionSpec(ActionRow[T]):
     do: Callable[[T], object] = field(kw_only=True)
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action with the command."""
+        """Connect the action with the command of this row."""
         if self.group:
             action.toggled.connect(lambda checked: self.do(on) if checked else None)
         else:
@@ -144,7 +144,7 @@ class Switch(ActionRow[T]):
     checkable: ClassVar[bool] = True
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action with the switch."""
+        """Connect the action with the switch of this row."""
         action.toggled.connect(lambda checked: self.turn(on, checked))
 
 

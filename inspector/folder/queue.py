@@ -134,7 +134,7 @@ class FolderQueue(QObject):
 
     @property
     def totals(self) -> tuple[int, int, int, int]:
-        """Numbers of decided clips, clips with intervals, decided intervals and intervals."""
+        """Numbers of decided clips, clips with intervals, decided intervals and all intervals."""
         clips = [c for c in self.clips.values() if c.state != ClipState.FAILED]
         due = [c for c in clips if c.done or c.to_do]
         counts = [c.counts for c in clips]
@@ -244,7 +244,7 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def _continue(self) -> None:
-        """Survey the waiting clips."""
+        """Start surveying the clips that are waiting."""
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
             self._poll.start()
             self._look()

@@ -26,7 +26,7 @@ _REASONS = {
 
 
 class ClipState(StrEnum):
-    """State of a clip's analysis."""
+    """The state of a clip's analysis."""
 
     WAITING = "waiting"
     ANALYSING = "analysing"

@@ -187,7 +187,7 @@ class TrackPage(QWidget):
             self._show(tracking)
 
     def _show(self, tracking: Tracking) -> None:
-        """Show a tracking's direction and gains."""
+        """Show the direction and gains of a tracking request."""
         (self.causal if tracking.causal else self.both_ways).setChecked(True)
         learned = tracking.learned and self.learned.isEnabled()
         (self.learned if learned else self.hand).setChecked(True)

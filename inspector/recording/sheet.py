@@ -201,7 +201,7 @@ class _Keeper(QPaintEngine):
             self._clip = None
 
     def drawPath(self, path: QPainterPath) -> None:
-        """Store a path, filled and outlined."""
+        """Store a path with its fill and its outline."""
         self._add(path, self._brush.style() != Qt.BrushStyle.NoBrush)
 
     def drawPolygon(self, points: Any, mode: Any = None) -> None:

@@ -208,7 +208,7 @@ class Headline(QLabel):
         return QSize(0, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint as much as fits."""
+        """Paint as much of the text as fits."""
         if self.sizeHint().width() <= self.width():
             super().paintEvent(event)
             return

@@ -122,7 +122,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 
     @property
     def theme(self) -> Theme:
-        """The present theme."""
+        """The current theme."""
         return self._colours.theme
 
     def redraw(self) -> None:

@@ -39,7 +39,7 @@ class Theme:
 
     @property
     def faint(self) -> str:
-        """Colour of disabled texts and icons."""
+        """The colour of disabled texts and icons."""
         return mixed(self.soft, self.window, 150).name()
 
 
