@@ -180,7 +180,7 @@ class FolderQueue(QObject):
         self.rescan()
 
     def rescan(self) -> None:
-        """Add clips that are new in the folder, and mark those that are missing."""
+        """Add clips that are new in the folder, and mark the missing ones."""
         if self.folder is None:
             return
         if self.batch is not None:

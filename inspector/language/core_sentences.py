@@ -55,7 +55,7 @@ def of_core(said: object) -> str:
 
 @lru_cache(8192)
 def _translated(language: str, sentence: str) -> tuple[str, int]:
-    """Return the best translation of a sentence, and the number of letters that templates explain.
+    """Return the best translation of a sentence, and the number of letters matched by templates.
 
     The best translation is the one for which that number is largest.
     """

@@ -519,7 +519,7 @@ def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = ()) -> str:
-    """Return the doubts about a correction, except those that the `measures` already describe."""
+    """Return the doubts about a correction, except any that the `measures` already describe."""
     listed = {m.doubt for m in measures if m.worse}
     return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in listed)
 

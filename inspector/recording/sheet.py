@@ -97,7 +97,7 @@ class Sheet(QPaintDevice):
         return self._engine.items
 
     def paintEngine(self) -> QPaintEngine:
-        """Return the engine that stores what is painted."""
+        """Return the engine that stores everything painted on the sheet."""
         return self._engine
 
     def metric(self, which: QPaintDevice.PaintDeviceMetric) -> int:

@@ -68,7 +68,7 @@ class TableRow:
 
 
 class RowModel(QAbstractTableModel, Generic[_Thing]):
-    """A table model that shows things with keys; a subclass implements `key` and `describe`.
+    """A table model with one row per thing; a subclass implements `key` and `describe`.
 
     A thing is not drawn again if it equals the one shown before with the same key. Things must
     therefore be frozen, and compare equal if they look equal.
@@ -185,11 +185,11 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return self._keys.index(key) if key in self._keys else None
 
     def rowCount(self, parent: Index = _TOP) -> int:
-        """Return the number of things."""
+        """Return the number of rows."""
         return 0 if parent.isValid() else len(self.things)
 
     def columnCount(self, parent: Index = _TOP) -> int:
-        """Return the number of headings."""
+        """Return the number of columns."""
         return 0 if parent.isValid() else len(self.heads)
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
@@ -345,7 +345,7 @@ class RowDelegate(QStyledItemDelegate):
 
 
 class BesideDelegate(RowDelegate):
-    """Draws as much of the secondary text after the first column's text as fits."""
+    """Draws a secondary text after the text of the first column, as far as it fits."""
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
         """Draw the cell, then the secondary text."""

@@ -83,7 +83,7 @@ class Colours(QObject):
         self.theme = theme
 
     def follow(self, colour: Callable[[Theme], None]) -> None:
-        """Call `colour` now and again for every new theme.
+        """Call `colour` at once, and again for every new theme.
 
         colour: method of a QObject; Qt disconnects it when the object is deleted.
         """

@@ -14,7 +14,7 @@ _LOOK_MS = 450  # a change that stays the same for two looks is written, within 
 
 
 class SettingsKeeper(QObject):
-    """Checks the settings regularly, and writes those that have changed."""
+    """Checks the settings regularly, and writes the ones that have changed."""
 
     def __init__(
         self,
