@@ -1,4 +1,4 @@
-"""Options, clip copy and table shared by the benchmarks of drawn frames."""
+"""Command-line options, copy of the clip and table shared by the benchmarks of frame drawing."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ def run(
     measure: Callable[[Path, int], Figures],
     is_good: Callable[[Figures], bool],
 ) -> int:
-    """Measure a copy of the clip and print the table; return 1 if a target is missed.
+    """Measure a copy of the clip and print the table; return 1 if a target is missed, else 0.
 
-    clip, frames: defaults of the command line.
+    about: description for the command line; clip, frames: its default values; measure: function
+    that returns the numbers; is_good: function that returns True if they meet the targets.
     """
     parser = argparse.ArgumentParser(description=about)
     parser.add_argument("--clip", type=Path, default=clip)

@@ -1,6 +1,6 @@
-"""Find impossible motion of limbs from the joints' places and orientations in the world.
+"""Find impossible motion of limbs from the global positions and orientations of their joints.
 
-The geometry of the judge (:mod:`benchmarks.real_flips`); the detector uses none of it.
+The judge :mod:`benchmarks.real_flips` uses this geometry; the detectors use none of it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,10 @@ TINY = 1e-12
 
 @dataclass(frozen=True)
 class Limb:
-    """Joint indices of hip, knee and ankle, or shoulder, elbow and wrist; `leg`: by its name."""
+    """Indices of a limb's joints: hip, knee and ankle, or shoulder, elbow and wrist.
+
+    leg: True if the limb is a leg according to its name.
+    """
 
     name: str
     p: int
@@ -44,7 +47,7 @@ class Limb:
 
 @dataclass(frozen=True)
 class Jump:
-    """A turn by `degrees` from the previous frame to `frame`, of a limb or a joint."""
+    """A rotation of a limb or joint by `degrees` from the previous frame to `frame`."""
 
     of: str
     frame: int
@@ -53,7 +56,9 @@ class Jump:
 
 @dataclass(frozen=True)
 class Pose:
-    """A motion in the world: orientations (frames, joints, 3, 3), places (frames, joints, 3)."""
+    """A motion in the world: orientations (frames, joints, 3, 3) and
+    positions (frames, joints, 3).
+    """
 
     motion: Motion
     turned: Array
@@ -61,14 +66,16 @@ class Pose:
 
 
 def pose(motion: Motion) -> Pose:
-    """Return a motion in the world."""
+    """Return the global orientations and positions of a motion."""
     q, at = forward_kinematics(motion)
     matrices = Rotation.from_quat(q[..., [1, 2, 3, 0]].reshape(-1, 4)).as_matrix()
     return Pose(motion, matrices.reshape(*q.shape[:2], 3, 3), at)
 
 
 def find(motion: Motion) -> tuple[Limb, ...]:
-    """Find arms and legs by name; without known names, chains with two bones of similar length."""
+    """Find arms and legs by name or, if no name is known, as chains of
+    two bones of similar length.
+    """
     names = motion.skeleton.names
     chains = find_chains(motion)
     real = [c for c in chains if c.grandchild >= 0]
@@ -90,10 +97,11 @@ def find(motion: Motion) -> tuple[Limb, ...]:
 
 
 def turns(line: Array, side: Array) -> Array:
-    """Return degrees by which `side` turned about `line` in each frame, (frames,), first 0.
+    """Return the angles by which `side` turned about `line` since the previous frame, degrees.
 
-    line: directions (frames, 3); side: directions perpendicular to them (frames, 3). The side of
-    the previous frame is carried along by the minimal rotation from its line to this frame's.
+    line: directions, (frames, 3); side: directions perpendicular to them, (frames, 3). The result
+    is (frames,), with 0 in the first frame. Before the comparison, the side in the previous frame
+    is rotated by the smallest rotation that takes the previous line to the current one.
     """
     a, b = line[:-1], line[1:]
     axis, cos = np.cross(a, b), _dot(a, b)
@@ -106,18 +114,20 @@ def turns(line: Array, side: Array) -> Array:
 
 
 def off_line(c: Array, e: Array) -> tuple[Array, Array]:
-    """Return the direction from P to E and the part of C perpendicular to it, (frames, 3) each."""
+    """Return the direction from P to E, and the component of C
+    perpendicular to it, (frames, 3) each.
+    """
     line = unit(e)
     return line, c - _dot(c, line)[:, None] * line
 
 
 def most(fps: float) -> float:
-    """Return the most degrees that a segment can turn in a frame."""
+    """Return the largest angle that a body segment can turn in one frame, degrees."""
     return LEAST_SLOW if fps < SLOW else max(LEAST, FASTEST / fps)
 
 
 def swivels(world: Pose, limb: Limb) -> list[Jump]:
-    """Return impossible swivels of a limb."""
+    """Return the impossible swivels of a limb."""
     c, e, length = _from_p(world, limb)
     line, side = off_line(c, e)
     bent = _length(side) > BENT * length
@@ -128,9 +138,10 @@ def swivels(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def own_side(world: Pose, limb: Limb) -> Array:
-    """Return the median direction of C from the line, in the frame of P's parent, (3,).
+    """Return the usual (median) direction from the limb's line to C, in the
+    frame of P's parent, (3,).
 
-    The median is repeated a few times over the frames that agree with it, to exclude flips.
+    The median is computed repeatedly over the frames that agree with it, to exclude flips.
     """
     _, side, _ = _in_parent(world, limb)
     side = unit(side)
@@ -143,7 +154,9 @@ def own_side(world: Pose, limb: Limb) -> Array:
 
 
 def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
-    """Return frames with C on the opposite side of `own`, from :func:`own_side`."""
+    """Return the frames in which C is on the side opposite to `own`, the
+    result of :func:`own_side`.
+    """
     line, side, length = _in_parent(world, limb)
     ahead = own - (line @ own)[:, None] * line
     across = np.abs(_dot(np.cross(ahead, side), line))
@@ -153,7 +166,9 @@ def backward(world: Pose, limb: Limb, own: Array) -> list[int]:
 
 
 def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
-    """Return impossible turns of the limbs' first joints and all below about their own bones."""
+    """Return impossible rotations of the limbs' first joints, and of all joints
+    below, about their bones.
+    """
     skeleton = world.motion.skeleton
     below = {limb.p for limb in limbs}
     for joint, parent in enumerate(skeleton.parents.tolist()):
@@ -175,9 +190,11 @@ def spins(world: Pose, limbs: Iterable[Limb]) -> list[Jump]:
 
 
 def moved(before: Pose, after: Pose, joints: Sequence[int], decimals: int) -> float:
-    """Return the largest motion of the joints, of the height; 0 if rounding explains it.
+    """Return the largest displacement of the joints, as a share of the
+    height, or 0 within rounding.
 
-    Rounding turns each joint above by at most half of the last decimal in each of three channels.
+    Rounding turns each joint above by at most half of the last decimal in each of its three
+    channels.
     """
     parents, height = before.motion.skeleton.parents, before.motion.skeleton.height
     rounding = 1.5 * np.radians(10.0**-decimals)
@@ -202,18 +219,20 @@ def _length(v: Array) -> Array:
 
 
 def unit(v: Array) -> Array:
-    """Scale vectors (…, 3) to length 1."""
+    """Return vectors (…, 3) scaled to length 1."""
     return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), TINY)
 
 
 def _from_p(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """Return C and E relative to P in the world, and the limb's length."""
+    """Return C and E relative to P in the world, and the length of the limb."""
     c, e = (world.at[:, j] - world.at[:, limb.p] for j in (limb.c, limb.e))
     return c, e, float((_length(c) + _length(e - c)).mean())
 
 
 def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
-    """Return line, C's side and the limb's length in the frame of P's parent."""
+    """Return the direction of the line, the side of C and the limb's
+    length, in P's parent's frame.
+    """
     c, e, length = _from_p(world, limb)
     parent = int(world.motion.skeleton.parents[limb.p])
     if parent >= 0:
@@ -222,7 +241,7 @@ def _in_parent(world: Pose, limb: Limb) -> tuple[Array, Array, float]:
 
 
 def _bone(motion: Motion, joint: int) -> Array | None:
-    """Return the direction of a joint's bone in its own frame, (frames, 3), or None."""
+    """Return the direction of a joint's bone in the joint's own frame, (frames, 3), or None."""
     skeleton = motion.skeleton
     ends = [motion.translation(child) for child in skeleton.children[joint]]
     ends += [np.array(offset) for at, offset in skeleton.ends if at == joint]

@@ -1,10 +1,10 @@
 """Try mutants for benchmarks/mutation.py: run a module's tests in a forked process for each.
 
-One process imports the tests of a module and forks for each mutant; the child replaces the code of
-functions and runs the tests that reach them. If this changes nothing (a constant) or perhaps not
-everything (the mutant survives, but importing the tests also ran the function), a child without
-these imports is forked and imports the changed module. Other programs started by tests see the
-unchanged code.
+One process imports the tests of a module and forks for each mutant; the child process replaces the
+code of functions and runs the tests that reach them. In two cases another child, which has not
+imported these modules, is forked and imports the changed module: if replacing functions has no
+effect, as for a constant, and if it may be incomplete, because the mutant survives although
+importing the tests also ran the function. Other programs that tests start see the unchanged code.
 """
 
 from __future__ import annotations
@@ -52,10 +52,10 @@ hypothesis.settings.register_profile(
 
 @dataclass(frozen=True)
 class Tests:
-    """The tests that reach each line of a file, and their times.
+    """The tests that reach each line of a file, and their durations.
 
-    reached: line → names of tests, SHARED and "" (on import) among them. seconds: name of a test →
-    its processor time.
+    reached: mapping from a line to the names of tests, which may include SHARED and "" (on import);
+    seconds: mapping from the name of a test to its processor time.
     """
 
     files: tuple[str, ...]
@@ -63,10 +63,10 @@ class Tests:
     seconds: Mapping[str, float]
 
     def of(self, mutant: Mutant) -> tuple[str, ...]:
-        """Return the tests that could notice a mutant, the fastest first.
+        """Return the tests that may detect a mutant, the fastest first.
 
-        A line that runs on import (a constant, a default) concerns the tests that run its function,
-        or all tests if it is outside functions.
+        For a line that runs on import (a constant or a default value) these are the tests that run
+        its function, or all tests if it is outside functions.
         """
         names = self._within(mutant.lines) - {""}
         if not names and mutant.function:
@@ -80,11 +80,13 @@ class Tests:
         return (*quick, *others)
 
     def on_import(self, lines: tuple[int, int]) -> bool:
-        """True if one of these lines ran outside tests."""
+        """True if any of these lines ran outside tests."""
         return "" in self._within(lines)
 
     def limit(self, name: str) -> float:
-        """Return a test's limit in seconds of processor time, with time for its fixtures."""
+        """Return the limit for a test in seconds of processor time,
+        including time for its fixtures.
+        """
         return 3.0 + 4.0 * self.seconds[name]
 
     def _within(self, lines: tuple[int, int]) -> set[str]:
@@ -92,9 +94,9 @@ class Tests:
 
 
 def learn(path: Path, files: Sequence[str], slowest: float) -> Tests:
-    """Run all tests once, unchanged; leave out tests that take longer than slowest (seconds).
+    """Run all tests once without a mutant; leave out tests that take longer than `slowest` seconds.
 
-    Raises ValueError if one fails.
+    Raises ValueError if a test fails.
     """
     with tempfile.TemporaryDirectory() as folder:
         result = Path(folder) / "result.json"
@@ -113,7 +115,7 @@ def learn(path: Path, files: Sequence[str], slowest: float) -> Tests:
 def outcomes(
     mutants: Sequence[Mutant], tests: Tests, jobs: int = 1
 ) -> Iterator[tuple[Mutant, str]]:
-    """Yield each mutant with "killed", "survived" or "timeout" when it ends."""
+    """Yield each mutant with "killed", "survived" or "timeout" as soon as its tests end."""
     afresh = [m for m in mutants if not m.function]
     in_place = [m for m in mutants if m.function]
     if in_place:
@@ -160,7 +162,7 @@ def _tried(
 
 
 def _next(running: Mapping[int, float]) -> tuple[int, int]:
-    """Return the next child that ends, and its status; kill a child that hangs."""
+    """Return the next child process that ends, and its status; kill a child that hangs."""
     while True:
         for child, until in running.items():
             ended, status = os.waitpid(child, os.WNOHANG)
@@ -180,7 +182,10 @@ def _said(status: int) -> str:
 
 
 def _start(action: Callable[[], int], folder: Path) -> int:
-    """Fork a silent child that runs `action`, its temporary files in folder; return its id."""
+    """Fork a silent child process that runs `action`; return its id.
+
+    folder: where the child puts its temporary files.
+    """
     sys.stdout.flush()
     child = os.fork()
     if child:
@@ -217,9 +222,10 @@ def _run(files: Sequence[str], plugin: object) -> int:
 
 
 def changed_in_place(name: str, source: str) -> bool:
-    """Replace the code of an imported module's functions by their code in other source.
+    """Replace the code of an imported module's functions with their code in another source.
 
-    Returns False if none differs, so the change is outside functions. Raises errors of importing.
+    Returns False if no function differs, so that the change must be outside functions. Raises any
+    error that occurs during the import.
     """
     module = sys.modules.get(name)
     if module is None:
@@ -240,7 +246,7 @@ def changed_in_place(name: str, source: str) -> bool:
 
 
 def _alike(one: CodeType, other: CodeType) -> bool:
-    """True if two codes do the same; == also compares whether they have run."""
+    """True if two code objects do the same; == also compares whether they have been run."""
     pairs = zip(one.co_consts, other.co_consts, strict=False)
     return (
         (one.co_code, one.co_names, one.co_varnames, len(one.co_consts))
@@ -252,7 +258,9 @@ def _alike(one: CodeType, other: CodeType) -> bool:
 
 
 def _functions(found: Mapping[str, object], module: str) -> Iterator[tuple[str, FunctionType]]:
-    """Yield the functions and methods of a module, also below decorators, with their places."""
+    """Yield the functions and methods of a module, including decorated
+    ones, with their positions.
+    """
     for at, thing in list(found.items()):
         for name in ("", "fget", "fset", "__func__", "func"):
             inner = getattr(thing, name, None) if name else thing
@@ -272,7 +280,7 @@ def module_name(path: Path) -> str:
 
 
 class _Instead(importlib.abc.MetaPathFinder):
-    """Import one module from changed source."""
+    """Imports one module from changed source."""
 
     def __init__(self, path: Path, source: str) -> None:
         self.name = module_name(path)
@@ -296,7 +304,7 @@ class _Loader(importlib.machinery.SourceFileLoader):
 
 
 class _Limited:
-    """Plugin that ends the process if a test takes too long."""
+    """A pytest plugin that ends the process if a test takes too long."""
 
     def __init__(self, tests: Tests) -> None:
         self.tests = tests
@@ -307,7 +315,7 @@ class _Limited:
 
 
 class _Chosen(_Limited):
-    """Plugin that runs the chosen tests in the given order."""
+    """A pytest plugin that runs only the chosen tests, in the given order."""
 
     def __init__(self, names: Sequence[str], tests: Tests) -> None:
         super().__init__(tests)
@@ -321,7 +329,9 @@ class _Chosen(_Limited):
 
 
 class _Served(_Limited):
-    """Plugin that forks for each mutant instead of running the tests, and reports outcomes."""
+    """A pytest plugin that forks for each mutant instead of running the
+    tests, and reports outcomes.
+    """
 
     def __init__(self, mutants: Sequence[Mutant], tests: Tests, jobs: int, tell: int) -> None:
         super().__init__(tests)
@@ -366,10 +376,10 @@ def _learn(path: Path, files: Sequence[str], result: Path) -> int:
 
 
 class _Noted:
-    """Plugin that records the running test for coverage, and the time of each test.
+    """A pytest plugin that notes which test is running, for the coverage, and its duration.
 
-    Caches of the previous test (functools.cache) are cleared, since they would hide lines that the
-    next test also needs.
+    Caches filled by the previous test (functools.cache) are cleared, because they would hide lines
+    that the next test needs, too.
     """
 
     def __init__(self, traced: coverage.Coverage, module: str) -> None:

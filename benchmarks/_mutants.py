@@ -1,8 +1,8 @@
-"""Make a module's mutants with mutmut's operators, for benchmarks/mutation.py.
+"""Make the mutants of a module with mutmut's operators, for benchmarks/mutation.py.
 
 Unlike mutmut's own command, this also mutates properties, other decorated functions and constants
-of a module: a mutant is a whole source file, so nothing is wrapped. Sentences (strings with a
-blank) are not changed: a test that quotes them would test the wording.
+of a module: a mutant is a whole source file, so that nothing needs to be wrapped. Sentences
+(strings with a blank) are not changed, because tests that detect this would test the wording.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from mutmut.mutation.pragma_handling import IgnoredCode
 class Mutant:
     """One change of one file.
 
-    lines: first and last line (from 1) of the change. function: first and last line of the
-    enclosing function's body, None outside functions. change: the old and the new code. source():
-    the whole changed file.
+    lines: first and last line of the change, counted from 1; function: first and last line of the
+    enclosing function's body, or None outside functions; change: the old and the new code;
+    source(): function that returns the whole changed file.
     """
 
     path: Path
@@ -48,7 +48,7 @@ class _Visitor(MutationVisitor):
 
 
 def mutants_of(path: Path) -> list[Mutant]:
-    """Return every mutant of a Python file, in the order of lines."""
+    """Return every mutant of a Python file in the order of lines."""
     wrapper = MetadataWrapper(cst.parse_module(path.read_text(encoding="utf-8")))
     visitor = _Visitor(mutation_operators, IgnoredCode(set(), set(), set()))
     wrapper.visit(visitor)
@@ -79,7 +79,7 @@ def _changed(module: cst.Module, mutation: Mutation) -> str:
 
 
 def _shown(old: str, new: str, around: int = 24) -> str:
-    """Return both texts without their common ends, except a few characters."""
+    """Return both texts without their common beginning and end, except for a few characters."""
     begin = max(_alike(old, new) - around, 0)
     end = max(_alike(old[begin:][::-1], new[begin:][::-1]) - around, 0)
     first, last = ("… " if begin else ""), (" …" if end else "")
@@ -87,7 +87,7 @@ def _shown(old: str, new: str, around: int = 24) -> str:
 
 
 def _alike(a: str, b: str) -> int:
-    """Return the length of the common beginning of two texts."""
+    """Return the length of the beginning that two texts have in common."""
     pairs = enumerate(zip(a, b, strict=False))
     return next((i for i, (x, y) in pairs if x != y), min(len(a), len(b)))
 
@@ -103,7 +103,7 @@ def _below(node: cst.CSTNode) -> Iterator[cst.CSTNode]:
 
 
 def files_of(names: Iterable[str]) -> list[Path]:
-    """Return the named Python files, and the Python files in named folders.
+    """Return the Python files with these names, and those in folders with these names.
 
     Raises ValueError for any other name.
     """

@@ -1,7 +1,7 @@
-"""Build common rigs from CMU motion: the same joint positions, another skeleton.
+"""Build common rigs from CMU motion: the joints have the same positions in another skeleton.
 
-A rig names the joints of CMU's skeleton, divides bones into pieces that share the bone's roll, and
-adds helpers: twist bones next to the chain, fingers, props.
+A rig renames the joints of CMU's skeleton, divides bones into pieces that share the roll of the
+bone, and adds helpers: twist bones next to the chain, fingers, props.
 """
 
 from __future__ import annotations
@@ -44,12 +44,13 @@ _STILL = 1e-9  # radians
 
 @dataclass(frozen=True)
 class Helper:
-    """An additional joint that no chain needs.
+    """An additional joint that is not part of any chain.
 
-    name, parent: with {s} for the side; bone: the bone of LIMBS whose direction and roll it has;
-    at: distance from the parent, as a share of the bone; aside: perpendicular distance, as a share;
-    undo: share of the bone's own roll that the helper turns back; follow: share of the roll of the
-    joint below that it adopts; bend: share of the whole rotation of the joint below.
+    name, parent: names, with {s} for the side; bone: the bone in LIMBS that gives its direction and
+    roll; at: distance from the parent, as a share of the bone's length; aside: perpendicular
+    distance, as such a share; undo: share of the bone's own roll that the helper turns back;
+    follow: share of the roll of the joint below that the helper has; bend: share of the whole
+    rotation of the joint below.
     """
 
     name: str
@@ -64,12 +65,13 @@ class Helper:
 
 @dataclass(frozen=True)
 class Rig:
-    """A family of rigs; names with {s} exist for both sides.
+    """A family of rigs; joints whose name contains {s} exist on both sides.
 
-    trunk: names for TRUNK, fewer if the head has fewer joints; limbs: names for LIMBS, several if a
-    bone is in pieces; sides: values of {s}; pelvis: a joint between the first one and the legs;
-    share: share of a bone's own roll in its first piece, and share of the roll of the joint below
-    that the last piece leaves there; source: origin of names and hierarchy; as_is: CMU's own rig.
+    trunk: names for TRUNK, fewer if the head has fewer joints; limbs: names for LIMBS, several for
+    a bone in pieces; sides: values of {s}; pelvis: name of a joint between the first joint and the
+    legs; share: share of a bone's own roll in its first piece, and share of the roll of the joint
+    below that the last piece does not take over; source: origin of the names and the hierarchy;
+    as_is: True for the rig of CMU itself.
     """
 
     name: str
@@ -85,11 +87,11 @@ class Rig:
 
     @property
     def in_pieces(self) -> bool:
-        """True if a bone of the rig is in pieces."""
+        """True if any bone of the rig is divided into pieces."""
         return any(not isinstance(names, str) for names in self.limbs)
 
     def pieces(self, role: str, side: int) -> tuple[str, ...]:
-        """Return the names of a bone's joints on a side (0, 1), the first piece first."""
+        """Return the names of a bone's joints on a side (0 or 1), starting with the first piece."""
         names = self.limbs[LIMBS.index(role)]
         names = (names,) if isinstance(names, str) else names
         return tuple(name.format(s=self.sides[side]) for name in names)
@@ -97,7 +99,7 @@ class Rig:
 
 @dataclass
 class _Making:
-    """The joints made so far."""
+    """The joints created so far."""
 
     motion: Motion
     rig: Rig
@@ -118,7 +120,9 @@ class _Making:
 
 
 def rigged(motion: Motion, rig: Rig) -> Motion:
-    """Return a CMU clip's motion on another rig; common joints keep their places."""
+    """Return the motion of a CMU clip on another rig; joints that both
+    have keep their positions.
+    """
     if rig.as_is:
         return motion
     made = _Making(motion, rig)
@@ -130,7 +134,9 @@ def rigged(motion: Motion, rig: Rig) -> Motion:
 
 
 def shared_joints(motion: Motion, rig: Rig) -> dict[str, str]:
-    """Return CMU's name of each joint of a rig, by the rig's name."""
+    """Return the CMU name of each joint of a rig that CMU has too, by
+    the joint's name in the rig.
+    """
     found = {name: cmu for cmu, name in zip(TRUNK, rig.trunk, strict=False)}
     for side, long in enumerate(("Left", "Right")):
         found |= {rig.pieces(role, side)[0]: long + role for role in LIMBS}
@@ -138,9 +144,9 @@ def shared_joints(motion: Motion, rig: Rig) -> dict[str, str]:
 
 
 def _descend(made: _Making, joint: int, parent: int, offset: Array, turn: Array | None) -> None:
-    """Make a joint of CMU's rig, its pieces and helpers, and all joints below.
+    """Create a joint of CMU's rig, its pieces and helpers, and all joints below.
 
-    turn: the part of its rotation taken by the pieces of the bone above, or None.
+    turn: the part of its rotation that the pieces of the bone above have, or None.
     """
     skeleton, rig = made.motion.skeleton, made.rig
     cmu = skeleton.names[joint]
@@ -177,7 +183,9 @@ def _descend(made: _Making, joint: int, parent: int, offset: Array, turn: Array 
 def _bone(
     made: _Making, joint: int, parent: int, offset: Array, q: Array
 ) -> tuple[int, dict[int, Array]]:
-    """Make a bone's pieces and helpers; return the last piece and the turns undone by children."""
+    """Create the pieces and helpers of a bone; return the last piece and the rotations
+    that its children turn back.
+    """
     motion, rig = made.motion, made.rig
     skeleton = motion.skeleton
     side, role = _role(skeleton.names[joint])
@@ -204,7 +212,7 @@ def _bone(
 
 
 def _add_helpers(made: _Making, role: str, side: int, bone: Array, joint: int = -1) -> None:
-    """Make the helpers of a bone in order; a parent must precede its children."""
+    """Create the helpers of a bone in order; a parent must come before its children."""
     motion = made.motion
     if np.linalg.norm(bone) < _STILL:
         return
@@ -237,7 +245,7 @@ def _add_helpers(made: _Making, role: str, side: int, bone: Array, joint: int = 
 
 
 def _role(cmu: str) -> tuple[int, str]:
-    """Return side, 0 or 1, and role of a CMU joint; ('LeftArm' → 0, 'Arm')."""
+    """Return the side (0 or 1) and the role of a CMU joint, such as (0, 'Arm') for 'LeftArm'."""
     for side, word in enumerate(("Left", "Right")):
         if cmu.startswith(word):
             return side, cmu.removeprefix(word)
@@ -245,21 +253,21 @@ def _role(cmu: str) -> tuple[int, str]:
 
 
 def _child(skeleton: Skeleton, joint: int, role: str) -> int:
-    """Return the joint at the other end of a CMU bone, or −1."""
+    """Return the index of the joint at the other end of a CMU bone, or −1."""
     side = skeleton.names[joint].removesuffix(role)
     name = side + BELOW.get(role, "")
     return skeleton.names.index(name) if role in BELOW and name in skeleton.names else -1
 
 
 def _roll(q: Array, axis: Array) -> Array:
-    """Return the twist about an axis, radians, (frames,), without jumps of a whole turn."""
+    """Return the twist about an axis in radians, (frames,), without jumps by a whole turn."""
     return np.unwrap(twist_angle(q, axis))
 
 
 def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int]]:
-    """Return P and C of each limb joint, by side and role of its bone, for injecting errors.
+    """Return P and C of each limb joint, by side and role of its bone, for the injection of errors.
 
-    P is the parent of C: the last piece.
+    P is the parent of C, which is the last piece of a bone in pieces.
     """
     skeleton = motion.skeleton
     pairs = {}
@@ -271,7 +279,7 @@ def bone_pairs(motion: Motion, rig: Rig) -> dict[tuple[int, str], tuple[int, int
 
 
 def piece_pairs(motion: Motion, rig: Rig) -> list[tuple[tuple[int, int], tuple[int, bool]]]:
-    """Return P and C of neighbouring pieces of all bones, each with its limb."""
+    """Return P and C for each two neighbouring pieces of a bone, with the limb of the bone."""
     index = motion.skeleton.index
     found = []
     for side in (0, 1):

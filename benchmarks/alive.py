@@ -30,10 +30,11 @@ _PROCESS = Path("/proc/self")
 
 @dataclass(frozen=True)
 class Alive:
-    """Counts after garbage collection.
+    """Counts of living objects after a garbage collection.
 
-    mib: resident memory; windows: widgets without a parent; ours: Qt objects of our classes that
-    Python references and Qt has not deleted; the other fields are named after their objects.
+    mib: resident memory; windows: widgets without a parent; ours: objects of our Qt classes that
+    Python references and Qt has not deleted; the other fields are named after the objects that they
+    count.
     """
 
     mib: float
@@ -55,13 +56,13 @@ class Alive:
 
     @classmethod
     def heads(cls) -> str:
-        """Return the column names, as wide as the numbers."""
+        """Return the column headings, each as wide as its numbers."""
         first, *rest = (f.name for f in fields(cls))
         return f"{first:>8}" + "".join(f"{name:>10}" for name in rest)
 
 
 def alive() -> Alive:
-    """Collect garbage and count now."""
+    """Collect garbage, then count the objects that are alive."""
     gc.collect()
     gc.collect()
     give_back()
@@ -94,22 +95,23 @@ def alive() -> Alive:
 
 
 def give_back() -> None:
-    """Free memory that the allocator keeps for later, if possible."""
+    """Return to the system the memory that the allocator keeps for later, if possible."""
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)
 
 
 def resident() -> float:
-    """Return the memory of this process, MiB."""
+    """Return the resident memory of this process in MiB."""
     pages = (_PROCESS / "statm").read_text(encoding="ascii").split()[1]
     return int(pages) * 4096 / 2**20
 
 
 def children() -> list[str]:
-    """Return the command lines of running processes that this one has started.
+    """Return the command lines of the running processes that this process has started.
 
-    Excludes the resource tracker of Python's multiprocessing, which runs as long as the program.
+    The resource tracker of Python's multiprocessing, which runs as long as the program, is left
+    out.
     """
     numbers = [n for t in (_PROCESS / "task").iterdir() for n in _read(t / "children").split()]
     lines = [_read(Path("/proc", n, "cmdline")).replace("\0", " ").strip() for n in numbers]
@@ -125,7 +127,7 @@ def _read(file: Path) -> str:
 
 @dataclass
 class Said:
-    """Problems: uncaught exceptions, and Qt's warnings."""
+    """The reported problems: uncaught exceptions, and warnings of Qt."""
 
     wrong: list[str] = field(default_factory=list)
 
@@ -151,7 +153,7 @@ class _Logged(logging.Handler):
 
 @contextmanager
 def heard() -> Iterator[Said]:
-    """Record every exception of a slot or thread, and every warning of Qt or a log."""
+    """Record every uncaught exception in a slot or thread, and every warning of Qt or of a log."""
     said = Said()
 
     def message(kind: QtMsgType, _context: object, text: str) -> None:

@@ -1,10 +1,12 @@
-"""Measure the cost of a template's bones if an AMASS file has no body: `… FOLDER [--tilt DEG]…`.
+"""Measure what it costs if an AMASS file has no body, so that a template's bones must be used.
 
-Each BVH of the folder becomes an AMASS clip whose limbs rest DEG away from the template's, each
-bone in another direction, and gets errors of protocol P0. The table shows the counter-twists found
-with the body available, those in the same frames without it, and how far joints of the real body
-move when these are corrected about the template's bones. A real body's limbs are up to 8° away from
-a T-pose's axes.
+    python -m benchmarks.amass_template FOLDER [--tilt DEG]…
+
+Each BVH in the folder becomes an AMASS clip whose limbs at rest are DEG away from those of the
+template, each bone in another direction, and gets errors of protocol P0. The table shows the
+counter-twists found with the body available, those found in the same frames without it, and how far
+joints of the real body move when the latter are corrected about the template's bones. The limbs of
+a real body are up to 8° away from the axes of a T-pose.
 """
 
 from __future__ import annotations
@@ -31,14 +33,14 @@ _LIMBS = (1, 2, 4, 5, 7, 8, 16, 17, 18, 19)
 
 
 def tilts(degrees: float, rng: np.random.Generator) -> np.ndarray:
-    """Return the rest rotation of each joint's bones, (24, 4); only limbs are rotated."""
+    """Return a rest rotation for the bones of each joint, (24, 4); only limbs are rotated."""
     axes = np.zeros((24, 3))
     axes[list(_LIMBS)] = np.radians(degrees) * normalise(rng.normal(size=(len(_LIMBS), 3)))
     return exponential(axes)
 
 
 def clips(motion: Motion, name: str, degrees: float) -> tuple[Clip, Clip]:
-    """Return a clip with errors, read with and without its body."""
+    """Return a clip with errors, read once with and once without its body."""
     rng = generator(1, name)
     arrays = amass_arrays(motion, 24, tilt=tilts(degrees, rng))
     clean = parse_npz(packed(arrays), name)
@@ -51,14 +53,16 @@ def clips(motion: Motion, name: str, degrees: float) -> tuple[Clip, Clip]:
 
 
 def packed(arrays: dict[str, np.ndarray]) -> bytes:
-    """Return the bytes of an .npz."""
+    """Return the contents of an .npz file with these arrays."""
     out = io.BytesIO()
     np.savez(out, **arrays)
     return out.getvalue()
 
 
 def row(paths: list[Path], degrees: float) -> str:
-    """Return a row: found with the body, also without, only without, and motion of joints."""
+    """Return a table row: finds with the body, also without it, only
+    without it; joint displacement.
+    """
     known = same = more = 0
     moved = []
     for path in paths:
@@ -81,7 +85,7 @@ def row(paths: list[Path], degrees: float) -> str:
 
 
 def main() -> None:
-    """Print a table."""
+    """Measure all clips, and print a table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--every", type=int, default=1, help="only every N-th clip")

@@ -1,14 +1,15 @@
-"""Compare joints of AMC clips with the same trials as BVH.
+"""Compare the joints of AMC clips with the same trials as BVH.
 
-python -m benchmarks.amc_crosscheck FOLDER_AMC FOLDER_BVH
+    python -m benchmarks.amc_crosscheck FOLDER_AMC FOLDER_BVH
 
-Both folders contain files of the same names: the CMU Motion Capture Database as released, with its
-ASF files, and a BVH version of it with the same order of joints. Frame 0 of such a BVH may be a
-T-pose that was added later. The BVH omits the length of bones with several children (thorax,
-wrists): these joints have an OFFSET of 0. The output is the largest distance of a joint in any
-frame, in the length unit of the AMC, after one scale for both, estimated from the paths of the
-roots: for joints without an omitted length above them, and for all joints after these lengths were
-restored. The exit status is 1 if a distance exceeds the rounding of both files.
+Both folders contain files with the same names: the CMU Motion Capture Database as released, with
+its ASF files, and a BVH version of it in which the joints have the same order. Frame 0 of such a
+BVH may be a T-pose that was added later. The BVH omits the length of bones with several children
+(thorax, wrists), whose joints have an OFFSET of 0. The output is the largest distance of a joint in
+any frame, in the length unit of the AMC, after both were scaled by one factor, which is estimated
+from the paths of the roots. It is given for the joints that have no omitted length above them, and
+for all joints after these lengths were restored. The exit status is 1 if a distance exceeds the
+rounding of both files.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ MOST = 2e-4
 
 @dataclass(frozen=True)
 class Compared:
-    """One clip: the scale, both largest distances, and the joints whose OFFSET was left out."""
+    """The result for one clip: scale, the two largest distances, joints whose OFFSET is omitted."""
 
     frames: int
     scale: float
@@ -41,7 +42,7 @@ class Compared:
 
 
 def compared(amc: Path, bvh: Path) -> Compared:
-    """Compare two files of the same trial; raise ValueError if they are not."""
+    """Compare two files of the same trial; raise ValueError if they are from different trials."""
     mine, theirs = read_amc(amc).motion, read_bvh(bvh).motion
     if theirs.frames == mine.frames + 1:
         theirs = theirs.sliced(1, theirs.frames)
@@ -66,13 +67,13 @@ def compared(amc: Path, bvh: Path) -> Compared:
 
 
 def _largest(mine: Motion, theirs: Motion, scale: float) -> np.ndarray:
-    """Return the largest distance over all frames."""
+    """Return the largest distance of a joint over all frames."""
     places = [forward_kinematics(m)[1] for m in (mine, theirs)]
     return np.linalg.norm(places[0] - scale * places[1], axis=-1).max(axis=0)
 
 
 def main() -> int:
-    """Compare every AMC of a folder with the BVH of the same name in the other."""
+    """Compare every AMC file in a folder with the BVH of the same name in the other folder."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("amc", type=Path)
     parser.add_argument("bvh", type=Path)

@@ -1,10 +1,11 @@
 """Read and write AMC clips: python -m benchmarks.amc_round_trip FOLDER [--flip]
 
-Every clip of the folder is detected and corrected like with `twistcore refine`, and the output is
-compared with the source word by word: only numbers of a bone in a frame that an accepted interval
-changes may differ. --flip: first a flip of 170° about the right leg's line, including the foot, is
-injected into 12 frames, since few clips have errors that their bones allow to correct. The exit
-status is 1 if any other word differs, or if an injected flip is not corrected.
+Every clip in the folder is searched and corrected as with `twistcore refine`, and the output is
+compared with the source word by word: the only words that may differ are numbers of a bone in a
+frame that an accepted interval changes. --flip: before this, a flip of 170° about the right leg's
+line, including the foot, is injected into 12 frames, because few clips have errors that can be
+corrected with the channels of their bones. The exit status is 1 if any other word differs, or if an
+injected flip is not corrected.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ FLIPPED, DEGREES = 12, 170.0
 
 
 def with_flip(clip: AmcClip) -> AmcClip:
-    """Return the clip with the flip, as read from a file."""
+    """Return the clip with an injected flip, as read from a file."""
     analysis = analyse(clip)
     limb = next(limb for limb in analysis.limbs if limb.label == "Right leg")
     offset = np.zeros(clip.frames)
@@ -39,7 +40,9 @@ def with_flip(clip: AmcClip) -> AmcClip:
 
 
 def words(data: bytes) -> list[tuple[int, str, bytes]]:
-    """Return every word with its frame, from 0, and its line's first word."""
+    """Return every word of a file with its frame, counted from 0, and
+    the first word of its line.
+    """
     out, frame = [], -1
     for line in data.splitlines():
         own = line.split()
@@ -51,7 +54,7 @@ def words(data: bytes) -> list[tuple[int, str, bytes]]:
 
 
 def turned(clip: AmcClip, accepted: Iterable[Interval]) -> set[tuple[int, str]]:
-    """Return (frame, bone) of all rotations that the intervals change."""
+    """Return (frame, bone) for all rotations that the intervals change."""
     chains = {c.name: c for c in analyse(clip).chains_and_limbs}
     names, out = clip.skeleton.names, set()
     for i in accepted:
@@ -61,7 +64,7 @@ def turned(clip: AmcClip, accepted: Iterable[Interval]) -> set[tuple[int, str]]:
 
 
 def main() -> int:
-    """Print one line per clip."""
+    """Check every clip, and print one line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--flip", action="store_true")

@@ -2,16 +2,16 @@
 
     python3 dev.py bench atlas FOLDER [--only SET]… [--json FILE] [--pictures DIR] [--verdicts CSV]
 
-FOLDER contains one folder for each set of captures. Every clip is read and searched at default
-settings; the table shows for each set its clips, minutes and failures, and the intervals by kind,
-in total and per hour. `applied` are automatic corrections. A clip that cannot be read or searched
-is listed without stopping the others; the exit status is then 1.
+FOLDER contains one folder for each set of captures. Every clip is read and searched for errors with
+default settings. For each set, the table shows its clips, minutes and failures, and the number of
+intervals by kind, in total and per hour; the column `applied` counts automatic corrections. A clip
+that cannot be read or searched is listed and does not stop the others; the exit status is then 1.
 
---blind draws the finds for judges who see neither set nor confidence
-(:mod:`benchmarks.blind_verdicts`). --pictures draws finds on contact sheets
-(:mod:`benchmarks.atlas_pictures`), --most of them at random, spread over sets and kinds. --verdicts
-prints the numbers of *error*, *doubtful* and *alarm* in a table of visual verdicts with the columns
-of docs/atlas-verdicts.csv, and Wilson's interval of the share of errors.
+--blind draws the finds for judges who see neither the set nor the confidence
+(:mod:`benchmarks.blind_verdicts`). --pictures draws contact sheets with at most --most finds
+(:mod:`benchmarks.atlas_pictures`), chosen at random from all sets and kinds. --verdicts prints how
+many finds are *error*, *doubtful* and *alarm* in a table of visual verdicts with the columns of
+docs/atlas-verdicts.csv, and Wilson's interval for the share of errors.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ Row = dict[str, float | int | str]
 
 @dataclass(frozen=True)
 class Find:
-    """An interval of a clip; offset: degrees by frame; degrees: the number in tables.
+    """An interval of a clip; offset: degrees in each frame; degrees: the angle shown in tables.
 
     applied: True for an automatic correction of `refine`.
     """
@@ -66,7 +66,7 @@ class Find:
 
 @dataclass(frozen=True)
 class Seen:
-    """A surveyed clip; problem: the reason if it failed, else ''."""
+    """A surveyed clip; problem: the reason if the survey failed, or ''."""
 
     set: str
     clip: str
@@ -83,7 +83,7 @@ class Seen:
 
 
 def look(path: Path) -> Seen:
-    """Read and search a clip; raise TwistError."""
+    """Read a clip and search it for errors; raises TwistError."""
     motion = read_clip(path).motion
     analysis = analyse(motion)
     found = analysis.detect(kinds=KINDS)
@@ -110,7 +110,7 @@ def _find(clip: str, i: Interval, *, applied: bool) -> Find:
 
 
 def survey(folder: Path, only: Sequence[str] = (), workers: int = 2) -> Iterator[Seen]:
-    """Yield the survey of each clip of each set as it finishes; a failed clip has a problem."""
+    """Yield the result for each clip of each set as it finishes; a failed clip has a problem."""
     paths = [p for p in sorted(folder.glob("*/*")) if is_clip(p)]
     paths = [p for p in paths if not only or p.parent.name in only]
     for path, seen in each(look, paths, workers):
@@ -121,7 +121,10 @@ def survey(folder: Path, only: Sequence[str] = (), workers: int = 2) -> Iterator
 
 
 def table(seen: Iterable[Seen]) -> list[Row]:
-    """Return a row per set and a total: clips, minutes, failures, finds, applied, per hour."""
+    """Return a row per set and a total row.
+
+    The columns are clips, minutes, failures, finds and corrections, in total and per hour.
+    """
     by_set: dict[str, list[Seen]] = defaultdict(list)
     for s in seen:
         by_set[s.set].append(s)
@@ -150,9 +153,9 @@ def _row(name: str, own: Sequence[Seen]) -> Row:
 
 
 def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]:
-    """Draw at most `most` finds with their sets, evenly from every set, kind and `applied`.
+    """Return at most `most` finds with their sets, drawn evenly from every set, kind and `applied`.
 
-    If such a group has more than its share, its finds are drawn at random.
+    If such a group has more finds than its share, they are drawn at random.
     """
     groups: dict[tuple[str, str, bool], list[Find]] = defaultdict(list)
     for s in sorted(seen, key=lambda s: (s.set, s.clip)):
@@ -171,7 +174,7 @@ def sample(seen: Iterable[Seen], most: int, seed: int) -> list[tuple[str, Find]]
 
 
 def wilson(right: int, of: int) -> tuple[float, float]:
-    """Return the 95 % interval of Wilson (1927) of a share; 0 to 1 without data."""
+    """Return Wilson's (1927) 95 % interval for the share right / of, or 0 to 1 without data."""
     if not of:
         return 0.0, 1.0
     p, z2 = right / of, WILSON**2
@@ -181,7 +184,9 @@ def wilson(right: int, of: int) -> tuple[float, float]:
 
 
 def precision(verdicts: Iterable[Mapping[str, str]], *by: str) -> list[Row]:
-    """Count verdicts by some columns: numbers, share of errors and its interval."""
+    """Return the number of each verdict, the share of errors and its
+    interval, grouped by columns.
+    """
     counted: dict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
     for row in verdicts:
         counted[tuple(row[column] for column in by)][row["verdict"]] += 1
@@ -204,7 +209,7 @@ def markdown(rows: Sequence[Mapping[str, object]]) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Survey, print the table and draw the chosen pictures; return 1 if a clip failed."""
+    """Survey the clips, print the table and draw the pictures; return 1 if a clip failed."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--only", action="append", default=[], metavar="SET")
@@ -243,7 +248,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
-    """Draw contact sheets of finds and write a table of them with empty verdicts."""
+    """Draw contact sheets of finds, and write a table in which their verdicts can be entered."""
     from benchmarks.atlas_pictures import A_SHEET, sheet
 
     output.mkdir(parents=True, exist_ok=True)
@@ -261,9 +266,9 @@ def draw(folder: Path, finds: Sequence[tuple[str, Find]], output: Path) -> None:
 def draw_blind(
     folder: Path, finds: Sequence[tuple[str, Find]], output: Path, seed: int = 19
 ) -> None:
-    """Draw numbered pictures of the finds in random order, and a key that judges do not open.
+    """Draw numbered pictures of the finds in random order, and write a key for them.
 
-    Evaluate the verdicts with :mod:`benchmarks.blind_verdicts`.
+    The judges do not open the key; :mod:`benchmarks.blind_verdicts` evaluates their verdicts.
     """
     from benchmarks.atlas_pictures import picture
 
@@ -282,7 +287,7 @@ def draw_blind(
 def figures(
     folder: Path, seen: Iterable[Seen], verdicts: Iterable[Mapping[str, str]], output: Path
 ) -> None:
-    """Draw each find with a picture name; only bare lines unless the set may be published."""
+    """Draw each find with a picture name; only bones as lines unless the set may be published."""
     from benchmarks.atlas_pictures import picture
 
     def key(name: str, find: Mapping[str, object]) -> tuple[str, ...]:

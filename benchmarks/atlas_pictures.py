@@ -1,4 +1,4 @@
-"""Draw finds: the limb before, inside and after an interval, and its curves.
+"""Draw finds: the limb before, inside and after the interval, and its curves over time.
 
 Used by :mod:`benchmarks.atlas`. Skeleton only: bones are flat bodies with a light and a dark face,
 so that their roll is visible.
@@ -42,7 +42,7 @@ A_SHEET, COLUMNS = 12, 2
 
 
 def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -> None:
-    """Draw finds side by side, numbered: (set, path of the clip, find)."""
+    """Draw finds in a row, with numbers. rows: (set, path of the clip, find)."""
     figure = plt.figure(figsize=(17.2, 2.85 * -(-len(rows) // COLUMNS)), dpi=72)
     grid = figure.subfigures(-(-len(rows) // COLUMNS), COLUMNS, squeeze=False)
     for k, (name, clip, find) in enumerate(rows):
@@ -52,7 +52,7 @@ def sheet(rows: Sequence[tuple[str, Path, Any]], output: Path, start: int = 0) -
 
 
 def one(figure: Any, title: str, clip: Path, find: Any) -> None:
-    """Draw one find: three poses from two sides, the turns, the evidence and the bend."""
+    """Draw one find: three poses from two sides, the twists, the evidence and the bend."""
     motion = _motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     sure = "–" if find.confidence is None else f"{find.confidence:.2f}"
@@ -68,7 +68,7 @@ def one(figure: Any, title: str, clip: Path, find: Any) -> None:
 
 
 def picture(clip: Path, find: Any, output: Path, *, bare: bool) -> None:
-    """Draw one find for a page. bare: bones as lines, not as bodies."""
+    """Draw one find for a page. bare: True to draw bones as lines instead of bodies."""
     motion = _motion(clip)
     chain = next(c for c in AS_FOUND.chains(motion) if c.name == find.chain)
     figure = plt.figure(figsize=(9.6, 2.9), dpi=74)
@@ -120,7 +120,8 @@ def _window(motion: Motion, find: Any) -> NDArray[np.int64]:
 def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any, *, bare: bool = False) -> None:
     """Draw the bones of P and C before, inside and after the interval, from two sides.
 
-    The frame is P's parent's, so that only the limb moves; the view is the same in all three.
+    They are drawn in the frame of P's parent, so that only the limb moves, and all three poses are
+    seen from the same direction.
     """
     middle = (find.start + find.stop - 1) // 2
     shown = [max(find.start - 2, 0), middle, min(find.stop + 1, motion.frames - 1)]
@@ -155,7 +156,7 @@ def draw_poses(panel: Any, motion: Motion, chain: Chain, find: Any, *, bare: boo
 
 
 def _tip(chain: Chain, rotations: Array, positions: Array, motion: Motion) -> Array:
-    """Return the end of C's bone, (frames, 3): the grandchild, or along C's own axis."""
+    """Return the end of C's bone, (frames, 3): its child joint, or a point along C's own axis."""
     if chain.grandchild >= 0:
         return positions[:, chain.grandchild]
     size = 0.6 * float(np.linalg.norm(motion.skeleton.offsets[chain.child]))
@@ -164,7 +165,9 @@ def _tip(chain: Chain, rotations: Array, positions: Array, motion: Motion) -> Ar
 
 
 def _bone(panel: Any, ends: Any, q: Array, view: Any, at: Array, face: Any, bare: bool) -> None:
-    """Draw a flat body between joints; its side is fixed in the joint's own coordinates."""
+    """Draw a flat body between two joints; its wide side is fixed in
+    the joint's own coordinates.
+    """
     right, up, eye = view
     a, z = ends
     along = (z - a) / max(float(np.linalg.norm(z - a)), 1e-9)
@@ -189,7 +192,7 @@ def _bone(panel: Any, ends: Any, q: Array, view: Any, at: Array, face: Any, bare
 def _curves(
     turns: Any, evidence: Any, motion: Motion, chain: Chain, find: Any, frames: Any
 ) -> None:
-    """Plot the turns with and without the find, and the evidence, over frames."""
+    """Plot the twists with and without the interval's offset, and the evidence, over the frames."""
     offset = np.zeros(motion.frames)
     offset[find.start : find.stop] = find.offset
     if isinstance(chain, Limb):
@@ -222,7 +225,7 @@ def _curves(
 
 
 def _bend(panel: Any, bend: Array, frames: Any) -> None:
-    """Plot the bend of the limb on a separate axis, 0-180 degrees."""
+    """Plot the bend of the limb on a second axis, from 0 to 180 degrees."""
     own = panel.twinx()
     own.fill_between(frames, bend[frames], color=SOFT, alpha=0.18, lw=0)
     own.set_ylim(0, 180)
@@ -231,7 +234,7 @@ def _bend(panel: Any, bend: Array, frames: Any) -> None:
 
 
 def _azimuth(q_c: Array, chain: Chain) -> Array:
-    """Return the side of C's bone about P's line, degrees from its median, (frames,)."""
+    """Return the direction of C's bone about P's line, degrees from its median, (frames,)."""
     v = rotate(q_c, chain.arm)
     axis = np.broadcast_to(chain.axis, v.shape)
     across = v - np.einsum("fi,fi->f", v, axis)[:, None] * axis
@@ -242,7 +245,9 @@ def _azimuth(q_c: Array, chain: Chain) -> Array:
 
 
 def _of_a_joint(panel: Any, motion: Motion, find: Any, frames: Any) -> None:
-    """Plot the turn of a lone jump's joint about its own axis, in the room and locally."""
+    """Plot the twist of the jumping joint about its own axis, globally
+    and relative to its parent.
+    """
     joint = motion.skeleton.index(find.joint)
     axis = own_axis(motion.skeleton, joint)
     part = motion.sliced(int(frames[0]), int(frames[-1]) + 1)
@@ -259,7 +264,7 @@ def _of_a_joint(panel: Any, motion: Motion, find: Any, frames: Any) -> None:
 def _of_a_limb(
     turns: Any, evidence: Any, motion: Motion, limb: Limb, offset: Array, frames: Any
 ) -> None:
-    """Plot a limb's swivel with and without the find, its bend and the motion of E."""
+    """Plot the swivel of a limb with and without the interval's offset, its bend and E's motion."""
     swivel = swivel_of(motion, limb)
     angle = np.degrees(swivel.angle)
     turns.plot(frames, angle[frames], ".-", ms=3, color=WRONG, lw=1.2, label="swivel °")

@@ -1,13 +1,13 @@
-"""Estimate workers, hours and cost of many clips.
+"""Estimate the workers, hours and cost that a large number of clips requires.
 
     python -m benchmarks.batch_capacity OUTDIR… [--hours H]
 
 Draws clips at random from manifests, with the seconds that each took, and assigns them to workers
-one after the other: the largest file first, like `batch`, and in random order. Some clips are
-slowed tenfold, as if by a busy disk or neighbour. The table shows for numbers of clips and workers:
-hours until the last clip is finished, the share of the workers' time spent on work (the rest is
-waiting for stragglers, or starting), worker-hours and cost; then the number of workers that finish
-in the given hours.
+one after the other: the largest file first, like `batch`, and in random order. Some clips are made
+ten times slower, as if the disk or another program were busy. For several numbers of clips and
+workers, the table shows the hours until the last clip is finished, the share of the workers' time
+that is spent on work (the rest is spent on starting or on waiting for the last clips), worker-hours
+and cost; then the number of workers that finish in the given hours.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 
 
 def measured(folders: Sequence[Path]) -> tuple[Array, Array, Array]:
-    """Return seconds, bytes of the file and bytes of memory of every finished clip."""
+    """Return the seconds, the file size and the memory, both in bytes, of every finished clip."""
     rows = []
     for folder in folders:
         with Manifest.open(folder) as manifest:
@@ -41,7 +41,10 @@ def measured(folders: Sequence[Path]) -> tuple[Array, Array, Array]:
 
 
 def until_done(seconds: Array, workers: int, start: float) -> float:
-    """Return seconds until the last clip is finished, in this order; start: of a worker."""
+    """Return the seconds until the last clip is finished if clips are handed out in this order.
+
+    start: seconds that a worker needs to start.
+    """
     free = [start] * workers
     for each in seconds.tolist():
         heapq.heapreplace(free, free[0] + each)
@@ -49,7 +52,9 @@ def until_done(seconds: Array, workers: int, start: float) -> float:
 
 
 def workers_for(seconds: Array, hours: float, start: float) -> int | None:
-    """Return about the least number of workers that finish in `hours`; None if impossible."""
+    """Return roughly the smallest number of workers that finish in `hours`,
+    or None if there is none.
+    """
     if seconds.max() + start > 3600.0 * hours:
         return None
     workers = max(1, int(seconds.sum() / (3600.0 * hours)))
@@ -59,7 +64,7 @@ def workers_for(seconds: Array, hours: float, start: float) -> int | None:
 
 
 def main() -> None:
-    """Print the tables."""
+    """Simulate the batches, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", nargs="+", type=Path, metavar="OUTDIR")
     parser.add_argument("--hours", type=float, default=8.0, help="the time limit; default 8")

@@ -2,11 +2,11 @@
 
     python -m benchmarks.batch_speed FOLDER [--rounds N] [--json]
 
-Runs the whole command, cold, over the folder's clips with one worker, with two, and on a local Dask
-cluster of two; then again over finished clips. The table shows seconds (the best of the rounds),
-clips and bytes per second, the speed-up of two workers, a worker's memory at its largest clip, and
-whether all results are equal. Aims: 12 clips per second with two workers, 1.7 times as fast as one,
-and 0.5 s + 2 ms per clip if nothing is new.
+Runs the whole command, started afresh, over the folder's clips with one worker, with two workers,
+and on a local Dask cluster of two; then again when all clips are finished. The table shows the
+seconds (of the fastest round), clips and bytes per second, the speed-up by the second worker, the
+memory of a worker at its largest clip, and whether all results are equal. Targets: 12 clips per
+second with two workers, 1.7 times as fast as with one, and 0.5 s + 2 ms per clip if nothing is new.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ WAYS = {"1": ("--workers", "1"), "2": ("--workers", "2"), "dask": ("--local-clus
 
 
 def run(folder: Path, out: Path, *words: str) -> float:
-    """Return the seconds of the whole command."""
+    """Run the whole command; return its duration in seconds."""
     command = [sys.executable, "-m", "twistcore", "batch", str(folder), "-o", str(out), *words]
     begin = time.perf_counter()
     subprocess.run(command, check=True, capture_output=True)
@@ -35,14 +35,14 @@ def run(folder: Path, out: Path, *words: str) -> float:
 
 
 def mark(out: Path) -> str:
-    """Return a hash of all results of a folder."""
+    """Return a hash of all results in a folder."""
     with Manifest.open(out) as manifest:
         results = {record.name: record.result for record in manifest.each_record()}
     return hashlib.sha256(json.dumps(results, sort_keys=True).encode()).hexdigest()
 
 
 def main() -> None:
-    """Print the figures."""
+    """Measure every variant, and print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--rounds", type=int, default=3)

@@ -1,14 +1,15 @@
-"""Compare our export with Blender.
+"""Compare exported files with Blender.
 
     python -m benchmarks.blender_check FILE-OR-FOLDER… [--blender PYTHON]
 
-Every rotation number of each clip is written again from quaternions, and in a second file all finds
-of `refine` are corrected; Blender imports both files, and the heads of bones are compared with our
-joints in up to 40 frames, as a share of the skeleton's height (expected ≤ 1e-3). The exit status is
-1 if any distance is larger. In corrected files the frames include corrected ones.
+Two files are written for each clip: one in which every rotation number is computed again from
+quaternions, and one in which all finds of `refine` are also corrected. Blender imports both files,
+and the heads of its bones are compared with our joints in up to 40 frames; for the corrected file,
+these include corrected frames. The distances are shares of the skeleton's height (expected ≤ 1e-3).
+The exit status is 1 if any distance is larger.
 
-PYTHON is an interpreter that can import bpy; it may differ from this one, since bpy exists for one
-version of Python only: python3.11 -m venv v && v/bin/pip install bpy==4.5.* numpy
+PYTHON is an interpreter that can import bpy. It may differ from this one, because bpy exists for
+only one version of Python: python3.11 -m venv v && v/bin/pip install bpy==4.5.* numpy
 """
 
 from __future__ import annotations
@@ -35,7 +36,9 @@ FRAMES = 40
 
 
 def export(source: Path, folder: Path) -> list[Path]:
-    """Write the clip, rewritten and corrected, into `folder`, each with its joint positions."""
+    """Write the clip, rewritten and corrected, into `folder`, each file
+    with its joint positions.
+    """
     from benchmarks._refined import EVERYTHING, refine_file
     from benchmarks.bvh_crosscheck import rewritten
     from twistcore.formats.bvh import read_bvh
@@ -52,7 +55,9 @@ def export(source: Path, folder: Path) -> list[Path]:
 
 
 def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) -> None:
-    """Write joint positions next to a file: in evenly spread frames, and in some of `also`."""
+    """Write joint positions next to a file: in evenly spaced frames and
+    in some frames of `also`.
+    """
     from twistcore.skeleton.motion import forward_kinematics
 
     positions = forward_kinematics(clip.motion)[1]
@@ -65,7 +70,7 @@ def note_joints(out: Path, clip: Clip, also: Sequence[int] | NDArray[np.int64]) 
 
 
 def in_blender(path: Path) -> dict[str, Any]:
-    """Import an export into Blender and compare; runs with bpy and without twistcore."""
+    """Import a written file into Blender and compare it; runs with bpy and without twistcore."""
     import bpy
 
     names, height = json.loads(path.with_suffix(".json").read_text())
@@ -93,7 +98,7 @@ def in_blender(path: Path) -> dict[str, Any]:
 def compared(source: Path, blender: str) -> list[dict[str, Any]]:
     """Return the results of `in_blender` for one clip, rewritten and corrected.
 
-    Raises RuntimeError if Blender cannot read it, TwistError if we cannot.
+    Raises RuntimeError if Blender cannot read a file, and TwistError if twistcore cannot.
     """
     with tempfile.TemporaryDirectory() as folder:
         paths = map(str, export(source, Path(folder)))
@@ -108,7 +113,7 @@ def compared(source: Path, blender: str) -> list[dict[str, Any]]:
 
 
 def main() -> int:
-    """Print one line per clip."""
+    """Compare every clip, and print one line for each."""
     if sys.argv[1:2] == ["--inside"]:
         with contextlib.redirect_stdout(sys.stderr):
             found = [in_blender(Path(name)) for name in sys.argv[2:]]

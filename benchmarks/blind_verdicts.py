@@ -1,13 +1,15 @@
-"""Combine two blind judges' verdicts: python -m benchmarks.blind_verdicts DIR [--csv FILE].
+"""Combine the verdicts of two blind judges: python -m benchmarks.blind_verdicts DIR [--csv FILE].
 
-DIR is a folder made by `python -m benchmarks.atlas FOLDER --blind DIR`: a picture for every find,
-numbered in random order and without set, clip, kind or confidence, and `key.csv`, which the judges
-do not open. Each judge writes a table `number,verdict,why`: `first.csv` and `second.csv`.
+DIR is a folder made by `python -m benchmarks.atlas FOLDER --blind DIR`. It contains a picture of
+every find, numbered in random order and without its set, clip, kind or confidence, and `key.csv`,
+which the judges must not open. Each judge writes a table with the columns `number,verdict,why`: one
+`first.csv`, the other `second.csv`.
 
-A find on which the judges differ is doubtful. The output shows Cohen's kappa over all finds and
-over automatic corrections; verdicts by kind, set and automatic correction; and confidence compared
-with the share of errors among errors and alarms, by bins, with the mean distance (ECE). --csv
-writes a table like docs/atlas-blind.csv; --figure a picture of the reliability.
+A find on which the judges differ counts as doubtful. The output shows Cohen's kappa over all finds
+and over automatic corrections; the verdicts by kind, by set and for automatic corrections; and the
+confidence, in bins, compared with the share of errors among errors and alarms, with the mean
+distance of the two (ECE). --csv writes a table like docs/atlas-blind.csv; --figure draws a picture
+of the reliability.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ BINS = 5  # with equal numbers of finds
 
 
 def kappa(first: Sequence[str], second: Sequence[str]) -> float:
-    """Return the agreement of two judges beyond chance [Cohen 1960]: 1 if equal, 0 by chance."""
+    """Return Cohen's kappa [Cohen 1960]: 1 if the judges always agree,
+    0 if they agree by chance.
+    """
     if not first:
         return float("nan")
     same = float(np.mean([a == b for a, b in zip(first, second, strict=True)]))
@@ -39,19 +43,19 @@ def kappa(first: Sequence[str], second: Sequence[str]) -> float:
 
 
 def agreed(first: str, second: str) -> str:
-    """Return the verdict of both; doubtful if they differ."""
+    """Return the verdict on which both judges agree, or 'doubtful' if they differ."""
     return first if first == second else "doubtful"
 
 
 def reliability(rows: Iterable[Mapping[str, str]], bins: int = BINS) -> list[Bin]:
-    """Compare confidence with the share of errors among errors and alarms, in bins."""
+    """Compare the confidence with the share of errors among errors and alarms, in bins."""
     own = [r for r in rows if r["confidence"] and r["verdict"] in ("error", "alarm")]
     confidence = np.array([float(r["confidence"]) for r in own])
     return equal_bins(confidence, np.array([r["verdict"] == "error" for r in own]), bins)
 
 
 def judged(folder: Path) -> list[dict[str, str]]:
-    """Return the key's rows with both verdicts; raise ValueError for an unknown verdict."""
+    """Return the rows of the key with both verdicts; raises ValueError for an unknown verdict."""
     key = {row["number"]: row for row in _rows(folder / "key.csv")}
     said = [_verdicts(folder / f"{name}.csv") for name in ("first", "second")]
     both = sorted(set(said[0]) & set(said[1]) & set(key), key=int)
@@ -79,7 +83,7 @@ def _rows(path: Path) -> list[dict[str, str]]:
 
 
 def picture(bins: Sequence[Bin], output: Path) -> None:
-    """Plot confidence against the share of errors, with its 95 % interval."""
+    """Plot the share of errors, with its 95 % interval, against the confidence."""
     import matplotlib as mpl
 
     mpl.use("Agg")
@@ -99,7 +103,7 @@ def picture(bins: Sequence[Bin], output: Path) -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the combined verdicts of two judges."""
+    """Combine the verdicts of two judges, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--csv", type=Path)

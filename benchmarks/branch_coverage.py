@@ -2,11 +2,12 @@
 
     python -m benchmarks.branch_coverage [--html FOLDER] [WORD …]
 
-WORD: for `dev.py test`; without any, all tests run. Every process is measured: workers, forked or
-started programs, Qt's threads (tests/conftest.py), but not killed processes. The output shows each
-package's share of covered statements and branches, and of branches alone, and the modules with the
-most uncovered ones; --html: every line. The exit code is 1 if twistcore has less than 95 % or
-inspector less than 88 %. A run takes twice the time of the tests.
+The words are passed to `dev.py test` to select tests; without any, all tests run. Every process is
+measured, including workers, programs that are forked or started, and Qt's threads
+(tests/conftest.py), but not processes that are killed. The output shows the share of covered
+statements and branches, and of branches alone, for each package, and the modules with the most
+uncovered ones; --html also shows every line. The exit code is 1 if the coverage of twistcore is
+below 95 % or the coverage of inspector is below 88 %. A run takes twice as long as the tests.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ exclude_also =
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Return 0 if both packages reach their share."""
+    """Run the tests and print the coverage; return 0 if both packages reach their minimum."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -62,7 +63,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def tell(files: Mapping[str, Mapping[str, int]]) -> int:
-    """Print the shares; return 1 if one is too small. `files`: path -> coverage's summary."""
+    """Print the coverage; return 1 if a package is below its minimum.
+
+    files: mapping from a path to the summary that coverage gives for it.
+    """
     sums: dict[str, Counter[str]] = defaultdict(Counter)
     for name, of in files.items():
         sums[Path(name).parts[0]].update(of)

@@ -1,10 +1,11 @@
 """Compare joint positions with pybvh: python -m benchmarks.bvh_crosscheck FOLDER…
 
-For every file that both can read: the largest distance between our joints and pybvh's, as a share
-of the skeleton's height: as read (expected ≤ 1e-9), after every rotation number was written again
-from quaternions and read back by pybvh (≤ 1e-6), and after correction of all finds of `refine`,
-also read by pybvh (≤ 1e-9); and how far the correction moved any joint according to pybvh. The exit
-status is 1 if any of the first three is larger.
+For every file that both programs can read, the output shows the largest distance between our joints
+and those of pybvh, as a share of the skeleton's height, in three cases: as read (expected ≤ 1e-9);
+after every rotation number was computed again from quaternions and the file was read by pybvh (≤
+1e-6); and after all finds of `refine` were corrected and the file was read by pybvh (≤ 1e-9). It
+also shows how far the correction moved any joint according to pybvh. The exit status is 1 if any of
+the first three numbers is larger than expected.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ MOST = (1e-9, 1e-6, 1e-9)  # of the height: as read, rewritten, corrected
 
 
 def pybvh_positions(path: Path) -> NDArray[np.float64]:
-    """Return positions (frames, joints, 3) from pybvh, without End Sites."""
+    """Return the positions (frames, joints, 3) computed by pybvh, without End Sites."""
     import pybvh
 
     with warnings.catch_warnings():
@@ -40,14 +41,18 @@ def pybvh_positions(path: Path) -> NDArray[np.float64]:
 
 
 def rewritten(clip: Clip) -> bytes:
-    """Return the clip with every rotation number written again from quaternions."""
+    """Return the clip with every rotation number computed again from quaternions."""
     every = np.zeros(clip.motion.rotations.shape[:2], dtype=np.bool_)
     every[:] = clip.skeleton.rotatable
     return clip.patched(clip.motion, every).data
 
 
 def corrected(path: Path) -> tuple[float, float]:
-    """Return distance from pybvh's joints and their motion after correction, of the height."""
+    """Compare a corrected file with pybvh.
+
+    Returns the largest distance from pybvh's joints, and the largest displacement of a joint by the
+    correction according to pybvh, both as shares of the height.
+    """
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "corrected.bvh"
         refine_file(path, output, *EVERYTHING)
@@ -59,7 +64,9 @@ def corrected(path: Path) -> tuple[float, float]:
 
 
 def differences(path: Path) -> tuple[float, float]:
-    """Return the largest distance of any joint, of the height: as read, and rewritten."""
+    """Return the largest distance of a joint, as a share of the height,
+    as read and as rewritten.
+    """
     clip = read_bvh(path)
     ours = forward_kinematics(clip.motion)[1]
     height = clip.skeleton.height
@@ -71,7 +78,7 @@ def differences(path: Path) -> tuple[float, float]:
 
 
 def main() -> int:
-    """Print one line per file."""
+    """Compare every file, and print one line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", nargs="+", type=Path)
     worst, count, wrong = [0.0, 0.0, 0.0], 0, 0

@@ -2,15 +2,17 @@
 
     python -m benchmarks.bvh_io [--runs N]
 
-The figures apply to a program started for one clip: each is the median of processes that do each
-step once, without imports, the tools in turn. The clip is a sample tiled to 20,000 frames of 96
-channels: with 6 decimals throughout, as the sample is written (4 decimals, and a row of integers in
-every 435), and with 6 digits as written by %g, so that decimals vary. Peers that are not installed
-(pip install 'twist-inspector[peers]') are skipped with a line.
+The times are for a program that is started for a single clip: each is the median over processes
+that carry out each step once, excluding imports, with the tools in turn. The clip is a sample
+repeated up to 20,000 frames of 96 channels, in three forms: with 6 decimals throughout; as the
+sample is written (4 decimals, and a row of integers in every 435); and with 6 digits as written by
+%g, so that the number of decimals varies. Other libraries that are not installed (pip install
+'twist-inspector[peers]') are skipped with a message.
 
-parse: file → skeleton and numbers. fk: numbers → positions of every joint in every frame, in our
-case including quaternions. write: 2 joints (6 of 96 columns) changed in every frame, to a file; the
-peers can only write all columns. memory: peak of parsing, without imports.
+parse: from the file to skeleton and numbers. fk: from the numbers to the positions of all joints in
+all frames, in our case including quaternions. write: writing a file in which 2 joints (6 of 96
+columns) have changed in every frame; the other libraries can only write all columns. memory: peak
+during parsing, excluding imports.
 """
 
 from __future__ import annotations
@@ -52,7 +54,9 @@ Steps = tuple[
 
 
 def tiled(frames: int, form: str) -> bytes:
-    """Return the sample's rows repeated; with a form, every number, slightly changed, has it."""
+    """Return the sample's rows repeated; with a format, all numbers are
+    changed slightly to have it.
+    """
     data = SAMPLE.read_bytes().replace(b"\r\n", b"\n")
     head, _, motion = data.partition(b"MOTION\n")
     rows = [row.strip() for row in motion.split(b"\n")[2:] if row.strip()]
@@ -63,7 +67,10 @@ def tiled(frames: int, form: str) -> bytes:
 
 
 def steps(tool: str, path: str, out: str) -> Steps:
-    """Return (parse, forward kinematics or None, preparation of writing or None) of one tool."""
+    """Return the steps of one tool: parsing, forward kinematics, and preparation of writing.
+
+    A tool that lacks one of the last two has None in its place.
+    """
     return _STEPS[tool](path, out)
 
 
@@ -151,7 +158,7 @@ _STEPS: dict[str, Callable[[str, str], Steps]] = {
 
 
 def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float]:
-    """Measure seconds of each step, and the peak of parsing in MB, of one tool in this process."""
+    """Return the seconds of each step of one tool in this process, and the parsing peak in MB."""
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
         parse, fk, write = steps(tool, path, str(Path(folder) / "out.bvh"))
@@ -171,7 +178,7 @@ def measure(tool: str, path: str, clock: Callable[[], float]) -> dict[str, float
 
 
 def _memory() -> float:
-    """Return the peak of this process in MB; ru_maxrss would begin with the parent's."""
+    """Return the peak memory of this process in MB; ru_maxrss would start at the parent's peak."""
     status = Path("/proc/self/status")
     if status.exists():
         return int(status.read_text().partition("VmHWM:")[2].split()[0]) / 1024
@@ -228,7 +235,7 @@ def _table(title: str, arguments: argparse.Namespace) -> None:
 
 
 def main() -> int:
-    """Print both tables."""
+    """Measure all tools, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=9)
     parser.add_argument("--slow-frames", type=int, default=1000)

@@ -3,13 +3,13 @@
     python -m benchmarks.calibration FOLDER [--seed N] [--step N]
 
 FOLDER contains clips named SUBJECT_TRIAL.bvh. Errors of eleven protocols, plain and rich, are
-injected into each chain in turn; candidates are the intervals down to 0.3 τ. A candidate is right
-if its IoU with a true interval is ≥ 0.5 and ≥ 80 % of the true interval's frames are corrected by ≥
-80 %. The logistic map is refitted on one subject (weights are printed, to compare with
-twistcore.detection.consistency.confidence); the tables judge the shipped map on all *other*
-subjects: as injected, and at a tenth of the errors, with nine clean chains for each chain with
-errors. Area under the ROC curve (AUC), expected calibration error over ten bins (ECE), reliability
-bin by bin.
+injected into each chain in turn; candidates are the intervals found down to 0.3 τ. A candidate is
+right if its IoU with an injected interval is ≥ 0.5 and if ≥ 80 % of that interval's frames are
+corrected by ≥ 80 %. The logistic map is refitted on one subject, and its weights are printed for
+comparison with twistcore.detection.consistency.confidence. The tables evaluate the shipped map on
+all *other* subjects, first as injected, and then with a tenth of the errors, where nine clean
+chains stand for each chain with errors. They show the area under the ROC curve (AUC), the expected
+calibration error over ten bins (ECE), and the reliability in each bin.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ BINS = 10
 
 
 def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
-    """True if an interval matches a true one and corrects it."""
+    """True if an interval matches an injected error and corrects it."""
     for e in errors:
         if e.chain != interval.chain:
             continue
@@ -68,7 +68,9 @@ def right(interval: Interval, errors: Sequence[InjectedError]) -> bool:
 
 
 def features(interval: Interval, tau: float) -> tuple[float, ...]:
-    """Return gain, closing residual in σ, margin of the weaker edge, frames, is τ reached."""
+    """Return gain, closing residual in σ, margin of the weaker edge,
+    frames, whether τ is reached.
+    """
     evidence = interval.evidence or {}
     weakest = np.radians(min(abs(e["jump_deg"]) for e in evidence["edges"]))
     margin = min(abs(e["jump_deg"]) / e["sigma_deg"] for e in evidence["edges"])
@@ -79,7 +81,7 @@ def features(interval: Interval, tau: float) -> tuple[float, ...]:
 def candidates(
     analysis: ConsistencyAnalysis, chains: Sequence[Chain]
 ) -> list[tuple[Interval, float]]:
-    """Return closed intervals between jumps of all chains down to 0.3 τ, each with τ."""
+    """Return the intervals of all chains between two jumps down to 0.3 τ, each with its τ."""
     return [
         (i, tau)
         for c in chains
@@ -90,7 +92,7 @@ def candidates(
 
 
 class Sample:
-    """Features, shipped confidence and correctness of candidates made from pairs of jumps."""
+    """The features, the shipped confidence and the correctness of candidates."""
 
     def __init__(self) -> None:
         self.x: list[tuple[float, ...]] = []
@@ -104,7 +106,7 @@ class Sample:
         errors: Sequence[InjectedError],
         clean: bool,
     ) -> None:
-        """Add the candidates of one pass."""
+        """Add the candidates of one search."""
         self.x += [features(i, tau) for i, tau in found]
         self.p += [i.confidence or 0.0 for i, _ in found]
         self.y += [right(i, errors) for i, _ in found]
@@ -112,7 +114,10 @@ class Sample:
 
 
 def collect(paths: Sequence[Path], seed: int) -> Sample:
-    """Collect the candidates of all clips and protocols, each chain in turn, and of clean clips."""
+    """Collect the candidates from all clips with errors of every protocol, each chain in turn.
+
+    The candidates from the clips without errors are included.
+    """
     sample, detector = Sample(), ConsistencyDetector()
     for path in paths:
         captured = read_bvh(path).motion
@@ -135,7 +140,7 @@ def _arm(chain: Chain) -> bool:
 
 
 def fitted(sample: Sample) -> np.ndarray:
-    """Return the logistic map's weights, intercept first, as in consistency.confidence."""
+    """Return the weights of the logistic map, intercept first, as in consistency.confidence."""
     gain, closing, margin, frames, beyond = np.array(sample.x, dtype=float).T
     columns = np.stack(
         [
@@ -161,7 +166,7 @@ def fitted(sample: Sample) -> np.ndarray:
 
 
 def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
-    """Return the area under the ROC curve; equal confidences count half."""
+    """Return the area under the ROC curve, where equal confidences count half."""
     levels, of = np.unique(p, return_inverse=True)
     good = np.bincount(of, weight * y, len(levels))
     bad = np.bincount(of, weight * ~y, len(levels))
@@ -170,7 +175,7 @@ def area(p: np.ndarray, y: np.ndarray, weight: np.ndarray) -> float:
 
 
 def report(title: str, sample: Sample, clean_weight: float) -> None:
-    """Print one table; clean_weight: passes without errors for each pass with errors."""
+    """Print one table. clean_weight: passes without errors for each pass with errors."""
     p, y, clean = np.array(sample.p), np.array(sample.y), np.array(sample.clean)
     # A clip has one clean pass for all chains, but one pass with errors for each chain.
     weight = np.where(clean, clean_weight, 1.0)
@@ -192,7 +197,7 @@ def report(title: str, sample: Sample, clean_weight: float) -> None:
 
 
 def main() -> None:
-    """Fit on one subject and evaluate on the others."""
+    """Fit the map on one subject and evaluate it on the others."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=6)

@@ -2,18 +2,22 @@
 
     python -m benchmarks.cost FOLDER... [--profile N] [--made FRAMES ERRORS]
 
-Every BVH clip below the folders is read and detected in this process, as with `twistcore detect
---json`. The output shows processor time per megabyte of file (median, worst and their ratio), and
-the ten most expensive clips. --profile: for the N worst clips, the functions that take the most
-time. --made: instead of folders, the sample repeated up to FRAMES frames with ERRORS injected twist
-errors, in a separate process; the output shows its finds, processor time and peak of memory.
---clip: the same for one file. --cold: processor time of a whole `twistcore detect` of a clip in a
-new process, compared with the time in which pybvh (--pybvh: an interpreter that has it), or plain
-numpy, reads the same file and computes the angular speeds of all joints.
+Every BVH clip in or below the folders is read and searched for errors in this process, as with
+`twistcore detect --json`. The output shows the processor time per megabyte of file (median, worst
+and their ratio), and the ten most expensive clips. The options are:
 
-Seconds are processor time, so that other work on the machine counts little; threads of a library
-for linear algebra count too: set OPENBLAS_NUM_THREADS=1. Compiled modules are kept, as in an
-installation. A clip of less than 0.1 MB counts as 0.1 MB, since every clip has a minimum cost.
+- --profile: show the functions that take the most time, for the N worst clips;
+- --made: instead of folders, measure the sample repeated up to FRAMES frames with ERRORS injected
+  twist errors, in a separate process, and show its finds, processor time and peak memory;
+- --clip: the same for one file;
+- --cold: show the processor time of a whole `twistcore detect` of a clip in a new process, compared
+  with the time in which pybvh (--pybvh: an interpreter that has it), or plain numpy, reads the same
+  file and computes the angular speeds of all joints.
+
+Seconds are processor time, so that other work on the machine has little effect; the threads of a
+linear algebra library count as well, so set OPENBLAS_NUM_THREADS=1. Compiled modules are kept, as
+in an installation. A clip of less than 0.1 MB counts as 0.1 MB, because every clip has a minimum
+cost.
 """
 
 from __future__ import annotations
@@ -73,7 +77,7 @@ def detected(path: Path) -> Detection:
 
 
 def cost_of(path: Path) -> Cost:
-    """Measure a clip; for a short one, take the least of several rounds."""
+    """Measure a clip; for a short clip, take the smallest time of several rounds."""
     best, found = np.inf, None
     for _ in range(ROUNDS):
         begin = time.process_time()
@@ -87,7 +91,7 @@ def cost_of(path: Path) -> Cost:
 
 
 def clips_below(folders: Sequence[Path]) -> list[Path]:
-    """Return all BVH files below the folders, each content once."""
+    """Return all BVH files in and below the folders; files with the same contents only once."""
     found: dict[tuple[str, int], Path] = {}
     for folder in folders:
         for path in sorted(folder.rglob("*.bvh")) if folder.is_dir() else [folder]:
@@ -96,7 +100,7 @@ def clips_below(folders: Sequence[Path]) -> list[Path]:
 
 
 def say_profile(path: Path) -> None:
-    """Print the core's functions with their shares of a clip's time."""
+    """Print the functions of twistcore that take the most time for a clip, with their shares."""
     profile = cProfile.Profile()
     profile.runcall(detected, path)
     table = pstats.Stats(profile)
@@ -112,7 +116,7 @@ def say_profile(path: Path) -> None:
 
 
 def make_clip(path: Path, frames: int, errors: int) -> None:
-    """Write the sample repeatedly, with twist errors of 20 to 60° at even distances."""
+    """Write the sample repeatedly, with twist errors of 20 to 60° at equal distances."""
     head, _, rows = SAMPLE.read_text("ascii").rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
     lines = lines + lines[::-1]  # forwards and backwards, so that no seam jumps
@@ -146,7 +150,7 @@ print(f"{frames:,d} frames, {finds:,d} finds: {time.process_time():.1f} s, "
 
 
 def say_alone(path: Path) -> None:
-    """Print time and memory of a clip in a separate process."""
+    """Print the time and memory that a clip takes in a separate process."""
     subprocess.run([sys.executable, "-c", _CHILD, str(path)], check=True)
 
 
@@ -186,7 +190,7 @@ print(pybvh.read_bvh_file(sys.argv[1]).angular_velocities().shape)
 
 
 def cold_seconds(command: Sequence[str]) -> float:
-    """Return the least processor time of a new process and its children."""
+    """Return the smallest processor time of a new process including its children."""
     best, quiet = np.inf, subprocess.DEVNULL
     kept = {k: v for k, v in os.environ.items() if k != "PYTHONDONTWRITEBYTECODE"}
     kept |= {"PYTHONPYCACHEPREFIX": str(Path(tempfile.gettempdir(), "twistcore-cost"))}
@@ -200,7 +204,7 @@ def cold_seconds(command: Sequence[str]) -> float:
 
 
 def say_cold(path: Path, with_pybvh: str) -> None:
-    """Print the cold start compared with plain reading of the same clip."""
+    """Print the cost of a cold start, compared with merely reading the same clip."""
     nothing = cold_seconds([sys.executable, "-c", "import numpy"])
     plain = cold_seconds(
         [with_pybvh or sys.executable, "-c", _PYBVH if with_pybvh else _PLAIN, str(path)]
@@ -211,7 +215,7 @@ def say_cold(path: Path, with_pybvh: str) -> None:
 
 
 def say_costs(costs: Sequence[Cost], profiled: int) -> None:
-    """Print the table of costs and the ten slowest clips."""
+    """Print the table of costs and the ten most expensive clips."""
     slowest = sorted(costs, key=lambda c: -c.per_mb)
     median = statistics.median(c.per_mb for c in costs)
     worst = slowest[0].per_mb

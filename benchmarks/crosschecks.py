@@ -2,19 +2,19 @@
 
     python -m benchmarks.crosschecks FOLDER… [--blender PYTHON] [--uncorrected] [--list FILE]
 
-Checks of every BVH file below the folders, from any program (test files of other libraries are
-useful):
+For every BVH file in or below the folders, from any program (test files of other libraries are
+useful), these conditions are checked:
 
-- the file is read, or refused with a sentence, which is printed; anything else is a fault;
-- written without corrections, the file is the same byte for byte;
+- the file is read, or refused with a message, which is printed; anything else is a fault;
+- if it is written without corrections, it is the same byte for byte;
 - joints have the same positions as in pybvh, as read, rewritten and corrected
   (:mod:`benchmarks.bvh_crosscheck`), and as in Blender, rewritten and corrected
   (:mod:`benchmarks.blender_check`), if PYTHON can import bpy.
 
---uncorrected skips the correction, which takes longest. FILE: a line of JSON per file. The exit
-status is 1 if a file ends in a fault or comes back changed, or if a joint differs. Files refused by
-pybvh or Blender are counted, not judged. AMC files have a separate command,
-:mod:`benchmarks.amc_crosscheck`; a report's pages are opened in a browser by
+--uncorrected skips the correction, which takes the most time. --list writes a line of JSON per
+file. The exit status is 1 if a file causes a fault or is changed by writing, or if the position of
+a joint differs. Files that pybvh or Blender refuses are counted but not judged. AMC files have a
+separate command, :mod:`benchmarks.amc_crosscheck`; the pages of a report are opened in a browser by
 `python3 dev.py test tests/gui/test_report_in_browser.py`.
 """
 
@@ -38,7 +38,11 @@ from twistcore.formats.clip_files import BVH, clips_in
 
 @dataclass(frozen=True)
 class Peer:
-    """Another program's result for a file: distances as shares of the height, or the refusal."""
+    """The result of another program for a file.
+
+    Distances are shares of the height; if the program refuses the file, its message is stored
+    instead.
+    """
 
     name: str
     distances: tuple[float, ...] = ()
@@ -47,7 +51,7 @@ class Peer:
 
     @property
     def outcome(self) -> str:
-        """Return the outcome in a word."""
+        """Return the outcome as a single word."""
         if self.refused:
             return "refuses"
         fits = all(d <= most for d, most in zip(self.distances, self.most, strict=True))
@@ -56,7 +60,7 @@ class Peer:
 
 @dataclass(frozen=True)
 class Checked:
-    """The check of one file: outcome, sentence, whether its bytes came back, and peers."""
+    """The check of one file: outcome, message, whether its bytes came back, and other programs."""
 
     path: str
     outcome: str
@@ -66,13 +70,13 @@ class Checked:
 
     @property
     def is_wrong(self) -> bool:
-        """True if anything is wrong."""
+        """True if the check found any fault."""
         differs = any(peer.outcome == "DIFFERS" for peer in self.peers)
         return self.outcome == "FAULT" or not self.kept or differs
 
 
 def checked(path: Path, blender: str | None, *, correct: bool) -> Checked:
-    """Check a file with our reader and other programs."""
+    """Check a file with our reader and with other programs."""
     try:
         clip = read_bvh(path)
         kept = comes_back(clip)
@@ -90,7 +94,9 @@ def checked(path: Path, blender: str | None, *, correct: bool) -> Checked:
 
 
 def asked(name: str, ask: Callable[[], tuple[float, ...]], most: tuple[float, ...]) -> Peer:
-    """Return a peer's answer; an exception counts as its refusal, unless our code raised it."""
+    """Return the answer of another program; its exceptions count as a
+    refusal, but not those of ours.
+    """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -113,7 +119,7 @@ def _by_blender(path: Path, blender: str) -> tuple[float, ...]:
 
 
 def line_of(one: Checked) -> str:
-    """Return the line of a file."""
+    """Return the output line for a file."""
     words = [one.path, one.outcome, one.said, "" if one.kept else "COMES BACK CHANGED"]
     for peer in one.peers:
         figures = " ".join(f"{d:.1e}" for d in peer.distances)
@@ -122,7 +128,7 @@ def line_of(one: Checked) -> str:
 
 
 def summary(files: list[Checked]) -> list[str]:
-    """Return the counts over all files."""
+    """Return the counts over all files as text."""
     ours = Counter(one.outcome for one in files)
     lines = [
         f"{len(files)} files: {ours['read']} read, {ours['refused']} refused with a sentence, "
@@ -140,7 +146,7 @@ def summary(files: list[Checked]) -> list[str]:
 
 
 def main() -> int:
-    """Print one line per file, then the counts."""
+    """Check all files, print one line for each, and then the counts."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )

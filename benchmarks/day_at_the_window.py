@@ -1,14 +1,15 @@
-"""Simulate a day at the window.
+"""Simulate a day of a user at the window.
 
     python -m benchmarks.day_at_the_window FOLDER [--clips N] [--log FILE]
 
-Copies of the folder's clips get seeded errors and are reviewed like by a person: the program starts
-with new settings under a window manager, and all input comes from keys and mouse of the X server.
-Half of the clips are judged by keys only, the other half by the mouse only. Meanwhile the program
-is killed three times, another program overwrites a file, and one clip changes on disk. The output
-shows keys and clicks per decision, boxes that blocked the review, keys that went to another widget,
-and whether every decision is in the sessions at the end. --log: a line of JSON for each event.
---look: the theme, and whether there is a compositor.
+Copies of the folder's clips get random errors and are reviewed in the way a person would: the
+program starts with new settings under a window manager, and all input comes from the keyboard and
+mouse of the X server. Half of the clips are judged with the keyboard only, the other half with the
+mouse only. Meanwhile the program is killed three times, another program overwrites a file, and one
+clip changes on disk. The output shows keys and clicks per decision, dialogs that blocked the
+review, keys that went to another widget, and whether every decision is in the sessions at the end.
+--log: write a line of JSON for each event. --look: choose the theme, and whether there is a
+compositor.
 """
 
 from __future__ import annotations
@@ -49,7 +50,7 @@ def with_errors(source: Path, target: Path) -> None:
 
 @dataclass
 class Day:
-    """The events of the day. decided: decisions by clip; wrong: failures."""
+    """The events of the day. decided: decisions by clip; wrong: descriptions of failures."""
 
     log: IO[str]
     rng: random.Random
@@ -65,11 +66,11 @@ class Day:
 
     @property
     def decisions(self) -> int:
-        """Return the number of decisions so far."""
+        """Return the number of decisions made so far."""
         return self.by_keys + self.by_mouse
 
     def tell(self, event: str, **more: object) -> None:
-        """Write a line of the log."""
+        """Write a line to the log."""
         line = {"s": round(time.monotonic() - self.began, 2), "event": event, **more}
         print(json.dumps(line), file=self.log, flush=True)
 
@@ -81,7 +82,9 @@ class Day:
 
 @dataclass
 class Person:
-    """A person at a running program; mouse: True for mouse only, False for keys only."""
+    """A simulated user of a running program. mouse: True to use only the
+    mouse, False only the keys.
+    """
 
     screen: RealScreen
     program: WatchedProgram
@@ -91,19 +94,21 @@ class Person:
     # -- input --------------------------------------------------------------------------------
 
     def press(self, *keys: str, counts: bool = True) -> None:
-        """Press keys; keys for recovering from an accident do not count."""
+        """Press keys. counts: False for keys that recover from an accident."""
         self.screen.key(*keys)
         self.day.keys += len(keys) if counts else 0
         self._look(keys)
 
     def click(self, widget: str, *, counts: bool = True) -> None:
-        """Click a widget's middle; counts as in `press`."""
+        """Click the middle of a widget. counts: as in `press`."""
         self.screen.click(self.program.rect(widget))
         self.day.clicks += 1 if counts else 0
         self._look(widget)
 
     def _look(self, done: object) -> None:
-        """Record a failure if a box blocks the review or another widget has the keys."""
+        """Record a failure if a dialog blocks the review or another
+        widget has the keyboard focus.
+        """
         name = "type(QApplication.{}()).__name__"
         box = self.program.ask(name.format("activeModalWidget"))
         if box not in ("NoneType", "ExportDialog"):
@@ -114,7 +119,7 @@ class Person:
             self.day.blame(f"a {focus} had the keys after {done}")
 
     def answer(self, text: str) -> None:
-        """Wait for the bar's question and answer it with the button of this text."""
+        """Wait for the question in the message bar, and answer it with the button of this text."""
         buttons = "[b.text() for b in window.bar.buttons()]"
         self.program.until(f"window.bar.isVisible() and {text!r} in {buttons}")
         place = self.program.ask(buttons).index(text)
@@ -128,7 +133,7 @@ class Person:
 
     @property
     def clip(self) -> str:
-        """Return the open clip's name; '' if none is open."""
+        """Return the name of the open clip, or '' if none is open."""
         data = "window.document.data"
         return str(self.program.ask(f"{data}.clip.path.name if {data} else ''"))
 
@@ -160,7 +165,7 @@ class Person:
         return True
 
     def start_export(self) -> None:
-        """Start the export as the dialog would."""
+        """Start the export in the same way as the dialog."""
         if self.mouse:
             self.screen.click(self.program.ask("menu('File')"))
             self.program.until("entry('export_at_once') is not None")
@@ -171,7 +176,7 @@ class Person:
             self.day.keys += 1
 
     def export(self) -> str:
-        """Export; return the name of the clip that opens afterwards, '' if none is left."""
+        """Export the clip; return the name of the clip that opens next, or '' if none is left."""
         last = self.clip
         self.start_export()
         end = time.monotonic() + 30.0
@@ -232,7 +237,9 @@ def review(day: Day, screen: RealScreen, scratch: Path, folder: Path, clips: int
 
 
 def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
-    """Continue after a kill: the clip is offered again, and no decision is missing."""
+    """Continue after a kill, checking that the clip is offered again and
+    that no decision is missing.
+    """
     person.answer("Restore" if with_folder else "Open and restore")
     before = person.day.decided[expected]
     person.program.until("window.document.data is not None", 60.0)
@@ -252,7 +259,7 @@ def take_up(person: Person, expected: str, *, with_folder: bool) -> None:
 
 
 def overwrite(person: Person, folder: Path) -> None:
-    """Let another program write the export's file, which must not be replaced silently."""
+    """Let another program write the file of the export, which must not be replaced silently."""
     clip = person.clip
     target = folder / f"{Path(clip).stem}_refined.bvh"
     target.write_text(_FOREIGN)
@@ -269,7 +276,7 @@ def overwrite(person: Person, folder: Path) -> None:
 
 
 def change(person: Person, folder: Path) -> None:
-    """Let another program change the clip: decisions must be carried over."""
+    """Let another program change the clip, after which its decisions must still apply."""
     clip, before = person.clip, person.program.decisions()
     path = folder / clip
     path.write_bytes(path.read_bytes() + b"\n")
@@ -297,7 +304,7 @@ def kept(folder: Path, day: Day) -> int:
 
 
 def main() -> int:
-    """Run the day and print the results."""
+    """Simulate the day, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", type=int, default=40)

@@ -1,13 +1,15 @@
 """Measure the speed of the consistency detector: python -m benchmarks.detection_speed [--frames N]…
 
-Tiles a sample to 10,000 frames, injects errors into all ten chains and prints medians in ms of
-(a) analyse: everything before any τ, and its part without tables of pairs of edges (signals and
-predictions), (b) the first τ of ten chains, (c) a new τ of ten chains and (d) of one. An analysis
-caches its solutions, so every τ is measured once and lets a new set of edges pass. One core: set
-OMP_NUM_THREADS=1. Aims: 100 for signals and predictions, 20, 20, 2.
+Repeats a sample up to 10,000 frames, injects errors into all ten chains, and prints the medians in
+ms of four durations: (a) the analysis, which is everything that does not depend on τ, and its part
+without the tables of pairs of edges (signals and predictions); (b) the first τ of ten chains; (c) a
+new τ of ten chains; (d) a new τ of one chain. An analysis caches its solutions, so every τ is
+measured once and lets a new set of edges pass. Set OMP_NUM_THREADS=1 to use one core. Targets: 100
+for signals and predictions, 20, 20, 2.
 
-Then rigs of N joints in one line (--line N…), 1,000 frames with an error in each chain every 140:
-find_chains, analyse and the intervals of all chains at the automatic τ. Aim: 2,000 at 300 joints.
+Then rigs of N joints in one line (--line N…) are measured, with 1,000 frames and an error in each
+chain every 140 frames: find_chains, the analysis, and the intervals of all chains at the automatic
+τ. Target: 2,000 at 300 joints.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ BELOW = (0.02, 0.05, 0.1, 0.2)  # shares of a chain's edges above `FIRST` that a
 
 
 def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """Return the sample forwards and backwards, with an error in each chain every 140 frames."""
+    """Return the sample, played forwards and backwards, with an error
+    per chain every 140 frames.
+    """
     motion = read_bvh(SAMPLE).motion
     length = motion.frames - 1  # frame 0 is a T-pose
     at = 1 + np.abs((np.arange(frames) + length - 1) % (2 * length - 2) - (length - 1))
@@ -47,7 +51,9 @@ def laden(frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
 
 
 def one_line(joints: int, frames: int, seed: int = 1) -> tuple[Motion, tuple[Chain, ...]]:
-    """Return joints in one line that sway by about 10° with 0.05° noise, 60 Hz, and errors."""
+    """Return joints in one line that sway by about 10° at 60 Hz, with
+    0.05° of noise, and errors.
+    """
     rng = np.random.default_rng(seed)
     t = np.arange(frames)[:, None, None] / 60.0
     angles = np.radians(0.05) * rng.standard_normal((frames, joints, 3))
@@ -72,7 +78,7 @@ def with_errors(motion: Motion, rng: np.random.Generator) -> tuple[Motion, tuple
 
 
 def new_taus(chain: ChainAnalysis) -> list[float]:
-    """Return τ in radians that pass different sets of edges, also different from `FIRST`."""
+    """Return values of τ in radians, each with a set of edges of its own, unlike `FIRST`'s."""
     jumps = np.sort(np.abs(chain.edges.jump))
     jumps = jumps[jumps >= FIRST]
     out = sorted({int(share * len(jumps)) for share in BELOW} - {0})
@@ -80,19 +86,19 @@ def new_taus(chain: ChainAnalysis) -> list[float]:
 
 
 def milliseconds(act: Callable[..., object], *arguments: object) -> float:
-    """Return the time of a call in milliseconds."""
+    """Return the duration of a call in milliseconds."""
     begin = time.perf_counter()
     act(*arguments)
     return 1e3 * (time.perf_counter() - begin)
 
 
 def detected(motion: Motion) -> int:
-    """Return the number of intervals of all chains at their automatic τ."""
+    """Return the number of intervals of all chains, each at its automatic τ."""
     return len(detect(motion, find_chains(motion)))
 
 
 def main() -> None:
-    """Measure and print."""
+    """Measure the speed, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, nargs="*", default=[10_000])
     parser.add_argument("--line", type=int, nargs="*", default=[300])

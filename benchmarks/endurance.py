@@ -1,13 +1,14 @@
 """Use the window for an hour: python -m benchmarks.endurance FOLDER [--minutes 60] [--seed 1].
 
-Copies of the folder's clips, with seeded errors, are reviewed one after the other in the real
-window, over and over: opened, judged by keys, undone and redone, edited, dragged, τ dragged, the
-teaching tab with gizmo and what-if used, tuned, exported with a report, switched while they are
-being analysed, the folder queue opened, dialogs and lessons opened and left. Every minute, with the
-first clip open again and nothing running, living objects are counted. The run fails if memory at
-the end is more than 5 % above minute ten (or a fifth of the time, if sooner), if windows, widgets,
-threads, processes, files, clips, reviews or intervals grow, or if there was an exception or a
-warning of Qt.
+Copies of the folder's clips, with random errors, are reviewed repeatedly in the real window. They
+are opened, judged with the keyboard, edited, dragged, undone and redone; τ is dragged; the teaching
+tab with its gizmo and what-if sliders is used, and so is the tuning tab; clips are exported with a
+report and switched while they are being analysed; the folder queue, dialogs and lessons are opened
+and left. Every minute, while the first clip is open and nothing is running, living objects are
+counted. The run fails if the memory at the end is more than 5 % above its value in minute ten (or
+after a fifth of the time, if that is sooner), if the number of windows, widgets, threads,
+processes, files, clips, reviews or intervals grows, or if there was an exception or a warning of
+Qt.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ _LOOKS = ("skin", "side_by_side", "trails", "colour_by_offset", "both_detectors"
 
 @dataclass
 class Sitting:
-    """A person at a window; done: number of times of each action."""
+    """A simulated user at a window. done: how often each action was carried out."""
 
     window: MainWindow
     clips: list[Path]
@@ -70,7 +71,7 @@ class Sitting:
     # -- input and waiting ------------------------------------------------------------------------
 
     def wait(self, ready: Callable[[], bool], what: str) -> None:
-        """Run the event loop until a condition holds."""
+        """Run the event loop until a condition holds. what: description of the condition."""
         end = time.monotonic() + _PATIENCE
         while not ready():
             if time.monotonic() > end:
@@ -88,7 +89,9 @@ class Sitting:
         wait(2)
 
     def quiet(self) -> None:
-        """Wait until nothing is running: no clip, export, folder, typesetting, measuring."""
+        """Wait until nothing is running: no opening, export, folder survey,
+        typesetting or measurement.
+        """
         window = self.window
 
         def idle() -> bool:
@@ -100,7 +103,7 @@ class Sitting:
         self.wait(idle, "it does not come to rest")
 
     def open(self, path: Path) -> None:
-        """Open a clip and wait until it is loaded."""
+        """Open a clip, and wait until it is loaded."""
         window = self.window
         window.open_path(path)
         self.wait(
@@ -117,7 +120,7 @@ class Sitting:
     # -- actions --------------------------------------------------------------------------------
 
     def judge(self) -> None:
-        """Judge by keys, and undo some decisions."""
+        """Decide intervals with the keyboard, and undo some of these decisions."""
         for _ in range(4):
             self.act("next_interval")
             self.key(self.rng.choice([Qt.Key.Key_A, Qt.Key.Key_A, Qt.Key.Key_R]))
@@ -125,7 +128,9 @@ class Sitting:
             self.act(name)
 
     def edit(self) -> None:
-        """Edit an interval's borders, by a drag and at the playhead; add and delete one by hand."""
+        """Edit the borders of an interval by dragging and at the playhead;
+        insert and delete one by hand.
+        """
         document = self.window.document
         self.act("next_of_all")
         if (judged := document.interval) is not None and judged.interval.repairable:
@@ -145,7 +150,9 @@ class Sitting:
         self.act("undo")
 
     def scrub(self) -> None:
-        """Move the playhead all over the clip, change looks, and play a little."""
+        """Move the playhead through the whole clip, change display
+        options, and play for a moment.
+        """
         document, look = self.window.document, self.rng.choice(_LOOKS)
         self.act(look)
         for frame in self.rng.choices(range(document.frames), k=10):
@@ -157,7 +164,7 @@ class Sitting:
         self.act(look)
 
     def drag_tau(self) -> None:
-        """Drag τ of a chain up and down, then back."""
+        """Drag the τ of a chain up and down, and then back."""
         document = self.window.document
         assert document.data is not None
         chain = self.rng.choice(document.data.chains_and_limbs).name
@@ -169,7 +176,7 @@ class Sitting:
         self.act("undo")
 
     def tune(self) -> None:
-        """Show the tuning tab while it measures for a while."""
+        """Keep the tuning tab in front for a while as it measures."""
         self.act("show_tuning")
         wait(600)
         self.act("suggest_tau")
@@ -178,7 +185,7 @@ class Sitting:
         wait(20)
 
     def teach(self) -> None:
-        """Use the teaching tab: gizmo, what-if, stages."""
+        """Use the teaching tab: its gizmo, what-if sliders and stages."""
         window = self.window
         self.act("show_teaching")
         for chain in window.document.data.chains[:3] if window.document.data else ():
@@ -191,7 +198,7 @@ class Sitting:
         wait(20)
 
     def other_detector(self) -> None:
-        """Choose the paper's detector, and ours again."""
+        """Switch to the paper's detector and back to the default one."""
         for method in ("use_paper", "use_consistency"):
             self.act(method)
             self.wait(lambda: not self.window.document.opener.busy, method)
@@ -205,7 +212,7 @@ class Sitting:
         self.act("save_session")
 
     def switch(self) -> None:
-        """Open clips before the last one is loaded, with many commands in between."""
+        """Open clips before the previous one is loaded, with many commands in between."""
         window = self.window
         names = ["accept", "reject", "undo", "redo", "next_interval", "next_faint", "why_not",
                  "start_here", "insert_interval", "turn_end", "focus_chain", "reset", "use_paper",
@@ -239,7 +246,7 @@ class Sitting:
         return [w for w in QApplication.topLevelWidgets() if w.isVisible() and w is not self.window]
 
     def lesson(self) -> None:
-        """Begin and leave the tour or an exercise."""
+        """Start the tour or an exercise, and leave it again."""
         window, name = self.window, self.rng.choice(_LESSONS)
         self.wait(lambda: not window.document.opener.busy, name)  # wait for the opened clip, too
         own = window.document.data.clip.path if window.document.data else None
@@ -259,7 +266,7 @@ class Sitting:
         assert back == own, f"{back} is open after the {name}, and was {own}"
 
     def folder(self) -> None:
-        """Survey the folder again, and cancel halfway."""
+        """Survey the folder again, and cancel this halfway."""
         window = self.window
         window.open_path(self.clips[0].parent)
         wait(self.rng.choice((200, 1500)))
@@ -270,7 +277,7 @@ class Sitting:
     # -- the run --------------------------------------------------------------------------------
 
     def visit(self, path: Path) -> None:
-        """Open and judge one clip, and do three more actions."""
+        """Open a clip, judge it, and carry out three more actions."""
         self.open(path)
         self.judge()
         more = (
@@ -282,7 +289,7 @@ class Sitting:
             self.done[thing.__name__] += 1
 
     def count(self) -> Alive:
-        """Count living objects, with the first clip open again and nothing running."""
+        """Count the living objects while the first clip is open and nothing is running."""
         window = self.window
         window.queue.close()
         window.docks["intervals"].raise_()
@@ -295,7 +302,10 @@ class Sitting:
 
 
 def grown(noted: list[tuple[float, Alive]]) -> list[str]:
-    """Return the counts that grew after settling; memory by its median over a tenth of the time."""
+    """Return the counts that grew after the first minutes.
+
+    Memory is compared by its medians, each over a tenth of the time.
+    """
     settled = min(SETTLED, noted[-1][0] / 5.0)
     rest = [a for minute, a in noted if minute >= settled]
     few = max(1, len(rest) // 10)
@@ -315,7 +325,7 @@ def grown(noted: list[tuple[float, Alive]]) -> list[str]:
 def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tuple[
     list[tuple[float, Alive]], Sitting, Said
 ]:  # fmt: skip
-    """Review for some minutes; return the counts of each minute, the actions and the problems."""
+    """Review for some minutes; return the counts per minute, the actions and the problems."""
     noted: list[tuple[float, Alive]] = []
     with heard() as said:
         window = MainWindow(Settings(theme="light", turn_ms=0), None)
@@ -355,7 +365,7 @@ def sit(app: QApplication, clips: list[Path], minutes: float, seed: int) -> tupl
 
 
 def main() -> int:
-    """Print the counts of every minute, and those that grew."""
+    """Run the test; print the counts per minute, and those counts that grew."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path, help="a folder of BVH clips; only copies are touched")
     parser.add_argument("--minutes", type=float, default=60.0)

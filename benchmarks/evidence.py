@@ -2,10 +2,10 @@
 
     python -m benchmarks.evidence VERDICTS.csv FOLDER [--inject PROTOCOL ...] [--seed N]
 
-VERDICTS.csv has the form of docs/atlas-verdicts.csv; FOLDER contains a folder of clips for every
-set named in it. The output shows errors, alarms and doubtful finds among the automatic corrections,
-with the weights of the program and with weights fitted without the find's own set; the calibration
-of the probabilities (ECE); and the weights fitted to all sets.
+VERDICTS.csv has the columns of docs/atlas-verdicts.csv; FOLDER contains a folder of clips for every
+set that it names. The output shows how many automatic corrections are errors, alarms and doubtful
+finds, both with the program's weights and with weights fitted without the set of the find; the
+calibration of the probabilities (ECE); and the weights fitted to all sets.
 """
 
 from __future__ import annotations
@@ -60,10 +60,10 @@ BINS = 5
 
 @dataclass(frozen=True, eq=False)
 class Judged:
-    """A counter-twist of a set: the parts of its score, and its verdict.
+    """A counter-twist in a clip of a set: the terms of its score, and its verdict.
 
-    verdict: 'error', 'alarm', 'doubtful', or '' for none; straight: True if its shape over time is
-    its evidence.
+    verdict: 'error', 'alarm', 'doubtful', or '' if there is none; straight: True if the evidence is
+    how its angle changes over time.
     """
 
     set_name: str
@@ -75,13 +75,13 @@ class Judged:
 
 
 def parts_of(terms: Terms) -> np.ndarray:
-    """Return the parts of a score before weighting, in the order of the weights."""
+    """Return the terms of a score before weighting, in the order of the weights."""
     own = weighed(terms)
     return np.array([own[name] for name in WEIGHTS])
 
 
 def finds_in(motion: Motion, set_name: str, rows: Sequence[Mapping[str, str]]) -> Iterator[Judged]:
-    """Yield the counter-twists of a motion with the verdicts of the same clip."""
+    """Yield the counter-twists found in a motion, with the verdicts on the same clip."""
     found = analyse(motion).detect(kinds={Kind.COUNTER_TWIST})
     applied = set(map(id, applied_unasked(found)))
     for chain in found.chains:
@@ -110,7 +110,7 @@ def _alike(find: Find, start: int, stop: int) -> bool:
 
 
 def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np.ndarray]:
-    """Yield the parts of finds that match errors injected into a motion."""
+    """Yield the score terms of finds that match errors injected into a motion."""
     rules = parse_protocol(protocol)
     chains = find_chains(motion)
     motion = prepare(motion, chains, rules)
@@ -132,7 +132,9 @@ def injected(motion: Motion, protocol: str, seed: int, name: str) -> Iterator[np
 
 
 def fitted(judged: Sequence[Judged], errors: Sequence[np.ndarray]) -> np.ndarray:
-    """Fit the weights; only the base's may be below 0, since physics gives the signs."""
+    """Fit the weights; only the first one, the base, may be negative,
+    because physics gives the signs.
+    """
     prior = np.array([PRIOR[name] for name in WEIGHTS])
     told = [j for j in judged if j.verdict in ("error", "alarm") and not j.straight]
     x = np.array([*(j.parts for j in told), *errors])
@@ -155,12 +157,15 @@ def _counts(judged: Sequence[Judged], sure: Sequence[bool]) -> str:
 
 
 def calibration_error(probabilities: np.ndarray, right: np.ndarray) -> float:
-    """Return the expected calibration error over bins with equal numbers of finds."""
+    """Return the expected calibration error, over bins that contain equal numbers of finds."""
     return expected_error(equal_bins(probabilities, right))
 
 
 def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -> list[Bin]:
-    """Return bins of equal numbers of finds by probability, with 95 % intervals of the share."""
+    """Return bins with equal numbers of finds, ordered by probability.
+
+    Each bin has the 95 % interval of its share of errors.
+    """
     out = []
     for at in np.array_split(np.argsort(probabilities, kind="stable"), bins):
         if len(at):
@@ -171,7 +176,7 @@ def equal_bins(probabilities: np.ndarray, right: np.ndarray, bins: int = BINS) -
 
 
 def main() -> None:
-    """Collect finds, fit weights and print the results."""
+    """Collect the finds, fit the weights, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("verdicts", type=Path)
     parser.add_argument("folder", type=Path)

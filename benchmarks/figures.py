@@ -1,11 +1,12 @@
-"""Draw figures of docs/method.md.
+"""Draw figures for docs/method.md.
 
     python -m benchmarks.figures CLIPS --benchmark RESULT.json -o DIR
 
-mae_by_segment.png: MAE before and after by segment, both detectors [Choi26 Fig. 6]. flips.png: the
-genuine flips that the audit finds in CLIPS, with the joint's whole turn per frame as evidence
-independent of the detector; printed as a table. --alarms FOLDER…: alarms.png, the finds in clips
-without injected errors, with the increments Δθp and Δθc around them.
+mae_by_segment.png shows the MAE by segment before and after correction, for both detectors [Choi26
+Fig. 6]. flips.png shows the genuine flips that the audit finds in CLIPS, with the joint's total
+rotation per frame as evidence that does not depend on the detector; they are also printed as a
+table. With --alarms FOLDER…, alarms.png shows the finds in clips without injected errors, with the
+increments Δθp and Δθc around them.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ SEGMENTS = ("Shoulder", "Arm", "ForeArm", "UpLeg", "Leg")
 
 
 def mae_by_segment(result: dict, path: Path) -> None:
-    """Draw bars of the mean absolute error before and after, one panel per detector."""
+    """Plot bars of the mean absolute error before and after, with one panel per detector."""
     methods = [m for m in ("paper", "consistency") if any(r["method"] == m for r in result["rows"])]
     figure, panels = plt.subplots(1, len(methods), figsize=(9, 3.2), sharey=True, squeeze=False)
     for panel, method in zip(panels[0], methods, strict=True):
@@ -65,13 +66,13 @@ def mae_by_segment(result: dict, path: Path) -> None:
 
 
 def turns(motion: Motion, joint: int) -> np.ndarray:
-    """Return the whole turn of a joint from each frame to the next, degrees, (frames − 1,)."""
+    """Return the total rotation of a joint between consecutive frames, degrees, (frames − 1,)."""
     q = motion.rotations[:, joint]
     return np.degrees(geodesic_angle(q[:-1], q[1:]))
 
 
 def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
-    """Return clip, joint, motion and event of every flip in a folder's clips."""
+    """Return clip, joint, motion and event for every flip in the clips of a folder."""
     found = []
     for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion
@@ -83,7 +84,7 @@ def flips(folder: Path) -> list[tuple[str, str, Motion, NaturalEvent]]:
 
 
 def flip_figure(found: list[tuple[str, str, Motion, NaturalEvent]], path: Path) -> None:
-    """Draw a panel per clip: the turn per frame of the joint that flips most often."""
+    """Draw one panel per clip: the rotation per frame of the joint that flips most often."""
     clips = list(dict.fromkeys(clip for clip, *_ in found))
     columns = 2
     rows = -(-len(clips) // columns)
@@ -112,7 +113,9 @@ def flip_figure(found: list[tuple[str, str, Motion, NaturalEvent]], path: Path) 
 
 
 def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
-    """Return one line per clip and joint: frames, with the degrees about the bone."""
+    """Return one line per clip and joint: the frames, and the rotation
+    about the bone in degrees.
+    """
     lines = ["| clip | joint | frame (degrees about the bone) |", "|---|---|---|"]
     for key in dict.fromkeys((clip, joint) for clip, joint, *_ in found):
         events = [e for clip, joint, _, e in found if (clip, joint) == key]
@@ -122,7 +125,7 @@ def flip_table(found: list[tuple[str, str, Motion, NaturalEvent]]) -> str:
 
 
 def alarm_figure(folders: list[Path], path: Path) -> int:
-    """Draw a panel per interval found in captured clips; return the number of intervals."""
+    """Draw one panel per interval found in captured clips; return the number of intervals."""
     found = []
     for clip in (c for folder in folders for c in clips_in(folder, suffixes=BVH)):
         motion = read_bvh(clip).motion
@@ -158,7 +161,7 @@ def alarm_figure(folders: list[Path], path: Path) -> int:
 
 
 def main() -> None:
-    """Write the figures."""
+    """Write the chosen figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("clips", type=Path)
     parser.add_argument("--benchmark", type=Path, required=True)

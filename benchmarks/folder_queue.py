@@ -1,10 +1,11 @@
 """Measure the folder queue: python -m benchmarks.folder_queue FOLDER [--clips N].
 
-Copies of the folder's clips get seeded errors in some of their chains and are opened as a folder in
-the real window. The clips are analysed in the background while the first is open. The output shows
-seconds until the first can be reviewed, the longest stall of the GUI thread and the 99th percentile
-(with --scrub the playhead moves all the time, so that drawing is included), clips per second, and
-how well the order by severity agrees with the truth.
+Copies of the folder's clips get random errors in some of their chains, and are opened as a folder
+in the real window. The clips are analysed in the background while the first one is open. The output
+shows the seconds until the first clip can be reviewed, the longest time and the 99th percentile of
+the times for which the GUI thread is blocked, the clips analysed per second, and how well the order
+by severity agrees with the true one. --scrub: the playhead moves all the time, so that drawing is
+included.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ def with_errors(source: Path, target: Path, chains_hit: int) -> float:
 
 
 def main() -> None:
-    """Print the figures."""
+    """Measure the queue, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", type=int, default=40)

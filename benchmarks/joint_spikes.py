@@ -1,12 +1,13 @@
-"""Spikes of single joints: how many of injected ones are found, and what is found without any.
+"""Measure how many injected spikes of single joints are found, and what is found without them.
 
     python -m benchmarks.joint_spikes FOLDER… [--rate HZ] [--seed N] [--first N]
 
-Of every clip below each folder: spikes, joint jumps, place jumps and body steps as it is, a minute;
-then spikes are put into random joints, one every 30 to 60 frames, and looked for again. One counts
-as found where its joint has a spike or a jump in its frames, or the whole body steps. Reported with
-it: how many are found if a flip or counter-twist of that joint in its very frames counts, too, as
-it is of a spike that happens to turn about the line of a limb.
+For every clip below each folder, the output shows how many spikes, joint jumps, position jumps and
+body steps per minute are found in the original. Then spikes are injected into random joints, one
+every 30 to 60 frames, and searched for. An injected spike counts as found if its joint has a spike
+or a jump in its frames, or if the whole body steps there. A second number also counts spikes for
+which a flip or counter-twist of that joint is found in the same frames, because a spike may happen
+to turn the joint about the line of a limb.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ _FINDS = {*OF_JOINTS, Kind.LONE_JUMP}
 
 
 def at_rate(motion: Motion, fps: float) -> Motion:
-    """Return every nth frame of a motion, at this rate or the next higher one."""
+    """Return every n-th frame of a motion, at this frame rate or the nearest higher one."""
     step = max(1, int(motion.fps / fps + 1e-6))
     kept = motion.at(np.arange(0, motion.frames, step))
     return type(kept)(
@@ -46,13 +47,15 @@ def at_rate(motion: Motion, fps: float) -> Motion:
 
 
 def is_other(spike: InjectedSpike, found: list[Interval], turned: dict[str, set[int]]) -> bool:
-    """True if an error that can be repaired has the frames of the spike, and turns its joint."""
+    """True if an error that can be repaired is found in the frames of the
+    spike, and turns its joint.
+    """
     frames = spike.start, spike.stop
     return any((i.start, i.stop) == frames and spike.joint in turned[i.chain] for i in found)
 
 
 def is_found(spike: InjectedSpike, found: list[Interval], names: tuple[str, ...]) -> bool:
-    """True if a find is about the spike."""
+    """True if a find is in the frames of the spike and concerns its joint or the whole body."""
     return any(
         i.start <= spike.stop
         and spike.start <= i.stop
@@ -62,7 +65,7 @@ def is_found(spike: InjectedSpike, found: list[Interval], names: tuple[str, ...]
 
 
 def measured(folder: Path, given: argparse.Namespace) -> str:
-    """Return a line on a folder."""
+    """Return the line of the output for a folder."""
     sound: Counter[str] = Counter()
     minutes, drawn, hit, known_by_other, extra = 0.0, 0, 0, 0, 0
     missed: Counter[str] = Counter()
@@ -104,7 +107,7 @@ def measured(folder: Path, given: argparse.Namespace) -> str:
 
 
 def main() -> None:
-    """Measure some folders."""
+    """Measure every folder given on the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folders", type=Path, nargs="+")
     parser.add_argument("--rate", type=float, default=0.0)

@@ -1,14 +1,15 @@
 """Kill the program at random moments: python -m benchmarks.kills [--decisions N] [--exports N] …
 
-Needs a screen (such as `xvfb-run`) and Linux; uses kill -9. Decisions: the program carries out
-seeded commands in its real window and is killed between them; the disk must contain the last
-reported state or the next one, to the byte, and the next run must continue from there. Exports: the
-program is killed while it exports; each file must be complete or missing, existing files must equal
-the output of `twistcore apply` for the session, and the next export must leave no partial file.
-Folders: the program is killed while it surveys a folder; no process may remain. --equal: exports
-without a kill, 15 by 15, each equal to the output of `apply` for its session. The output shows the
-number of trials and failures; the exit code is 1 if any failed. --minutes: trials not begun by then
-are skipped and reported.
+Needs Linux and a screen (such as `xvfb-run`); the program is killed with kill -9. There are three
+kinds of trials. Decisions: the program carries out random commands in its real window and is killed
+between them; the disk must contain the last reported state or the next one, to the byte, and the
+next run must continue from there. Exports: the program is killed while it exports; each file must
+be complete or missing, existing files must equal the output of `twistcore apply` for the session,
+and the next export must not leave any partial file. Folders: the program is killed while it surveys
+a folder; none of its processes may remain. --equal: 15 exports in a row without a kill, each of
+which must equal the output of `apply` for its session. The output shows the number of trials and
+failures; the exit code is 1 if any trial failed. --minutes: trials that have not begun by then are
+skipped and reported.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ _Trial = Callable[[Path, int], object]
 
 
 def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float) -> int:
-    """Run a trial with every seed, of `kills` kills each; return the number of failures."""
+    """Run a trial with every seed, with `kills` kills each; return the number of failures."""
     failed, found = 0, 0
     for done, seed in enumerate(seeds, 1):
         if time.monotonic() > until:
@@ -51,7 +52,7 @@ def run(name: str, trial: _Trial, seeds: Sequence[int], kills: int, until: float
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print trials and failures; return the exit code."""
+    """Run all trials; print their number and the failures, and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--decisions", type=int, default=60, help="kills between decisions (60; even)"

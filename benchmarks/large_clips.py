@@ -2,14 +2,15 @@
 
     python -m benchmarks.large_clips [--frames N] [--joints N]
 
-Opens, in the real window, the sample with eight errors repeated to 200,000 frames, and a made
-skeleton of many short limbs (300 joints, 3,000 frames) with one error in each of ten. Prints the
-cost of opening, then the cost of a person's step until its last pixel is drawn, median and 95th
-percentile: the playhead moved, a border dragged, τ dragged, an interval judged and undone, the
-plots zoomed; the memory at the end, and the size of the file.
+Two clips are opened in the real window: the sample with eight errors, repeated to 200,000 frames;
+and a generated skeleton of many short limbs (300 joints, 3,000 frames) with one error in each of
+ten limbs. The output shows the cost of opening; the cost of each user action until its last pixel
+is drawn, as median and 95th percentile, for moving the playhead, dragging a border, dragging τ,
+deciding an interval and undoing this, and zooming the plots; the memory at the end; and the size of
+the file.
 
-Figures are CPU time of the whole process, all its threads, so that other work on the machine does
-not count; on a machine with a graphics card the 3D view costs less.
+The times are CPU times of the whole process with all its threads, so that other work on the machine
+does not count; on a machine with a graphics card the 3D view costs less.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ _PATIENCE = 1_800.0  # seconds
 
 
 def long_clip(path: Path, frames: int) -> None:
-    """Write the sample's frames repeatedly."""
+    """Write a clip that repeats the frames of the sample."""
     head, _, rows = SAMPLE.read_text("ascii").rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
     head = re.sub(r"Frames:.*", f"Frames: {frames}", head)
@@ -64,9 +65,11 @@ def long_clip(path: Path, frames: int) -> None:
 
 
 def many_joints(path: Path, joints: int, frames: int) -> None:
-    """Write a body of many joints: limbs of five around a root, which swing and twist.
+    """Write a body with many joints: limbs of five joints each around a
+    root, which swing and twist.
 
-    In ten of them a parent is twisted by 40° for half a second, and its child back.
+    In ten of these limbs, a parent is twisted by 40° for half a second, and its child is twisted
+    back.
     """
     rng = np.random.default_rng(1)
     names, parents, offsets = ["Hips"], [-1], [np.zeros(3)]
@@ -99,7 +102,7 @@ def many_joints(path: Path, joints: int, frames: int) -> None:
 
 @dataclass
 class Measured:
-    """Milliseconds of CPU time by action."""
+    """CPU time in milliseconds, by action."""
 
     opened: float = 0.0
     shown: str = ""
@@ -116,7 +119,7 @@ class Measured:
 
 
 def a_window() -> MainWindow:
-    """Return a window on the screen, with nothing open."""
+    """Return a visible window in which nothing is open."""
     window = MainWindow(Settings(theme="light", turn_ms=0), None)
     window.resize(1440, 900)
     window.show()
@@ -126,7 +129,7 @@ def a_window() -> MainWindow:
 
 
 def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STEPS) -> Measured:
-    """Open a clip and do what a person does, `steps` times of each kind."""
+    """Open a clip and imitate a user, with `steps` repetitions of each kind of action."""
     found = Measured()
     document, rng = window.document, np.random.default_rng(1)
 
@@ -185,7 +188,7 @@ def measure(app: QApplication, window: MainWindow, path: Path, steps: int = _STE
 
 
 def main() -> None:
-    """Print a table for each clip."""
+    """Measure both clips, and print a table for each."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument(
         "--frames", type=int, default=FRAMES, help="frames of the long clip; 0: none"

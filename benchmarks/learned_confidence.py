@@ -1,14 +1,16 @@
 """Test the learned confidence: python -m benchmarks.learned_confidence FOLDER… [--seeds N].
 
 The folders contain clips named SUBJECT_TRIAL.bvh. A simulated reviewer
-(benchmarks.simulated_reviewer) decides 200 intervals of some subjects' clips, a tenth of which are
-wrong; the learned map is tested on clips of *other* subjects, with the same share of wrong ones, by
-the expected calibration error (ECE, ten bins). Wrong intervals are the detector's own false alarms,
-decoys that this person calls natural, or both in equal parts; or the reviewer is mistaken in 5 % of
-all. Subject 05, on which the built-in map was fitted, is never used for testing. After ± is half of
-the 90 % range when verdicts and test clips are resampled. By chance: the ECE of a perfect map.
+(benchmarks.simulated_reviewer) decides 200 intervals in clips of some subjects, a tenth of which
+are wrong. The map learned from them is tested on clips of *other* subjects, with the same share of
+wrong intervals, by the expected calibration error (ECE, ten bins). Wrong intervals are false alarms
+of the detector, decoys that this reviewer considers natural, or both in equal parts; in another
+test, the reviewer makes mistakes in 5 % of all decisions. Subject 05, on which the built-in map was
+fitted, is never used for testing. The number after ± is half of the 90 % range if verdicts and test
+clips are drawn again at random. The ECE of a perfect map, which is not 0 by chance, is shown for
+comparison.
 
-The map's form and prior were chosen on passes 0 to 3; the reported passes begin at 4.
+The form and the prior of the map were chosen on passes 0 to 3; the reported passes begin at 4.
 """
 
 from __future__ import annotations
@@ -36,7 +38,9 @@ SCENES = (
 
 
 def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Reviewed]:
-    """Return one pass over all clips; cached in a folder if one is given."""
+    """Return the results of one pass over all clips; `keep` is a folder
+    in which they are cached.
+    """
     file = keep / f"reviewed_{seed}.pickle" if keep else None
     if file and file.exists():
         return list(pickle.loads(file.read_bytes()))
@@ -47,7 +51,7 @@ def collected(paths: Sequence[Path], seed: int, keep: Path | None) -> list[Revie
 
 
 def drawn_clips(given: Seen, rng: np.random.Generator) -> Seen:
-    """Resample whole clips with replacement."""
+    """Return whole clips drawn at random with replacement."""
     clips = np.unique(given.clip)
     at = [np.flatnonzero(given.clip == c) for c in rng.choice(clips, len(clips))]
     chosen = np.concatenate(at)
@@ -55,7 +59,7 @@ def drawn_clips(given: Seen, rng: np.random.Generator) -> Seen:
 
 
 def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> None:
-    """Print one block: learned from some clips, tested on others."""
+    """Print one block of results: learned from some clips and tested on others."""
     print(f"\n{title}: {len(fit)} passes over clips to learn from, {len(test)} to test on")
     for name, kinds, mistaken in SCENES:
         rows = []
@@ -83,7 +87,7 @@ def report(title: str, fit: Sequence[Reviewed], test: Sequence[Reviewed]) -> Non
 
 
 def main() -> None:
-    """Learn from some subjects and test on others, on the same rig and on another."""
+    """Learn from some subjects and test on the others, on the same rig and on a different one."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
     parser.add_argument("--seeds", type=int, default=4, help="passes over all clips")

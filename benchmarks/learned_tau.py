@@ -1,13 +1,14 @@
 """Compare τ from verdicts with τ from injected errors: python -m benchmarks.learned_tau FOLDER.
 
-The folder contains clips named SUBJECT_TRIAL.bvh. τ is suggested from the clips of some subjects:
-by errors injected into them, and by the verdicts of a simulated reviewer on 200 listed intervals, a
-tenth of which are wrong (the detector's own false alarms; or decoys, which this person calls
-natural). Both are tested on clips of other subjects by the benchmark of the study, at a given τ:
-its own injection into each chain in turn and its own evaluation, for P0 and small errors (H6), with
-other seeds. No clip is cleaned first: every find in the original clip counts as a false alarm,
-however sure. After each figure is the number of clips without a fault, and the 90 % interval of the
-share of such clips (Wilson), since a fault seen in no clip may occur in few.
+The folder contains clips named SUBJECT_TRIAL.bvh. τ is learned from the clips of some subjects in
+two ways: from errors injected into them, and from the verdicts of a simulated reviewer on 200
+listed intervals, a tenth of which are wrong (false alarms of the detector, or decoys, which this
+reviewer considers natural). Both values are tested on clips of other subjects by the benchmark of
+the study at a given τ, with its own injection into each chain in turn and its own evaluation, for
+P0 and small errors (H6), with other seeds. Clips are not corrected first: every find in an original
+clip counts as a false alarm, however certain it is. Each number is followed by the number of clips
+without a fault, and by the 90 % interval (Wilson) of the share of such clips, because a fault that
+occurs in no clip here may still occur in a few others.
 """
 
 from __future__ import annotations
@@ -44,19 +45,21 @@ VERDICTS = 200
 
 
 def captured(path: Path, harder: str) -> Motion:
-    """Return the clip's motion, made harder."""
+    """Return the motion of a clip, made harder if `harder` is True."""
     motion = read_bvh(path).motion
     return prepare(motion, analyse(motion).chains, parse_protocol(harder))
 
 
 def suggest(path: Path, harder: str) -> dict[str, TauCurve]:
-    """Return the curves for choosing τ from a clip, by chain."""
+    """Return the curves, by chain, from which τ is chosen for a clip."""
     tuning = clip_tuning(captured(path, harder), path.name)
     return {name: tuning.curve(name) for name in tuning.names}
 
 
 def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float]) -> Array:
-    """Return the results of a τ: repaired and all error frames per protocol, and false alarms."""
+    """Return the results of a τ: repaired error frames and all error frames
+    by protocol, false alarms.
+    """
     row = []
     for protocol in PROTOCOLS:
         scene = make_scene(path.name, captured(path, harder), parse_protocol(protocol))
@@ -70,7 +73,7 @@ def judge(path: Path, harder: str, seeds: Sequence[int], tau: Mapping[str, float
 
 
 def report(title: str, rows: Array, tau: Sequence[float]) -> None:
-    """Print the results of a τ; rows: from :func:`judge`, one per clip."""
+    """Print the results of a τ. rows: results of :func:`judge`, one per clip."""
     total, told = rows.sum(axis=0), []
     for k, protocol in enumerate(PROTOCOLS):
         share = 100 * total[2 * k] / total[2 * k + 1]
@@ -91,7 +94,7 @@ def _clips(well: Mask) -> str:
 def by_verdicts(
     clips: Sequence[Reviewed], kinds: Sequence[str], names: Sequence[str], seed: int
 ) -> dict[str, float]:
-    """Return τ of chains from up to 200 verdicts; {} if there are too few."""
+    """Return the τ of each chain learned from up to 200 verdicts, or {} if there are too few."""
     given = sampled(clips, kinds, np.random.default_rng(seed), VERDICTS)
     found = common_tau(given)
     return {name: tau for name in names if (tau := found.tau(name)) is not None}
@@ -100,7 +103,7 @@ def by_verdicts(
 def judged(
     clips: Sequence[Path], harder: str, seeds: Sequence[int], title: str, tau: Mapping[str, float]
 ) -> None:
-    """Test a τ and print the result; without τ, print that there were too few verdicts."""
+    """Test a τ and print the result; if τ is None, print that there were too few verdicts."""
     if not tau:
         print(f"  {title:<30} too few verdicts for a τ")
         return
@@ -110,7 +113,7 @@ def judged(
 
 
 def main() -> None:
-    """Learn from each half of the subjects and test on the other."""
+    """Learn from each half of the subjects, and test on the other half."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--step", type=int, default=3, help="every step-th clip")

@@ -1,14 +1,15 @@
-"""Measure the cost of motion in both joints.
+"""Measure how detection suffers if both joints of a chain move.
 
     python -m benchmarks.live_joints FOLDER [--protocol …]…
 
-Before errors are injected, the twist of one joint of every chain about its bone is scaled to a
-share of the captured twist: at 0 that joint is quiet, like one joint in every chain of the CMU rig.
-The other signal, the pace, the frame rate and the errors stay the same. The table shows FSR % by
-clip, protocol and share, and the median σ of d, with which a jump is compared.
+Before errors are injected, the twist of one joint of every chain about its bone is reduced to a
+share of the captured twist: at 0 that joint does not twist at all, like one joint in every chain of
+the CMU rig. The twist of the other joint, the speed, the frame rate and the errors stay the same.
+The table shows the FSR in per cent by clip, protocol and share, and the median of σ of d, with
+which a jump is compared.
 
---told gives the detector's first pass the frames of all edges, so that it does not take them for
-motion: errors found only then had hidden themselves.
+--told gives the frames of all edges to the first pass of the detector, so that it does not treat
+them as motion. If more errors are found in this way, they had hidden themselves.
 """
 
 from __future__ import annotations
@@ -46,10 +47,10 @@ SETTINGS = (("parent", 1.0), ("parent", 0.5), ("parent", 0.25), ("parent", 0.0),
 
 
 def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float) -> Motion:
-    """Return the motion with a share of the twist of all parents, or of all children.
+    """Return the motion with the twist of all parents, or of all children, reduced to a share.
 
-    Δθp of a chain depends only on its parent and Δθc only on its child, and a turn about the bone
-    adds to them, so reducing one joint does not change Δθp or Δθc of other chains.
+    Because Δθp of a chain depends only on its parent and Δθc only on its child, and because twists
+    about the bone add up in them, the reduction does not change Δθp or Δθc of other chains.
     """
     rotations = motion.rotations.copy()
     for chain in chains:
@@ -66,7 +67,10 @@ def quietened(motion: Motion, chains: Sequence[Chain], joint: str, share: float)
 
 @contextmanager
 def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Iterator[None]:
-    """Make the first pass treat no frame at an edge of one limb's errors as motion."""
+    """Give the first pass of the detector the frames at the edges of one limb's errors.
+
+    These frames are then not treated as natural motion.
+    """
     usual = counter_rotation._coarsely_good
     rows = {chain.name: row for row, chain in enumerate(chains)}
 
@@ -83,7 +87,7 @@ def known_edges(chains: Sequence[Chain], errors: Sequence[InjectedError]) -> Ite
 
 
 def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float:
-    """Return FSR % over all chains of a scene, each in turn."""
+    """Return the FSR in per cent over all chains of a scene, with errors in each chain in turn."""
     frames = repaired = 0
     for seed in seeds:
         for index, targets in scene.passes():
@@ -105,14 +109,14 @@ def success(scene: CleanScene, seeds: Sequence[int], edges_known: bool) -> float
 
 
 def sigma(scene: CleanScene) -> float:
-    """Return the median σ of d over frames and chains, degrees."""
+    """Return the median of σ of d over frames and chains, degrees."""
     analysis = ConsistencyDetector().analyse(scene.motion, scene.chains)
     of_chains = [c.limb.sigma[c.row] for c in analysis.chains.values()]
     return float(np.degrees(np.median(of_chains)))
 
 
 def main() -> None:
-    """Print the table, clip by clip."""
+    """Measure every clip, and print its rows of the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--protocol", nargs="+", default=["H3-4", "H6"])

@@ -35,7 +35,7 @@ MOST_MIB = 20.0  # growth after those
 
 
 def resident() -> float:
-    """Return the memory of this process, MiB; 0 if unknown."""
+    """Return the resident memory of this process in MiB, or 0 if it is unknown."""
     try:
         pages = Path("/proc/self/statm").read_text(encoding="ascii").split()[1]
     except OSError:
@@ -50,7 +50,7 @@ def alive() -> int:
 
 
 def look(document: Document, view: Viewport, clip: Path) -> None:
-    """Open a clip and use all features that make meshes."""
+    """Open a clip, and use all features that create meshes."""
     document.show_clip(analyse_file(clip))
     for style in Style:
         view.look(style=style)
@@ -63,7 +63,7 @@ def look(document: Document, view: Viewport, clip: Path) -> None:
 
 
 def measure(count: int) -> dict[str, float | int]:
-    """Return memory and objects after the warm-up and at the end."""
+    """Return memory and number of objects, both after the warm-up and at the end."""
     document = Document()
     view = Viewport(document, Colours(DARK))
     view.resize(640, 400)
@@ -94,7 +94,7 @@ def measure(count: int) -> dict[str, float | int]:
 
 
 def is_level(found: dict[str, float | int]) -> bool:
-    """True if nothing has grown."""
+    """True if neither memory nor the number of objects has grown."""
     return (
         found["memory_end_mib"] - found["memory_warm_mib"] <= MOST_MIB
         and found["objects_end"] <= found["objects_warm"]
@@ -103,7 +103,7 @@ def is_level(found: dict[str, float | int]) -> bool:
 
 
 def main() -> int:
-    """Print the table; exit 1 if something grows."""
+    """Print the table; exit with status 1 if something has grown."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--clips", type=int, default=200)
     parser.add_argument("--json", action="store_true")

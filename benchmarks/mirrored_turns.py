@@ -1,10 +1,11 @@
-"""Find upper and lower limbs that turn against each other, from motion in the world.
+"""Find limbs whose upper and lower parts turn against each other, from their motion in the world.
 
-Used by the judge :mod:`benchmarks.real_flips`, without the detectors' signals. A mirrored
-transition is a window of 0.13 s in which P (upper arm, thigh) and C turn about P's bone by at least
-10° each, in opposite directions, with a difference of at most 35 % of the larger turn; overlapping
-windows count once. A limb is bent if the angle between C's and P's bone is more than 30°, straight
-below 18°. A frame is changed if P turned about its bone by more than 2°.
+The judge :mod:`benchmarks.real_flips` uses this; the detectors' signals are not used. A mirrored
+transition is a window of 0.13 s in which P (upper arm or thigh) and C turn about P's bone by at
+least 10° each, in opposite directions, where the angles differ by at most 35 % of the larger one;
+overlapping windows count once. A limb counts as bent if the angle between the bones of C and P is
+more than 30°, and as straight if it is less than 18°. A frame counts as changed if P turned about
+its bone by more than 2°.
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ CHANGED = 2.0  # degrees
 
 @dataclass(frozen=True)
 class Straightness:
-    """Numbers of frames of bent and straight limbs, and of changed ones among them."""
+    """The numbers of frames with a bent limb and with a straight one, and
+    how many of each changed.
+    """
 
     bent: int = 0
     bent_changed: int = 0
@@ -39,17 +42,17 @@ class Straightness:
 
 
 def twist(turned: Array, bone: Array) -> Array:
-    """Return degrees that rotations (frames, 3, 3) turn about unit directions (3,), (frames, 3)."""
+    """Return the angle of rotations (frames, 3, 3) about unit directions (frames, 3), degrees."""
     q = Rotation.from_matrix(turned).as_quat()
     along = (q[:, :3] * bone).sum(axis=1)
     return (np.degrees(2.0 * np.arctan2(along, q[:, 3])) + 180.0) % 360.0 - 180.0
 
 
 def mirrored(above: Array, p: Array, c: Array, bone: Array, fps: float) -> list[tuple[int, float]]:
-    """Return the first frame and P's turn of each mirrored transition.
+    """Return the first frame of each mirrored transition, and the angle by which P turns in it.
 
-    above, p, c: orientations of P's parent, P and C in the world, (frames, 3, 3); bone: P's unit
-    bone in its own frame, (frames, 3).
+    above, p, c: global orientations of P's parent, P and C, (frames, 3, 3); bone: unit direction of
+    P's bone in P's own frame, (frames, 3).
     """
     own, below = (np.einsum("fji,fjk->fik", a, b) for a, b in ((above, p), (p, c)))
     x = twist(np.einsum("fji,fjk->fik", own[:-1], own[1:]), bone[1:])
@@ -71,14 +74,14 @@ def mirrored(above: Array, p: Array, c: Array, bone: Array, fps: float) -> list[
 
 
 def bends(p: Array, c: Array, e: Array) -> Array:
-    """Return degrees between the bones P-C and C-E; places (frames, 3)."""
+    """Return the angle between the bones P-C and C-E, degrees; p, c, e: positions (frames, 3)."""
     upper, lower = c - p, e - c
     away = np.linalg.norm(np.cross(upper, lower), axis=1)
     return np.degrees(np.arctan2(away, (upper * lower).sum(axis=1)))
 
 
 def straightness(bend: Array, before: Array, after: Array, bone: Array) -> Straightness:
-    """Count changed frames; before, after: P's orientation in the world, (frames, 3, 3)."""
+    """Count the changed frames. before, after: global orientations of P, (frames, 3, 3)."""
     changed = np.abs(twist(np.einsum("fji,fjk->fik", before, after), bone)) > CHANGED
     bent, straight = bend > BENT, bend < STRAIGHT
     counts = (m.sum() for m in (bent, bent & changed, straight, straight & changed))

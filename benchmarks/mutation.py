@@ -1,15 +1,15 @@
-"""Test whether the tests notice a changed program.
+"""Test whether the tests detect changes to the program.
 
     python -m benchmarks.mutation MODULE… [--sample N]
 
 Each MODULE is a Python file or a folder of files, relative to the root of the checkout. Its mutants
-(mutmut's operators: a sign turned, a number one larger, an argument left out, …) are tried one by
-one: a mutant is killed if a test fails, and survives if none does. A mutant with which a test takes
-3 s and four times its usual time is also noticed ("timeout"). Survivors are listed with their line;
-listed mutants can be tried --again, with more tests.
+(made with mutmut's operators: a sign changed, a number increased by one, an argument left out, …)
+are tried one by one: a mutant is killed if a test fails, and survives if none does. A mutant with
+which a test takes 3 s and four times its usual time also counts as detected ("timeout"). Survivors
+are listed with their lines; the option --again tries listed mutants again with more tests.
 
-Tests are chosen by coverage from the files that TESTS, or --tests, names for a module's room.
-Needs mutmut (the extra "dev") and a system that forks.
+Tests are chosen by coverage from the test files that TESTS, or --tests, names for the module. This
+needs mutmut (the extra "dev") and a system that supports fork.
 """
 
 from __future__ import annotations
@@ -128,7 +128,9 @@ CHANGES = ("killed", "timeout", "survived")
 
 
 def tests_of(path: Path) -> list[str]:
-    """Return a module's test files: from TESTS, or tests/twistcore/test_<module or folder>.py."""
+    """Return the test files for a module: from TESTS, or
+    tests/twistcore/test_<module or folder>.py.
+    """
     fitting = [name for name in TESTS if path.as_posix().startswith(name)]
     if fitting:
         return [f"{FOLDER}/test_{name}.py" for name in TESTS[max(fitting, key=len)]]
@@ -140,7 +142,9 @@ def tests_of(path: Path) -> list[str]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Return 0, 1 if fewer than --least per cent are killed, or 2 if nothing could be tried."""
+    """Run the mutants. Return 0, or 1 if fewer than --least per cent are
+    killed, or 2 if none ran.
+    """
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks.mutation",
         description=__doc__,

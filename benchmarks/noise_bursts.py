@@ -1,12 +1,13 @@
-"""Inject noise bursts into clean clips and measure detection and corrections.
+"""Inject noise bursts into clean clips, and measure detection and corrections.
 
     python -m benchmarks.noise_bursts FOLDER [--seed N]
 
 Every clip, at 20, 30 and 120 frames per second, gets Gaussian noise of 0.05-0.1 on the components
-of the quaternions, for 1-2 s, in 2-5 joints, as in BrokenAMASS. The output shows the share of found
-frames that belong to the burst (precision), the share of its frames that are found (recall), bursts
-found in the original clips, and the automatic corrections of `refine`: corrections that touch the
-burst and frames changed outside it, except changes that also occur without the burst.
+of the quaternions of 2-5 joints for 1-2 s, as in BrokenAMASS. The output shows the share of the
+frames found that belong to the burst (precision), the share of the burst's frames that are found
+(recall), the bursts found in the original clips, and two numbers for the automatic corrections of
+`refine`: corrections that touch the burst, and frames that are changed outside it. Changes that
+also occur without the burst are not counted.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def at_rate(motion: Motion, fps: float) -> Motion:
 
 
 def with_noise(motion: Motion, rng: np.random.Generator) -> tuple[Motion, slice] | None:
-    """Return the motion with a burst, and its frames; None if the clip is too short."""
+    """Return the motion with a burst, and the burst's frames; None if the clip is too short."""
     length = int(rng.uniform(1.0, 2.0) * motion.fps)
     if length >= motion.frames - 4:
         return None
@@ -54,7 +55,7 @@ def with_noise(motion: Motion, rng: np.random.Generator) -> tuple[Motion, slice]
 
 
 def found_in(motion: Motion) -> np.ndarray:
-    """Return a mask of the frames of bursts, (frames,)."""
+    """Return a mask of the frames in which bursts are found, (frames,)."""
     mask = np.zeros(motion.frames, dtype=bool)
     for burst in noise_bursts(motion):
         mask[burst.start : burst.stop] = True
@@ -62,12 +63,12 @@ def found_in(motion: Motion) -> np.ndarray:
 
 
 def changed(clip: ClipAnalysis) -> list[tuple[str, int, int]]:
-    """Return chain and frames of the automatic corrections."""
+    """Return the chain and the frames of each automatic correction."""
     return [(i.chain, i.start, i.stop) for i in applied_unasked(clip.detect(kinds=REPAIRED))]
 
 
 def measure(motion: Motion, rng: np.random.Generator, *, detect: bool) -> Counter[str]:
-    """Return the counts of one clip."""
+    """Return the counts for one clip."""
     sound = found_in(motion)
     count = Counter(false=int((np.diff(sound.astype(int), prepend=0) > 0).sum()))
     if (made := with_noise(motion, rng)) is None:
@@ -89,7 +90,7 @@ def measure(motion: Motion, rng: np.random.Generator, *, detect: bool) -> Counte
 
 
 def main() -> None:
-    """Measure every rate."""
+    """Measure every frame rate."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,15 +1,16 @@
-"""Measure clean clips in coarse notations.
+"""Measure detection in clean clips that were written with coarse numbers or few keys.
 
     python -m benchmarks.notation FOLDER… [--clips N] [--seeds N]
 
-Every BVH of the folders is corrected until nothing is found (not with --as-it-is), then written
-like by other programs: angles in whole degrees and in tenths, each frame held at 120 frames per
-second, linear keys every 5, 10 and 15 frames. The table shows the automatic corrections per minute,
-compared with the clip (for held frames and keys also with the kept frames only, at their own rate),
-and how many errors of 15-150° are repaired: errors injected before writing, and, for held frames
-and linear keys, errors injected afterwards, frame by frame. An error is repaired if four fifths of
-its frames, or of its keys, are corrected by four fifths. The exit status is 1 if a notation has
-over 0.2 corrections per minute more than the clip.
+Every BVH in the folders is corrected until nothing is found (unless --as-it-is is given), and then
+written in ways that other programs use: with angles in whole degrees or in tenths, with each frame
+held at 120 frames per second, or with linear keys every 5, 10 or 15 frames. The table shows the
+automatic corrections per minute, compared with those in the clip itself (for held frames and keys
+also with the kept frames only, at their own rate), and how many errors of 15-150° are repaired.
+These errors are injected before writing and, for held frames and linear keys, also after it, frame
+by frame. An error counts as repaired if four fifths of its frames, or of its keys, are corrected by
+at least four fifths. The exit status is 1 if any of these ways has over 0.2 corrections per minute
+more than the clip itself.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ REPAIRED = 0.8  # share of its frames, and share of the error
 
 @dataclass(frozen=True)
 class Notation:
-    """A way to write a clip: angles in steps of `step` degrees, each frame held, linear keys."""
+    """A way to write a clip: angles rounded to `step` degrees, frames held, or linear keys."""
 
     name: str
     step: float = 0.0
@@ -60,14 +61,18 @@ class Notation:
     keys: int = 0
 
     def repeats(self, fps: float) -> tuple[int, int]:
-        """Return the step between kept frames, about 30 a second, and the repeats of each."""
+        """Return the interval between kept frames, about 30 per second, and
+        how often each is repeated.
+        """
         if self.keys:
             return self.keys, self.keys
         kept = max(1, round(fps / 30.0)) if self.held else 1
         return kept, max(1, round(HELD_FPS * kept / fps)) if self.held else 1
 
     def written(self, clip: BvhClip, often: int) -> BvhClip:
-        """Return kept frames of a clip in this notation, each frame or key for `often` frames."""
+        """Return kept frames of a clip in this notation, with each frame or
+        key held for `often` frames.
+        """
         values, fps = clip.values.copy(), 1.0 / clip.frame_time
         angles = [k for c in clip.channels for k in c.rotation]
         if self.step:
@@ -93,7 +98,7 @@ NOTATIONS = (
 
 
 def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
-    """Return a clip with other rows of numbers, read from the text of a file."""
+    """Return the clip with other rows of numbers, as read from the text of a file."""
     (f0, f1), (t0, _) = timing_fields(clip.data)
     rows = "\n".join(" ".join(f"{v:.6f}" for v in row) for row in values.tolist())
     data = clip.data
@@ -102,13 +107,15 @@ def with_values(clip: BvhClip, values: Array, frame_time: float) -> BvhClip:
 
 
 def kept(clip: BvhClip, notation: Notation) -> BvhClip:
-    """Return the reference of a notation: the clip, or held frames at their own rate."""
+    """Return the clip with which a notation is compared: the original or, for held
+    frames, every n-th frame.
+    """
     every, _ = notation.repeats(1.0 / clip.frame_time)
     return with_values(clip, clip.values[::every], clip.frame_time * every) if every > 1 else clip
 
 
 def sound(clip: BvhClip) -> BvhClip:
-    """Return the clip after its automatic corrections, as a clip without errors."""
+    """Return the clip after its automatic corrections, used as a clip without errors."""
     for _ in range(ROUNDS):
         found = analyse(clip).detect()
         if not (applied := applied_unasked(found)):
@@ -119,12 +126,12 @@ def sound(clip: BvhClip) -> BvhClip:
 
 
 def corrections(clip: BvhClip) -> tuple[Interval, ...]:
-    """Return the automatic corrections."""
+    """Return the automatic corrections of a clip."""
     return applied_unasked(analyse(clip).detect())
 
 
 def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedError, ...]]:
-    """Return chains, and errors of 15-150° in two of them."""
+    """Return the chains, and random errors of 15-150° in two of them."""
     protocol = replace(parse_protocol("P0"), delta=(15.0, 150.0))
     rng = generator(seed, clip.name + words)
     chains = find_chains(clip.motion)
@@ -134,12 +141,12 @@ def drawn(clip: BvhClip, seed: int, words: str) -> tuple[list, tuple[InjectedErr
 
 
 def with_errors(clip: BvhClip, chains: Sequence, errors: Sequence[InjectedError]) -> BvhClip:
-    """Return the clip with errors, as written to a file."""
+    """Return the clip with errors, as read from a file to which it was written."""
     return parse_bvh(rewritten(clip, inject(clip.motion, chains, errors)).data, clip.path)
 
 
 def by_chain(found: Sequence[Interval], frames: int) -> dict[str, Array]:
-    """Return the corrected offsets, radians, (frames,), by chain."""
+    """Return the offsets of the corrections by chain, radians, (frames,)."""
     return offsets_by_chain((i for i in found if i.kind == Kind.COUNTER_TWIST), frames)
 
 
@@ -154,7 +161,7 @@ def repaired(errors: Sequence[InjectedError], offsets: dict[str, Array]) -> int:
 
 
 class Row:
-    """The counts of one notation."""
+    """The counts for one notation."""
 
     def __init__(self) -> None:
         self.seconds = 0.0
@@ -164,7 +171,7 @@ class Row:
         self.repaired: Counter[str] = Counter()
 
     def recall(self, when: str) -> str:
-        """Return '93.1 (54/58)', or ''."""
+        """Return the share of repaired errors as '93.1 (54/58)', or '' if there are none."""
         if not self.errors[when]:
             return ""
         n, of = self.repaired[when], self.errors[when]
@@ -176,7 +183,7 @@ class Row:
 
 
 def measure(clip: BvhClip, notation: Notation, row: Row, seeds: int, show: bool) -> None:
-    """Add a clip to a row."""
+    """Add the results for one clip to the row."""
     base = kept(clip, notation)
     _, often = notation.repeats(1.0 / clip.frame_time)
     whole = notation.written(base, often)
@@ -212,7 +219,7 @@ def measure(clip: BvhClip, notation: Notation, row: Row, seeds: int, show: bool)
 
 
 def main() -> int:
-    """Print a table."""
+    """Measure every notation, and print a table."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n", 1)[0])
     parser.add_argument("folder", type=Path, nargs="+")
     parser.add_argument("--clips", type=int, default=None, help="the first N of each folder")

@@ -1,9 +1,9 @@
-"""List how every file of a folder is read: python -m benchmarks.odd_files FOLDER [--write PAGE].
+"""List how every file in a folder is read: python -m benchmarks.odd_files FOLDER [--write PAGE].
 
 The table has one row per file: the reader's error or warnings, whether the file is written back
-byte for byte without corrections, the number of chains, and the reason. With --write the rows
-replace the rows between the marks in PAGE, such as benchmarks/odd_files.md. The exit status is 1 if
-a readable file does not come back byte for byte.
+byte for byte without corrections, the number of chains, and the reason for this result. With
+--write, the rows replace the ones between the marks in PAGE, such as benchmarks/odd_files.md. The
+exit status is 1 if a readable file is not reproduced byte for byte.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ PLAIN = "nothing in the file is unusual"
 
 @dataclass(frozen=True)
 class Row:
-    """One file: its name, the result, the reason, and whether its bytes came back."""
+    """One file: its name, the result, the reason, and whether it was written back byte for byte."""
 
     name: str
     done: str
@@ -100,7 +100,7 @@ def _why(outcome: str, path: Path) -> str:
 
 
 def comes_back(clip: Clip) -> bool:
-    """True if writing the clip without corrections gives the bytes that were read."""
+    """True if writing the clip without corrections reproduces the bytes that were read."""
     with tempfile.TemporaryDirectory() as folder:
         again = Path(folder) / "again.bvh"
         write_clip(clip, clip.motion.with_rotations(clip.motion.rotations.copy()), again)
@@ -119,7 +119,9 @@ def _cell(text: str) -> str:
 
 
 def written_into(page: str, rows: list[Row]) -> str:
-    """Return the page with the table between its marks; raise ValueError without marks."""
+    """Return the page with the table between its marks; raises ValueError
+    if the marks are missing.
+    """
     before, begin, rest = page.partition(BEGIN)
     _, end, after = rest.partition(END)
     if not begin or not end:
@@ -128,7 +130,7 @@ def written_into(page: str, rows: list[Row]) -> str:
 
 
 def main() -> int:
-    """Print or write the table."""
+    """Print the table, or write it into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--write", type=Path, metavar="PAGE")

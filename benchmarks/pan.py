@@ -1,8 +1,8 @@
-"""Measure panning of the time line with many intervals: python -m benchmarks.pan.
+"""Measure panning the timeline with many intervals: python -m benchmarks.pan.
 
-1,000 and 10,000 intervals in one chain of 100,000 frames; panned by a twentieth of the view, sixty
-times in the real window, with half and with a hundredth of the clip in view; median and 95th
-percentile of a pan and the repaint of the window.
+One chain of 100,000 frames has 1,000 or 10,000 intervals. The plots are panned sixty times by a
+twentieth of the view in the real window, with half and with a hundredth of the clip in view. The
+output shows the median and 95th percentile of the time for a pan and the window's repaint.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ FRAMES = 100_000
 
 
 def main() -> None:
-    """Print the table."""
+    """Measure panning, and print the table."""
     make_application()
     window = MainWindow(Settings(theme="light"), None)
     window.resize(1440, 900)

@@ -1,11 +1,12 @@
 """Simulate power cuts at every byte of a journal and a session: python -m benchmarks.power_cuts.
 
-A review of seeded steps is stored in a journal. The journal is cut at every byte (or every --step
-bytes), followed by nothing; at every eighth cut (--tails) also by a block of zeros, rubbish, or
-rubbish with line ends. The restored state must be the state after the last complete line, to the
-byte of its session, and the journal must continue from there. The session file is cut in the same
-way: the damage must be reported, and the file never read as another session. The output shows the
-numbers of places and failures; the exit code is 1 if any failed.
+A review of random steps is stored in a journal. The journal is cut at every byte (or every --step
+bytes). After every eighth cut (--tails), three variants are also tried, in which the cut is
+followed by a block of zeros, by rubbish, or by rubbish with line ends. The restored state must
+equal the state after the last complete line, to the byte of its session, and the journal must
+continue from there. The session file is cut in the same way: the damage must be reported, and the
+file must never be read as a different session. The output shows the number of trials and failures;
+the exit code is 1 if any trial failed.
 """
 
 from __future__ import annotations
@@ -40,14 +41,14 @@ TAILS = (b"", _ZEROS, b"\xff\xfe{]\x00rubbish", b'{"do": "Decide", "ids": [1]\n\
 
 @dataclass(frozen=True)
 class MadeJournal:
-    """A journal's bytes, and the bytes of the session after each of its lines."""
+    """The bytes of a journal, and the bytes of the session after each of the journal's lines."""
 
     data: bytes
     states: tuple[bytes, ...]
 
 
 def made_journal(folder: Path, seed: int) -> MadeJournal:
-    """Return a journal of seeded steps."""
+    """Return a journal of random steps drawn with a seed."""
     rng, review, path = random.Random(seed), fresh(), folder / "made.journal"
     states = [session_bytes(CLIP, review.state)]
     with closing(Journal(path, CLIP, review.state)) as journal:
@@ -76,7 +77,7 @@ def made_journal(folder: Path, seed: int) -> MadeJournal:
 def cut_journal(
     journal: MadeJournal, places: Iterable[int], folder: Path, tails: Iterable[bytes] = TAILS
 ) -> int:
-    """Cut at each place, with each tail; return the number of trials or raise AssertionError."""
+    """Cut at each place, with each tail; return the number of trials, or raise AssertionError."""
     path, tried = folder / "cut.journal", 0
     for place in places:
         for tail in tails:
@@ -107,7 +108,9 @@ def _check(journal: MadeJournal, place: int, tail: bytes, path: Path) -> None:
 
 
 def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
-    """Cut a session every `step` bytes, with tails every `tails` cuts; return the trials."""
+    """Cut the session every `step` bytes, and add tails to every `tails`-th cut;
+    return the number of trials.
+    """
     path, tried = folder / "cut.twist.json", 0
     data = session_bytes(CLIP, fresh().state)
     for place in range(0, len(data) - 2, step):
@@ -123,7 +126,7 @@ def cut_session(folder: Path, step: int = 1, tails: int = 1) -> int:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Print trials and failures; return the exit code."""
+    """Run all trials; print their number and the failures, and return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--step", type=int, default=1, help="bytes between cuts (default: 1)")
     parser.add_argument("--tails", type=int, default=8, help="cuts between tails (default: 8)")

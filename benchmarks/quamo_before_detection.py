@@ -1,14 +1,14 @@
-"""Measure errors hidden by tracking before detection.
+"""Measure which errors are hidden if a clip is tracked before detection.
 
     python -m benchmarks.quamo_before_detection CLIPS
 
 Twist errors of a protocol are injected into every clip of a folder. Detection runs on the raw clip
-and on the same clip tracked with QuaMo's hand-tuned gains. An error counts as found if an interval
-of its chain overlaps it by at least half of their union, as touched if they share a frame; an
-interval is elsewhere if it shares no frame with an error of its chain. FSR [Choi26 §4.2.1] is
-measured after the refinement: raw against the clean clip, tracked against the clean clip tracked,
-so that the tracker's own lag does not count. --both-ways: track in both directions of time instead
-of causally.
+and on the same clip after tracking with QuaMo's hand-tuned gains. An error counts as found if an
+interval in its chain overlaps it by at least half of their union, and as touched if they share a
+frame; an interval counts as elsewhere if it shares no frame with any error in its chain. The FSR
+[Choi26 §4.2.1] is measured after the refinement. The raw clip is compared with the clean clip, and
+the tracked clip with the clean clip after tracking, so that the lag of the tracker itself does not
+count. --both-ways: track in both directions of time instead of causally.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ SIZES = (0.0, 15.0, 45.0, 90.0, 181.0)  # degrees
 
 @dataclass
 class Count:
-    """Sums over clips: found errors and all errors by size; repaired frames; intervals."""
+    """Sums over clips: found errors and all errors by size, repaired frames, and intervals."""
 
     found: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
     errors: np.ndarray = field(default_factory=lambda: np.zeros(len(SIZES) - 1, dtype=int))
@@ -67,7 +67,7 @@ class Count:
         chains: dict[str, Chain],
         size_of: Motion,
     ) -> None:
-        """Add one clip; size_of: the clean motion with which the errors were injected."""
+        """Add one clip. size_of: the clean motion into which the errors were injected."""
         for error in errors:
             at = slice(error.start, error.stop)
             size = float(np.degrees(np.abs(error.offset).max()))
@@ -85,14 +85,14 @@ class Count:
 
 
 def covers(interval: Interval, error: InjectedError) -> bool:
-    """True if interval and error share at least half of their union."""
+    """True if the overlap of interval and error is at least half of their union."""
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     union = max(interval.stop, error.stop) - min(interval.start, error.start)
     return both >= 0.5 * union
 
 
 def touches(interval: Interval, error: InjectedError) -> bool:
-    """True if interval and error have the same chain and share a frame."""
+    """True if interval and error are in the same chain and share a frame."""
     both = min(interval.stop, error.stop) - max(interval.start, error.start)
     return interval.chain == error.chain and both > 0
 

@@ -1,10 +1,13 @@
-"""Compare tracking both ways with the causal tracker: python -m benchmarks.quamo_both_ways FOLDER.
+"""Compare tracking in both directions with the causal tracker.
 
-Uses clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, on seeds that were
-used for no table of the docs and no choice of gains. The table shows ratios output / input against
-the truth, and the lag in ms without noise. --native N: also every N-th clip at its own rate, with
-noise drawn at that rate; jitter is the third difference at that rate, in mm per frame³, followed by
-the clean clip's. --by-clip: instead a row per clip, for the tracker both ways and the spline.
+    python -m benchmarks.quamo_both_ways FOLDER
+
+Uses clips of held-out CMU subjects at 25 Hz with the noise of `quamo evaluate`, drawn with seeds
+that were not used for any table in the docs nor for choosing gains. The table shows ratios output /
+input against the truth, and the lag without noise in ms. --native N: also every N-th clip at its
+own rate, with noise drawn at that rate; jitter is the third difference at that rate in mm per
+frame³, followed by the jitter of the clean clip. --by-clip: print instead one row per clip, for the
+tracker in both directions and for the spline.
 """
 
 from __future__ import annotations
@@ -42,13 +45,13 @@ Started = Callable[[Sequence24, Array, Array], tuple[Controller, str]]
 
 
 def by_hand(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """Return the default hand-tuned gains."""
+    """Return a controller with the default hand-tuned gains, and its integration."""
     del q_hat, r_hat
     return HandGains(), "exact"
 
 
 def learned(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Controller, str]:
-    """Return the network trained without the clip's subject."""
+    """Return the network trained without the clip's subject, and its integration."""
     network = _network(clip.subject)
     return network.started(q_hat, r_hat), network.integration
 
@@ -59,7 +62,7 @@ def _network(subject: str) -> Network:
 
 
 def method(way: str, started: Started) -> Method:
-    """Return a row of the table: a tracker as a method on noisy versions of a clip."""
+    """Return a tracker as a method for noisy versions of a clip, for one row of the table."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         controller, integration = started(clip, q_hat, r_hat)
@@ -70,7 +73,7 @@ def method(way: str, started: Started) -> Method:
 
 
 def lag_ms(clips: Sequence[Sequence24], run: Method) -> float:
-    """Return the lag of places in clean clips, by least squares over their speeds."""
+    """Return the lag of positions in clean clips, fitted by least squares to their speeds."""
     behind = speed = 0.0
     for clip in clips:
         truth = clip.places_mm(clip.q, clip.r)
@@ -82,7 +85,7 @@ def lag_ms(clips: Sequence[Sequence24], run: Method) -> float:
 
 
 def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[str]:
-    """Return a line per level and row: ratios of SHOWN, and the lag."""
+    """Return a line for each noise level and row: the ratios of SHOWN, and the lag."""
     scores = score_methods(clips, rows, SEEDS, APART)
     late = {name: lag_ms(clips, run) for name, run in rows.items()}
     lines = []
@@ -95,7 +98,7 @@ def at_25_hz(clips: Sequence[Sequence24], rows: Mapping[str, Method]) -> list[st
 
 
 def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
-    """Return a line per clip: ratios of OF_FILES at each level."""
+    """Return a line per clip: the ratios of OF_FILES at each noise level."""
     lines = []
     for clip in clips:
         scores = score_methods([clip], {"": run}, SEEDS, APART)
@@ -105,7 +108,9 @@ def by_clip(clips: Sequence[Sequence24], run: Method) -> list[str]:
 
 
 def at_own_rate(folder: Path, every: int) -> list[str]:
-    """Return a line per clip, level and way with hand-tuned gains: ratios and jitter."""
+    """Return a line per clip, noise level and direction, with hand-tuned
+    gains: ratios and jitter.
+    """
     lines = []
     for name, q, r, offsets, dt in list(motions(folder, every)):
         times = sample_times(len(q), dt)
@@ -129,7 +134,7 @@ def at_own_rate(folder: Path, every: int) -> list[str]:
 
 
 def main() -> None:
-    """Print the tables."""
+    """Measure the clips, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--by-clip", action="store_true")

@@ -1,8 +1,9 @@
-"""Compute bounds of QuaMo's tables: python -m benchmarks.quamo_bounds FOLDER [--seeds N].
+"""Compute bounds for the tables of QuaMo: python -m benchmarks.quamo_bounds FOLDER [--seeds N].
 
 Every number is a ratio output / input on held-out CMU subjects at 25 Hz, with the noise of `quamo
-evaluate`. Filters and regressions are the best on the clips of all *other* subjects with new noise.
-Rows marked 'oracle' use information that no tracker has: they show what a bar would require.
+evaluate`. Filters and regressions are fitted as well as possible to the clips of all *other*
+subjects with new noise. Rows marked 'oracle' use information that no tracker has: they show what
+would be needed to reach a target.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ AIMS = ((0, (1.0, 3.0, 10.0, 30.0)), (1, (3.0,)), (2, (3.0,)))
 
 
 def still(_: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Repeat the first frame: no acceleration."""
+    """Repeat the first frame, which has no acceleration."""
     return np.broadcast_to(q_hat[:1], q_hat.shape), np.broadcast_to(r_hat[:1], r_hat.shape)
 
 
@@ -60,7 +61,7 @@ def then_by_hand(method: Method) -> Method:
 
 
 def splined(cutoff: float) -> Method:
-    """Return the smoothing spline of a file as a method."""
+    """Return the smoothing spline for files as a method."""
     return lambda _, q_hat, r_hat: (
         smoothed_rotations(q_hat, cutoff, NETWORK_DT),
         smoothed(r_hat, PLACE_SHARE * cutoff, NETWORK_DT),
@@ -68,7 +69,7 @@ def splined(cutoff: float) -> Method:
 
 
 def root_by_hand(kp: float, kd: float) -> Method:
-    """Return tracking of only the root with hand-tuned gains."""
+    """Return a method that tracks only the root, with hand-tuned gains."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         return q_hat, hand_method(Gains(root_kp=kp, root_kd=kd))(clip, q_hat, r_hat)[1]
@@ -77,7 +78,9 @@ def root_by_hand(kp: float, kd: float) -> Method:
 
 
 def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return hand-tuned gains along their trade-off, and splines of the whole file."""
+    """Return rows for hand-tuned gains along their trade-off, and for
+    splines over the whole file.
+    """
     del clips, noise
     by_hand = {f"κP {kp:g}, κD {kd:g}": hand_method(Gains(kp=kp, kd=kd)) for kp, kd in GAINS}
     of_file = {f"spline of the file, {cutoff:g} Hz": splined(cutoff) for cutoff in CUTOFFS}
@@ -85,7 +88,7 @@ def smoothness_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Meth
 
 
 def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return methods for the root, from gains and filters of r̂ to its exactly known path."""
+    """Return rows for the root, from gains and filters of r̂ to its exactly known path."""
     return {
         **{f"κP {kp:g}, κD {kd:g}": root_by_hand(kp, kd) for kp, kd in ROOT_GAINS},
         "filter of r̂": root_filter(clips, noise),
@@ -97,7 +100,9 @@ def root_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
 
 
 def pose_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
-    """Return methods that use knowledge of poses: from others, from the subject, or given."""
+    """Return rows that use knowledge of poses: of other subjects, of the
+    subject, or the true pose.
+    """
     drawn = shrunk(clips, noise, 4.0)
     rows: dict[str, Method] = {
         "drawn towards the others' mean poses": drawn,
@@ -117,7 +122,7 @@ def pose_rows(clips: Sequence[Sequence24], noise: Noise) -> dict[str, Method]:
 def filter_ratios(
     clips: Sequence[Sequence24], noise: Noise, weights: Sequence[float], ahead: int, seeds: int
 ) -> list[Array]:
-    """Return ratios to the input for each weight, in the order of METRICS."""
+    """Return ratios to the input for each weight, with metrics in the order of METRICS."""
     path = PathFilter(clips, noise, ahead)
     sums = np.zeros((len(weights) + 1, len(METRICS)))
     by_subject = {s: [path.taps(s, w) for w in weights] for s in HELD_OUT}
@@ -136,7 +141,7 @@ Rows = Callable[[Sequence[Sequence24], Noise], dict[str, Method]]
 def measured(
     clips: Sequence[Sequence24], make: Rows, conditions: Sequence[NoiseCondition], seeds: int
 ) -> dict[str, list[Array]]:
-    """Return ratios by row, one array per condition."""
+    """Return the ratios by row, with one array per condition."""
     held = [c for c in clips if c.subject in HELD_OUT]
     rows: dict[str, list[Array]] = defaultdict(list)
     for condition in conditions:
@@ -150,7 +155,7 @@ def measured(
 def table(
     title: str, rows: Mapping[str, list[Array]], conditions: Sequence[NoiseCondition], shown: str
 ) -> str:
-    """Return a Markdown table: one row per method, the shown metrics of each condition."""
+    """Return a Markdown table with one row per method, and the chosen metrics of each condition."""
     metrics = shown.split()
     heads = [f"{c}: {m}" for c in conditions for m in metrics]
     lines = [f"| {title} | " + " | ".join(heads) + " |", "|---|" + "---|" * len(heads)]
@@ -161,7 +166,7 @@ def table(
 
 
 def main() -> None:
-    """Print three tables."""
+    """Measure all methods, and print three tables."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=3)

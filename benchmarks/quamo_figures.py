@@ -1,8 +1,9 @@
-"""Draw the figures of docs/jitter.md: python -m benchmarks.quamo_figures -o DIR.
+"""Draw the figures for docs/jitter.md: python -m benchmarks.quamo_figures -o DIR.
 
-A bundled clip at 25 Hz with synthetic noise of level A is tracked as a stream with hand-tuned gains
-and smoothed as a file: the same second before and after, compared with the truth [Le26 Fig. 3],
-onion-skin trails coloured by the error [Le26 Fig. 7] and the path of the root [Le26 Fig. 8].
+A bundled clip at 25 Hz with synthetic noise of level A is tracked as a stream with hand-tuned
+gains, and smoothed as a file. The figures show one second before and after, compared with the truth
+[Le26 Fig. 3]; onion-skin trails coloured by the error [Le26 Fig. 7]; and the path of the root [Le26
+Fig. 8].
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ STYLE = {
 
 
 class Made:
-    """A clip's places in mm, (frames, 24, 3): the truth, the noisy input and the results."""
+    """Positions of a clip in mm, (frames, 24, 3): the truth, the noisy input and the results."""
 
     def __init__(self, name: str) -> None:
         self.clip: Sequence24 = read_sequence(ASSETS / f"{name}.bvh")
@@ -61,24 +62,26 @@ class Made:
 
 
 def seen(places: Array, turned: float) -> Array:
-    """Project places (…, 3) horizontally from an angle about the vertical; (…, 2) in mm."""
+    """Return positions (…, 3) as seen horizontally from an angle about
+    the vertical, (…, 2) in mm.
+    """
     a = np.radians(turned)
     x = np.cos(a) * places[..., 0] + np.sin(a) * places[..., 2]
     return np.stack([x, places[..., 1]], axis=-1)
 
 
 def bones(flat: Array) -> Array:
-    """Return lines of a pose (24, 2) from each joint to its parent, (23, 2, 2)."""
+    """Return the lines of a pose (24, 2) from each joint to its parent, (23, 2, 2)."""
     return np.stack([flat[1:], flat[list(PARENTS[1:])]], axis=1)
 
 
 def spread(frames: int, apart: float) -> Array:
-    """Return the shift of onion skins to the right in mm for each frame, (frames, 1, 2)."""
+    """Return the shift to the right, in mm, of the figure in each frame, (frames, 1, 2)."""
     return np.stack([np.arange(frames) * apart, np.zeros(frames)], axis=1)[:, None]
 
 
 def the_same_second(made: Made, start: int, folder: Path) -> None:
-    """Draw six poses of a second side by side, and the acceleration of all joints."""
+    """Draw six poses of one second in a row, and the acceleration of all joints."""
     at = slice(start, start + 26)
     fig, axes = plt.subplots(
         3, 2, figsize=(10.0, 6.6), width_ratios=(1.9, 1.0), layout="constrained", sharex="col"
@@ -111,7 +114,7 @@ def the_same_second(made: Made, start: int, folder: Path) -> None:
 
 
 def trails(made: Made, folder: Path) -> None:
-    """Draw poses, and paths of limbs and head coloured by the error of acceleration."""
+    """Draw poses, and the paths of limbs and head coloured by the error of their acceleration."""
     fig, axes = plt.subplots(3, 1, figsize=(10.0, 7.4), layout="constrained", sharex=True)
     mapped = mpl.cm.ScalarMappable(mpl.colors.Normalize(0.0, LARGEST), "plasma_r")
     truth = second_difference(root_aligned(made.truth))
@@ -136,7 +139,7 @@ def trails(made: Made, folder: Path) -> None:
 
 
 def root_path(made: Made, folder: Path) -> None:
-    """Draw the root's path from above, and the error of its depth over time."""
+    """Draw the path of the root from above, and the error of its depth over time."""
     fig, (above, depth) = plt.subplots(
         1, 2, figsize=(10.0, 4.6), width_ratios=(1.0, 1.8), layout="constrained"
     )
@@ -160,14 +163,14 @@ def root_path(made: Made, folder: Path) -> None:
 
 
 def legend(fig: Any, names: list[str]) -> None:
-    """Draw one legend for all panels, below them."""
+    """Draw one legend for all panels below them."""
     shown = ["truth", *names]
     lines = [plt.Line2D([], [], color=COLOURS[name], lw=2.0) for name in shown]
     fig.legend(lines, shown, loc="outside lower center", ncols=len(shown), frameon=False)
 
 
 def save(fig: Any, path: Path) -> None:
-    """Save a figure as a PNG with few colours, which is small."""
+    """Save a figure as a PNG with few colours, so that the file is small."""
     fig.savefig(path, pil_kwargs={"optimize": True})
     plt.close(fig)
     print(path)

@@ -22,7 +22,7 @@ ROUNDS, SMALLEST_MM, RIDGE = 4, 0.5, 1e-3
 
 
 class LeaveOneOut:
-    """Least squares on the clips of other subjects, with normal equations by subject."""
+    """Least squares on the clips of other subjects, with separate normal equations per subject."""
 
     def __init__(self, ridge: float) -> None:
         self._ridge = ridge
@@ -30,13 +30,15 @@ class LeaveOneOut:
         self._solved: dict[tuple[str, bool], Array] = {}
 
     def add(self, subject: str, x: Array, y: Array) -> None:
-        """Add rows x (…, rows, inputs) and their targets y (…, rows, outputs)."""
+        """Add inputs x (…, rows, inputs) and their targets y (…, rows, outputs) for a subject."""
         turned = np.swapaxes(x, -1, -2)
         before = self._sums.get(subject, (0.0, 0.0))
         self._sums[subject] = (before[0] + turned @ x, before[1] + turned @ y)
 
     def weights(self, subject: str, *, own: bool = False) -> Array:
-        """Return (…, inputs, outputs) fitted on all others, or with `own` only on this subject."""
+        """Return weights (…, inputs, outputs) fitted on all other subjects.
+        own: on this subject only.
+        """
         if (subject, own) not in self._solved:
             kept = [v for k, v in self._sums.items() if (k == subject) is own]
             xx, xy = sum(k[0] for k in kept), sum(k[1] for k in kept)
@@ -50,12 +52,17 @@ class LeaveOneOut:
 
 
 def own_path(places: Array) -> Array:
-    """Return the root, and the other joints relative to it, (frames, 24, 3)."""
+    """Return the path of the root, and those of the other joints
+    relative to it, (frames, 24, 3).
+    """
     return np.concatenate([places[:, :1], root_aligned(places)[:, 1:]], axis=1)
 
 
 def neighbours(x: Array, ahead: int) -> Array:
-    """Return past and up to `ahead` later values of x (frames, 24, 3), minus x: (…, 3, taps)."""
+    """Return past values and up to `ahead` later values of x (frames, 24, 3), relative to x.
+
+    The shape of the result is (…, 3, taps).
+    """
     at = np.arange(len(x))
     shifts = [k for k in range(-PATH_TAPS, ahead + 1) if k]
     near = [x[np.clip(at + k, 0, len(x) - 1)] - x for k in shifts]
@@ -63,10 +70,11 @@ def neighbours(x: Array, ahead: int) -> Array:
 
 
 class PathFilter:
-    """The filter of a joint's own path with the least mean distance + weight · mean Accel.
+    """The filter of a joint's own path that minimises mean distance + weight · mean Accel.
 
-    One set of taps per joint for all three axes. The means are of norms, not squares, as in the
-    metrics, and are minimised by least squares reweighted with the inverse of the residual.
+    One set of taps per joint is used for all three axes. As in the metrics, the means are of norms
+    and not of squares; they are minimised by least squares, weighted repeatedly with the inverse of
+    the residual.
     """
 
     def __init__(self, clips: Sequence[Sequence24], noise: Noise, ahead: int) -> None:
@@ -85,7 +93,7 @@ class PathFilter:
         ]
 
     def taps(self, held_out: str, weight: float) -> Array:
-        """Return taps (24, taps), fitted without a subject."""
+        """Return the filter taps (24, taps), fitted on all subjects except `held_out`."""
         taps: Array | None = None
         for _ in range(ROUNDS):
             xx: Array | float = 0.0
@@ -106,7 +114,7 @@ class PathFilter:
         return taps
 
     def filtered(self, places: Array, taps: Array) -> Array:
-        """Return filtered noisy places, (frames, 24, 3)."""
+        """Return noisy positions after filtering, (frames, 24, 3)."""
         path = own_path(places)
         path = path + np.einsum("fjat,jt->fja", neighbours(path, self._ahead), taps)
         return np.concatenate([path[:, :1], path[:, :1] + path[:, 1:]], axis=1)
@@ -118,14 +126,14 @@ Steps = Callable[[Sequence24, Array, Array], Array]  # a clip, q̂, r̂ -> the r
 
 
 def history(x: Array) -> Array:
-    """Return past values of x (frames, 3) minus x, (3, frames, taps)."""
+    """Return past values of x (frames, 3) relative to x, (3, frames, taps)."""
     frames = len(x)
     near = [np.maximum(np.arange(frames) - k, 0) for k in range(1, ROOT_TAPS + 1)]
     return np.moveaxis(np.stack([x[at] - x for at in near], axis=-1), 1, 0)
 
 
 def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None = None) -> Method:
-    """Return a filter of r̂ in each axis; steps: also of r̂ minus the path given by the feet."""
+    """Return a filter of r̂ for each axis. steps: also use r̂ minus the path given by the feet."""
     fit = LeaveOneOut(1e-4)
 
     def inputs(clip: Sequence24, q_hat: Array, r_hat: Array) -> Array:
@@ -150,9 +158,10 @@ def root_filter(clips: Sequence[Sequence24], noise: Noise, steps: Steps | None =
 
 
 def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
-    """Return the root's path if a foot on the ground is fixed; in the air, r̂'s own steps.
+    """Return the path of the root if a foot on the ground stays fixed; in the air, the steps of r̂.
 
-    Without the true contacts the lower foot is on the ground, and the other within 3 cm of it.
+    Without the true contacts, the lower foot is taken to be on the ground, and so is the other one
+    if it is at most 3 cm higher.
     """
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> Array:
@@ -173,10 +182,10 @@ def foot_steps(true_pose: bool, true_contact: bool) -> Steps:
 
 
 def known_way(noise: Noise) -> Method:
-    """Oracle: all steps of the root and the noise's covariance are known, but not its start.
+    """Oracle: all steps of the root and the covariance of the noise are known, but not its start.
 
-    The place is then the generalised mean of r̂ − path up to now. With K = LLᵀ the prefixes of L⁻¹
-    belong to prefixes of K, so that one factorisation serves all frames.
+    The position is then the generalised mean of r̂ − path up to the current frame. With K = LLᵀ,
+    the leading parts of L⁻¹ belong to those of K, so that one factorisation serves all frames.
     """
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
@@ -196,13 +205,13 @@ def known_way(noise: Noise) -> Method:
 
 
 def without_offset(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
-    """Oracle: subtract every joint's mean error over the clip."""
+    """Oracle: subtract each joint's mean error over the clip."""
     error = logarithm(multiply(clip.q[:, None], conjugate(q_hat)))
     return multiply(exponential(error.mean(axis=0)), q_hat), r_hat
 
 
 def shrunk(clips: Sequence[Sequence24], noise: Noise, width: float) -> Method:
-    """Draw each joint towards other subjects' mean, with `width` times their covariance."""
+    """Move each joint towards the mean of other subjects, with `width` times their covariance."""
 
     def run(clip: Sequence24, q_hat: Array, r_hat: Array) -> tuple[Array, Array]:
         seen = np.concatenate([logarithm(c.q[:, 1:]) for c in clips if c.subject != clip.subject])
@@ -220,7 +229,10 @@ def shrunk(clips: Sequence[Sequence24], noise: Noise, width: float) -> Method:
 def pose_regression(
     clips: Sequence[Sequence24], noise: Noise, ridge: float, *, own: bool = False
 ) -> Method:
-    """Fit every joint's error linearly in the whole noisy pose; own: on the subject itself."""
+    """Predict each joint's error by a linear regression on the whole noisy pose.
+
+    own: True to fit it to the clips of the subject itself.
+    """
     fit = LeaveOneOut(ridge)
 
     def inputs(q_hat: Array) -> Array:

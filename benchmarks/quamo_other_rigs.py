@@ -1,9 +1,12 @@
-"""Measure tracking on rigs not used for tuning: python -m benchmarks.quamo_other_rigs FOLDER.
+"""Measure tracking on rigs that were not used for tuning.
 
-Uses any BVH with rotations and a place: all joints get the noise of `quamo noise` at the clip's own
-rate and are tracked causally, tracked both ways, or smoothed by the spline, with default settings.
-The table shows means over clips and seeds of the ratios output / input at 25 Hz, over all joints of
-the rig, and the largest ratio of a clip; a figure is assumed to be 1.75 m tall.
+    python -m benchmarks.quamo_other_rigs FOLDER
+
+Works with any BVH that has rotations and a position. All joints get the noise of `quamo noise` at
+the frame rate of the clip, and are tracked causally, tracked in both directions, or smoothed by the
+spline, with default settings. The table shows the ratios output / input at 25 Hz over all joints of
+the rig, as means over clips and seeds, and the largest ratio of any clip; every figure is assumed
+to be 1.75 m tall.
 """
 
 from __future__ import annotations
@@ -33,7 +36,7 @@ SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel")
 
 
 def places_mm(motion: Motion, scale: float) -> Array:
-    """Return global positions at 25 Hz, (samples, joints, 3)."""
+    """Return global positions at 25 Hz in mm, (samples, joints, 3)."""
     times = sample_times(motion.frames, motion.frame_time)
     moved = [
         resampled(motion.rotations, motion.positions[:, k], times)
@@ -45,7 +48,9 @@ def places_mm(motion: Motion, scale: float) -> Array:
 
 
 def errors(found: Array, truth: Array, placed: int) -> Array:
-    """Return the errors of SHOWN, in mm and mm/frame²; the first two relative to joint `placed`."""
+    """Return the errors of SHOWN in mm and mm/frame²; the first two are
+    relative to joint `placed`.
+    """
     out = []
     for a, b in (
         (found - found[:, placed, None], truth - truth[:, placed, None]),
@@ -57,7 +62,7 @@ def errors(found: Array, truth: Array, placed: int) -> Array:
 
 
 def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -> Motion:
-    """Return the motion with noise on all joints and the place."""
+    """Return the motion with noise on all joints and on its position."""
     joints, placed = chosen_joints(motion.skeleton, None), placed_joint(motion)
     assert placed is not None
     r = motion.translation(placed)
@@ -72,7 +77,7 @@ def made_noisy(motion: Motion, level: str, seed: int, name: str, scale: float) -
 
 
 def ways(motion: Motion) -> dict[str, Motion]:
-    """Return the result of each method."""
+    """Return the result of each method for a motion."""
     joints = chosen_joints(motion.skeleton, None)
     spline = smooth_clip(motion, joints, usual_cutoff(motion.frame_time), place=True)
     return {

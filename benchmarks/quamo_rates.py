@@ -2,10 +2,10 @@
 
     python -m benchmarks.quamo_rates FOLDER
 
-Every fourth clip at its native 120 Hz and at 60 Hz, with the synthetic noise drawn at that rate, is
-tracked with the gains for 25 Hz and with those that follow the rate, or smoothed. Metrics at 25 Hz
-against the truth, ratios output / input; jitter is the mean third difference of places at the
-clip's own rate.
+Every fourth clip, at its native 120 Hz and at 60 Hz, gets synthetic noise drawn at that rate. It is
+tracked with the gains for 25 Hz and with gains that depend on the rate, or smoothed. The metrics
+are ratios output / input against the truth at 25 Hz; jitter is the mean third difference of
+positions at the clip's own rate.
 """
 
 from __future__ import annotations
@@ -35,7 +35,9 @@ SHOWN = ("MPJPE", "Accel", "G-MPJPE", "G-Accel", "FS")
 
 
 def by_hand(way: Callable[..., TrackResult], gains: Gains | None = None) -> Run:
-    """Return tracking with hand-tuned gains, by default gains that depend on the rate."""
+    """Return a method that tracks with hand-tuned gains; by default the
+    gains depend on the rate.
+    """
 
     def run(q_hat: Array, r_hat: Array, dt: float) -> tuple[Array, Array]:
         found = way(q_hat, r_hat, dt, HandGains(gains))
@@ -45,7 +47,10 @@ def by_hand(way: Callable[..., TrackResult], gains: Gains | None = None) -> Run:
 
 
 def spline(cutoff_of: Callable[[float], float]) -> Run:
-    """Return the smoothing spline of `quamo refine`; cutoff_of: Hz for a frame time."""
+    """Return the smoothing spline of `quamo refine`.
+
+    cutoff_of: function that returns the cutoff in Hz for a frame time.
+    """
     return lambda q_hat, r_hat, dt: (
         smoothed_rotations(q_hat, cutoff_of(dt), dt),
         smoothed(r_hat, PLACE_SHARE * cutoff_of(dt), dt),
@@ -62,7 +67,9 @@ ROWS: dict[str, Run] = {
 
 
 def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Array, Array, float]]:
-    """Yield name, rotations and root places of the 24 joints, offsets, frame time; metres."""
+    """Yield name, rotations and root positions of the 24 joints, offsets
+    and frame time, in metres.
+    """
     for path in clips_in(folder, suffixes=BVH)[::every]:
         motion = read_bvh(path).motion
         motion = motion.sliced(1, motion.frames)
@@ -77,7 +84,7 @@ def motions(folder: Path, every: int = EVERY) -> Iterator[tuple[str, Array, Arra
 
 
 def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
-    """Return ratios of METRICS and jitter by row; longer clips weigh more."""
+    """Return the ratios of METRICS and the jitter by row; longer clips have more weight."""
     sums = {name: np.zeros(len(METRICS) + 1) for name in ("input", *ROWS)}
     for name, q_all, r_all, offsets, native in motions(folder):
         q, r, dt = q_all[::step], r_all[::step], step * native
@@ -95,7 +102,7 @@ def measured(folder: Path, level: str, step: int) -> dict[str, Array]:
 
 
 def main() -> None:
-    """Print a row per rate, level and choice of gains."""
+    """Print a row for each frame rate, noise level and choice of gains."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     arguments = parser.parse_args()

@@ -1,8 +1,9 @@
 """Measure QuaMo's time per frame on one core: python -m benchmarks.quamo_speed [--frames N].
 
-Uses 24 joints with forward kinematics, hand-tuned gains and networks in numpy; with PyTorch also
-the networks' step in PyTorch on one thread, compared with numpy in the same run. CPU time of this
-process, median of blocks of frames. Set OMP_NUM_THREADS=1. Aim: < 2 ms.
+Measures 24 joints with forward kinematics, with hand-tuned gains and with the networks in numpy. If
+PyTorch is installed, the step of the networks in PyTorch on one thread is also compared with numpy
+in the same run. The times are CPU times of this process, as medians over blocks of frames. Set
+OMP_NUM_THREADS=1. Target: < 2 ms.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ BLOCK = 50
 
 
 def main() -> None:
-    """Print a line per method."""
+    """Measure every method, and print a line for each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--frames", type=int, default=1000)
     parser.add_argument("--weights", type=Path, default=WEIGHTS / weights_name("full", FINAL))
@@ -61,7 +62,7 @@ def main() -> None:
 
 
 def timed(frame: Callable[[int], None], frames: int) -> float:
-    """Return the median CPU time per frame over blocks of frames, milliseconds."""
+    """Return the median CPU time per frame over blocks of frames, in milliseconds."""
     blocks = []
     for start in range(0, frames - BLOCK + 1, BLOCK):
         begin = time.process_time()
@@ -72,7 +73,7 @@ def timed(frame: Callable[[int], None], frames: int) -> float:
 
 
 def compare_torch(network: Network, q: np.ndarray, r: np.ndarray) -> None:
-    """Time blocks of 100 frames without FK, numpy and PyTorch in turns."""
+    """Time blocks of 100 frames without FK, with numpy and PyTorch in turn."""
     try:
         torch = import_torch()
     except TwistError:

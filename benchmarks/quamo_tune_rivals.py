@@ -1,12 +1,14 @@
 """Tune the settings of QuaMo's rivals: python -m benchmarks.quamo_tune_rivals FOLDER [--seeds N].
 
-Settings are chosen on subjects used in no table (02, 08, 12), with new noise of both levels. The
-rule: of a grid, first for rotations, then for the root's place, choose the setting with the least
-Accel (then G-Accel), as the mean of both levels' ratios output / input, whose MPJPE (then GRE) is
-no larger than ours at each level: than with hand-tuned gains for causal rivals, than with both ways
-for rivals that use the file. Rotation settings with an Accel within 1 % of the least count as
-equal, and the one with the least MPJPE is chosen. If no setting meets the bound, the one that
-exceeds it least is chosen.
+Settings are chosen on subjects that are not used for any table (02, 08, 12), with new noise of both
+levels. The same rule is applied to a grid of settings, first for rotations and then for the
+position of the root. Among the settings whose MPJPE (for the root: GRE) is no larger than ours at
+each level, the one with the smallest Accel (for the root: G-Accel) is chosen; all of these are
+ratios output / input, and Accel is the mean over both levels. Causal rivals are compared with our
+hand-tuned gains, and rivals that use the whole file with our tracking in both directions. Settings
+for rotations whose Accel is within 1 % of the smallest count as equal, and the one with the
+smallest MPJPE is chosen among them. If no setting satisfies the bound, the one that exceeds it
+least is chosen.
 """
 
 from __future__ import annotations
@@ -49,9 +51,9 @@ Poses = tuple[Array, Array]
 
 
 class Trials:
-    """The training clips with noise of both levels, ready to be run through many settings.
+    """The training clips with noise of both levels, prepared for trying many settings.
 
-    drawn: for each clip q̂ (frames, levels, seeds, 24, 4) and r̂ (frames, levels, seeds, 3).
+    drawn: for each clip, q̂ (frames, levels, seeds, 24, 4) and r̂ (frames, levels, seeds, 3).
     """
 
     def __init__(self, clips: Sequence[Sequence24], seeds: int) -> None:
@@ -60,7 +62,9 @@ class Trials:
         self._input = self._sums(self.drawn)
 
     def ratios(self, found: Sequence[Poses]) -> Array:
-        """Return output / input, (levels, METRICS), over all clips; longer ones weigh more."""
+        """Return output / input over all clips, (levels, METRICS);
+        longer clips have more weight.
+        """
         return self._sums(found) / self._input
 
     def _sums(self, found: Sequence[Poses]) -> Array:
@@ -90,14 +94,14 @@ def _drawn(clip: Sequence24, seeds: int) -> Poses:
 
 
 def ours(q_hat: Array, r_hat: Array, causal: bool) -> Poses:
-    """Return our result, with which rivals are compared."""
+    """Return our own result, with which the rivals are compared."""
     way = track if causal else track_both_ways
     found = way(q_hat, r_hat, NETWORK_DT, HandGains())
     return found.q, found.r
 
 
 def best(ratios: Mapping[Setting, Array], bound: Array, least: str, bounded: str) -> Setting:
-    """Return the setting by the rule above; ratios and bound (levels, METRICS)."""
+    """Return the setting chosen by the rule above. ratios, bound: (levels, METRICS)."""
     at, kept = METRICS.index(least), METRICS.index(bounded)
     short = {s: float(np.maximum(r - bound, 0.0)[:, kept].sum()) for s, r in ratios.items()}
     able = [s for s in ratios if short[s] == min(short.values())]
@@ -107,7 +111,7 @@ def best(ratios: Mapping[Setting, Array], bound: Array, least: str, bounded: str
 
 
 def tuned(rival: Rival, trials: Trials, bound: Array) -> tuple[Setting, Setting, Array]:
-    """Return the settings of rotations and of places, and their ratios."""
+    """Return the settings for rotations and for positions, and their ratios."""
 
     def ratios(turned: Sequence[Array], moved: Sequence[Array]) -> Array:
         return trials.ratios(list(zip(turned, moved, strict=True)))
@@ -127,7 +131,7 @@ def tuned(rival: Rival, trials: Trials, bound: Array) -> tuple[Setting, Setting,
 
 
 def main() -> None:
-    """Print the settings of every rival and its ratios at both levels."""
+    """Print the chosen settings of every rival, and its ratios at both noise levels."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=8)

@@ -2,11 +2,12 @@
 
     python -m benchmarks.real_corrections FOLDER [--json FILE]
 
-FOLDER contains a folder of clips for every set. For every automatic correction the protected
-measures are computed (:mod:`twistcore.analysis.correction.protected_measures`), each in a column:
-how many corrections make it worse, out of the measured ones (goal: none). For every automatic
-counter-twist the table also shows whether the twists of P and C, the azimuth and the turn of both
-are smoother after it than before (goal: 98 %), and how many finds are left for a person.
+FOLDER contains a folder of clips for every set. The protected measures
+(:mod:`twistcore.analysis.correction.protected_measures`) are computed for every automatic
+correction. Each has a column with the number of corrections that make it worse, out of those for
+which it could be measured (goal: none). For the automatic corrections of counter-twists, the table
+also shows how many of them make the twists of P and C, the azimuth and the rotation of both
+smoother (goal: 98 %), and how many finds are left for a person to decide.
 """
 
 from __future__ import annotations
@@ -43,9 +44,10 @@ def clips_of(folder: Path) -> Iterator[Path]:
 def roughness(
     before: Motion, after: Motion, chain: Chain, interval: Interval
 ) -> tuple[float, float]:
-    """Return costs of second differences of all witnesses over the edges, before and after.
+    """Return the roughness of all witnesses over the edges, before and after a correction.
 
-    Each witness is scaled by its size in the original clip.
+    Roughness is the cost of second differences; each witness is scaled by its size in the original
+    clip.
     """
     old, new = Witnesses.of(before, chain), Witnesses.of(after, chain)
     at = np.zeros(before.frames, dtype=bool)
@@ -69,7 +71,7 @@ def roughness(
 
 
 def measure(analysis: ClipAnalysis) -> Counter[str]:
-    """Return the counts of one clip."""
+    """Return the counts for one clip."""
     motion, found = analysis.motion, analysis.detect(kinds=REPAIRED)
     done, chains = applied_unasked(found), analysis.chains_and_limbs
     hinges = Hinges(motion, found.intervals)
@@ -89,7 +91,7 @@ def measure(analysis: ClipAnalysis) -> Counter[str]:
 
 
 def row_of(count: Counter[str]) -> str:
-    """Return the numbers of a set, one column each."""
+    """Return the numbers for a set, one per column."""
     measured = (f"{count[f'{n}: worse']}/{count[f'{n}: measured']}" for n in NAMES)
     return "".join(f"{count[name]:>10}" for name in COUNTS) + "".join(f"{m:>19}" for m in measured)
 

@@ -4,24 +4,25 @@
 
     python3 dev.py bench real_flips FOLDER [--json FILE] [--clips GLOB]
 
-Every clip gets the automatic corrections of `twistcore refine`, is written, read back and judged
-with a separate geometry, using only places and orientations of joints in the world:
+Every clip gets the automatic corrections of `twistcore refine`, is written, read back and judged by
+a separate geometry, which uses only the positions and orientations of joints in the world. These
+are judged:
 
-- impossible swivel: from one frame to the next the knee or elbow C turns about the line from hip P
-  to ankle E (shoulder, wrist) faster than any body can, and E hardly moves relative to P;
+- impossible swivel: from one frame to the next, the knee or elbow C turns about the line from hip P
+  to ankle E (shoulder to wrist) faster than any body can, while E hardly moves relative to P;
 - backward knee: a frame in which C of a leg is more than 110° away from its usual side in the clip
   before correction, in the frame of P's parent;
-- impossible turn: a segment at P or below turns so fast about its own bone, from one frame to the
-  next. New: absent before;
-- mirrored: transitions in which P of a limb and C turn against each other, and how many frames in
-which the limb is bent, and straight, had P turned (:mod:`benchmarks.mirrored_turns`); - motion of
-E, and of C in clips without an impossible swivel, as a share of the skeleton's height, if
-  it exceeds the rounding of the written numbers.
+- impossible turn: from one frame to the next, a segment at P or below turns too fast about its own
+  bone; a turn is new if it was absent before correction;
+- mirrored transition: P of a limb and C turn against each other; with this, the number of frames
+  with a bent and with a straight limb in which P was turned (:mod:`benchmarks.mirrored_turns`);
+- displacement of E, and of C in clips without an impossible swivel, as a share of the skeleton's
+  height, if it exceeds the rounding of the written numbers.
 
-Frames 0 and 1 are not examined for jumps, since a T-pose often comes first. A clip that cannot be
-read or corrected is listed. The exit status is 1 if something new is wrong: E moved, a clip without
-a flip changed, a new impossible turn, or a bent limb changed in a clip without a mirrored
-transition.
+Jumps in frames 0 and 1 are not examined, because a T-pose often comes first. A clip that cannot be
+read or corrected is listed. The exit status is 1 if the correction made something wrong: E moved, a
+clip without a flip changed, there is a new impossible turn, or a bent limb changed in a clip
+without a mirrored transition.
 """
 
 from __future__ import annotations
@@ -60,12 +61,14 @@ from twistcore.skeleton.motion import Motion
 
 @dataclass(frozen=True)
 class Verdict:
-    """The verdict on one clip before and after.
+    """The verdict on one clip, before and after correction.
 
-    swivels: impossible ones; backward: frames by limb; turns_old: impossible turns before;
-    turns_left: remaining ones; turns_new: new ones; e_moved, c_moved: of the skeleton's height, 0
-    within rounding; c_moved counts only without a flip; mirrored_…: transitions, by P;
-    limbs_changed: frames of bent and straight limbs, and changed ones.
+    swivels: impossible swivels; backward: frames with a backward knee, by limb; turns_old:
+    impossible turns before; turns_left: impossible turns that remain; turns_new: new impossible
+    turns; e_moved, c_moved: largest displacement as a share of the skeleton's height, 0 within
+    rounding, where c_moved counts only in clips without a flip; mirrored_…: mirrored transitions,
+    by P; limbs_changed: frames with bent and with straight limbs, and how many of each were
+    changed.
     """
 
     clip: str
@@ -91,23 +94,25 @@ class Verdict:
 
     @property
     def changed_clean(self) -> bool:
-        """True if a limb was turned in a clip without a flip."""
+        """True if a limb was turned in a clip that has no flip."""
         return not self.flipped and self.c_moved > 0.0
 
     @property
     def harmed(self) -> bool:
-        """True if something is wrong that was right before."""
+        """True if the correction made something wrong that was right before."""
         return bool(self.turns_new) or self.e_moved > 0.0 or self.changed_clean or self.changed_bent
 
     @property
     def changed_bent(self) -> bool:
-        """True if a bent limb was turned in a clip with neither a flip nor a transition."""
+        """True if a bent limb was turned in a clip with neither a flip
+        nor a mirrored transition.
+        """
         unlike = self.flipped or self.mirrored_before
         return not unlike and self.limbs_changed.bent_changed > 0
 
     @property
     def row(self) -> tuple[int, ...]:
-        """Return the counts of the table."""
+        """Return the counts for the table."""
         return (
             len(self.swivels_before),
             len(self.swivels_after),
@@ -137,20 +142,20 @@ def _mirrored(world: Pose, limb: Limb) -> list[Jump]:
 
 
 def _changed(before: Pose, after: Pose, limb: Limb) -> Straightness:
-    """Count frames in which a limb is bent or straight, and in which P was turned."""
+    """Count the frames in which a limb is bent or straight, and in which of these P was turned."""
     bend = bends(*(before.at[:, joint] for joint in (limb.p, limb.c, limb.e)))
     turned = (world.turned[:, limb.p] for world in (before, after))
     return straightness(bend, *turned, _limb_bone(before, limb))
 
 
 def _limb_bone(world: Pose, limb: Limb) -> Array:
-    """Return the direction from P to C in P's frame, (frames, 3)."""
+    """Return the direction from P to C in P's own frame, (frames, 3)."""
     away = unit(world.at[:, limb.c] - world.at[:, limb.p])
     return np.einsum("fji,fj->fi", world.turned[:, limb.p], away)
 
 
 def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
-    """Judge one clip before and after; decimals: of the rewritten numbers."""
+    """Judge one clip before and after correction. decimals: number of decimals in the new file."""
     limbs = find(before)
     worlds = pose(before), pose(after)
     jumps = [tuple(j for limb in limbs for j in swivels(w, limb)) for w in worlds]
@@ -183,7 +188,9 @@ def judge(clip: str, before: Motion, after: Motion, decimals: int) -> Verdict:
 
 
 def judged_file(path: Path, name: str) -> Verdict:
-    """Judge a file before and after; raise TwistError if it cannot be read or corrected."""
+    """Judge a file before and after correction; raises TwistError if it
+    cannot be corrected or read.
+    """
     before = read_bvh(path)
     with tempfile.TemporaryDirectory() as folder:
         output = Path(folder) / "refined.bvh"
@@ -193,7 +200,7 @@ def judged_file(path: Path, name: str) -> Verdict:
 
 
 def written_decimals(before: Clip, after: Clip) -> int:
-    """Return the fewest decimals of changed numbers; as many as a float has if none changed."""
+    """Return the fewest decimals of any changed number, or those of a float if none has changed."""
     texts = [clip.text[clip.data_start :].split() for clip in (before, after)]
     new = {b for a, b in zip(*texts, strict=False) if a != b}
     return min((len(token.partition(b".")[2]) for token in new), default=15)
@@ -220,7 +227,7 @@ def line(name: str, counts: Sequence[int], e_moved: float) -> str:
 
 
 def details(verdict: Verdict) -> list[str]:
-    """Return the remaining and new problems of a clip, by frame."""
+    """Return the remaining and the new problems of a clip, by frame."""
     lists = {
         "swivels left": verdict.swivels_after,
         "new impossible turns": verdict.turns_new,
@@ -245,13 +252,16 @@ def _listed(jumps: Sequence[Jump]) -> str:
 
 
 def _runs(frames: Sequence[int]) -> list[str]:
-    """Return consecutive frames as first-last."""
+    """Return consecutive frames as texts of the form first-last."""
     parts = np.split(np.array(frames), np.flatnonzero(np.diff(frames) > 1) + 1)
     return [f"{p[0]}" if len(p) == 1 else f"{p[0]}-{p[-1]}" for p in parts]
 
 
 def table(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
-    """Return a line per clip with results, totals, remaining problems and unreadable files."""
+    """Return the lines of the output.
+
+    These are a line per clip with results, the totals, the remaining problems and unreadable files.
+    """
     total = [sum(column) for column in zip(*(v.row for v in verdicts), strict=True)] or [0] * 12
     lines = [f"{'' if k else 'clip':<{WIDTH}} {head}" for k, head in enumerate(HEAD)]
     lines += [line(v.clip, v.row, v.e_moved) for v in verdicts if any(v.row) or v.e_moved]
@@ -275,13 +285,13 @@ def _share(some: int, of: int) -> str:
 
 
 def to_json(verdicts: Sequence[Verdict], errors: dict[str, str]) -> str:
-    """Return all results as JSON, for programs."""
+    """Return all results as JSON for other programs."""
     clips = [asdict(v) | {"changed_clean": v.changed_clean, "harmed": v.harmed} for v in verdicts]
     return json.dumps({"clips": clips, "not_judged": errors}, indent=1) + "\n"
 
 
 def main() -> int:
-    """Print the table; return 1 if something new is wrong."""
+    """Judge every clip and print the table; return 1 if something new is wrong."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--clips", default="*.bvh", metavar="GLOB")

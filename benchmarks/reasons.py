@@ -1,11 +1,11 @@
-"""Check the reasons for peaks past τ without an interval: python -m benchmarks.reasons FOLDER…
+"""Check the reasons for peaks above τ that have no interval: python -m benchmarks.reasons FOLDER…
 
     python3 dev.py bench reasons FOLDER… [--json FILE] [--clips GLOB] [--show WORD]
 
-For every clip and the detectors for consistency, of the paper and for limb flips at their automatic
-τ: all peaks of the strength past τ outside intervals and their edges, counted by the reason that
-`twistcore detect --explain` gives. A peak without a reason, or with a reason that contradicts the
-curve, is listed; the exit status is then 1.
+For every clip and three detectors (for consistency, from the paper, and for limb flips) at their
+automatic τ, all peaks of the strength above τ outside intervals and their edges are counted by the
+reason that `twistcore detect --explain` gives. A peak without a reason, or with a reason that
+contradicts the curve, is listed; the exit status is then 1.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ KINDS = {
 
 
 def peaks(found: Detection, name: str) -> list[int]:
-    """Return peaks of strength past τ outside intervals, searched frame by frame.
+    """Return the peaks of the strength above τ outside intervals, searched frame by frame.
 
-    Does not use the code of the reasons.
+    This does not use the code that finds the reasons.
     """
     strength = found.analysis.detector(found.method).strength(name).tolist()
     own = [i for i in found if i.chain == name]
@@ -58,7 +58,9 @@ def _touched(interval: Interval, frame: int) -> bool:
 
 
 def contradictions(found: Detection, reason: Reason) -> Iterator[str]:
-    """Yield contradictions of a reason to the curve, the intervals or its own numbers."""
+    """Yield every point in which a reason contradicts the curve, the
+    intervals or its own numbers.
+    """
     strength = float(found.analysis.detector(found.method).strength(reason.chain)[reason.frame])
     tau, numbers = found.tau[reason.chain], reason.numbers
     if reason.strength != strength or reason.tau != tau:
@@ -86,14 +88,14 @@ def contradictions(found: Detection, reason: Reason) -> Iterator[str]:
 
 
 def _is_meant(interval: Interval, reason: Reason) -> bool:
-    """True if the interval is the image's, or one that blocks it."""
+    """True if the interval is in the chain that the reason mirrors or belongs to."""
     if reason.why == Why.IMAGE:
         return bool(interval.chain == reason.numbers["of"])
     return interval.chain == reason.chain
 
 
 def wrong(found: Detection, name: str) -> tuple[list[Reason], list[str]]:
-    """Return all reasons at the peaks of a chain or limb, and their errors."""
+    """Return all reasons for the peaks of a chain or limb, and the errors in these reasons."""
     reasons = peaks_without_interval(found, name)
     lines = [f"{name} {r.frame}: {what}" for r in reasons for what in contradictions(found, r)]
     lines += [f"{name} {r.frame}: {r.why} at a peak" for r in reasons if r.why in NEVER_PEAKS]
@@ -103,7 +105,7 @@ def wrong(found: Detection, name: str) -> tuple[list[Reason], list[str]]:
 
 
 def main() -> int:
-    """Count the reasons in folders."""
+    """Count the reasons in all folders."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n\n", 1)[0])
     parser.add_argument("folder", type=Path, nargs="+")
     parser.add_argument("--json", type=Path)

@@ -1,19 +1,21 @@
 """Measure corrections on common rigs: python -m benchmarks.rigs FOLDER [--clips N] [--json FILE].
 
-FOLDER contains CMU clips with MotionBuilder's names. Each is converted to every rig of
-`benchmarks._rig_families`; 58 errors of 15-150° per rig, 1-30 frames long, are spread over the
-clips and injected at the joint above C: P turns about its bone, and its children turn back. The
-automatic corrections follow. Every rig gets the same errors, at the same joints and frames.
+FOLDER contains CMU clips with the joint names of MotionBuilder. Each clip is converted to every rig
+in `benchmarks._rig_families`. For each rig, 58 errors of 15-150° that last 1-30 frames are spread
+over the clips and injected at the joint above C: P turns about its bone, and its children turn
+back. Every rig gets the same errors at the same joints and frames. Then the automatic corrections
+are applied.
 
-A frame is repaired if at most a fifth of its error is left, in P and in each of its children. Made
-wrong: joints in frames without error that are changed by more than 1°; `sound`: the same in clips
-without errors. Chains: how many of the ten pairs P, C are examined. Rigs in pieces have a line for
-each share of a bone's roll in its first piece: none, half, all. The other pieces have the rest, and
-also roll of the joint below, as in pronation of the forearm. Between pieces: errors of a piece
-relative to the next one of its bone, in a separate run.
+A frame counts as repaired if at most a fifth of its error is left, in P and in each of its
+children. The column "made wrong" counts joints that are changed by more than 1° in frames without
+an error, and `sound` counts the same in clips without errors. The column "chains" shows how many of
+the ten pairs of P and C are examined. A rig in pieces has one line for each share of a bone's roll
+in its first piece: none, half, all. The other pieces have the rest, and also some roll of the joint
+below, as in pronation of the forearm. The results "between pieces" are for errors of a piece
+relative to the next piece of its bone, in a separate run.
 
-Clips with automatic corrections before any error is injected are left out. --missed lists every
-error that is not repaired, and the reason.
+Clips in which corrections are made before any error is injected are left out. --missed lists every
+error that is not repaired, with the reason.
 
 Five rigs come from public sources, and nothing is tuned on them:
 
@@ -66,7 +68,7 @@ _JOINTS = ("Hips", "LeftUpLeg", "RightArm", "LeftHand")  # joints that every CMU
 
 
 class Pair(NamedTuple):
-    """Indices of P and C; limb: the limb of the pair."""
+    """The indices of P and C, and the limb to which both belong."""
 
     parent: int
     child: int
@@ -74,7 +76,7 @@ class Pair(NamedTuple):
 
 
 class Place(NamedTuple):
-    """The place of an error: number of the pair, frames [start, stop), radians."""
+    """Where an error is injected: the number of its pair, the frames [start, stop), and radians."""
 
     pair: int
     start: int
@@ -84,7 +86,7 @@ class Place(NamedTuple):
 
 @dataclass(frozen=True)
 class Missed:
-    """An error that was not repaired, with the reason."""
+    """An error that was not repaired, with the reason for this."""
 
     rig: str
     share: float
@@ -98,7 +100,7 @@ class Missed:
 
 @dataclass(frozen=True)
 class Count:
-    """The results for a rig's errors; made_wrong and sound count joints in frames."""
+    """The results for a rig's errors; made_wrong and sound count joints, summed over frames."""
 
     errors: int = 0
     repaired: int = 0
@@ -116,14 +118,16 @@ class Count:
 
     @property
     def percent(self) -> float:
-        """Return the per cent of error frames that are repaired."""
+        """Return the percentage of error frames that are repaired."""
         return 100.0 * self.repaired_frames / self.frames if self.frames else 100.0
 
 
 def drawn(
     limbs: Sequence[tuple[int, bool]], frames: int, number: int, rng: np.random.Generator
 ) -> list[Place]:
-    """Draw places of errors, at least APART frames apart in a limb; limbs: of each pair."""
+    """Return random errors, at least APART frames apart in each limb.
+    limbs: the limb of each pair.
+    """
     places: list[Place] = []
     for _ in range(number if limbs else 0):
         for _ in range(_TRIES):
@@ -141,7 +145,7 @@ def drawn(
 
 
 def with_errors(motion: Motion, pairs: Sequence[Pair], places: Sequence[Place]) -> Motion:
-    """Turn P of each place by its offset about its bone, and its children back."""
+    """Turn P of each pair about its bone by the error's offset, and turn its children back."""
     chains, errors = {}, []
     for place in places:
         pair = pairs[place.pair]
@@ -154,7 +158,7 @@ def with_errors(motion: Motion, pairs: Sequence[Pair], places: Sequence[Place]) 
 
 
 def corrected(motion: Motion) -> tuple[Motion, Detection]:
-    """Return the motion after automatic corrections, and the detection."""
+    """Return the motion after its automatic corrections, and the detection."""
     found = analyse(motion).detect(kinds=REPAIRED)
     return refine(motion, found.chains_and_limbs, applied_unasked(found)), found
 
@@ -162,7 +166,7 @@ def corrected(motion: Motion) -> tuple[Motion, Detection]:
 def counted(
     motion: Motion, pairs: Sequence[Pair], places: Sequence[Place], rig: Rig, clip: str
 ) -> Count:
-    """Inject errors into a motion on a rig, correct it automatically, and count."""
+    """Inject errors into a motion on a rig, correct them automatically, and count the results."""
     refined, found = corrected(with_errors(motion, pairs, places))
     left = geodesic_angle(motion.rotations, refined.rotations)
     turned = np.zeros(left.shape, dtype=bool)
@@ -222,19 +226,21 @@ def reason(found: Detection, pair: Pair, place: Place) -> str:
 
 
 def _why_left(interval: Interval) -> str:
-    """Return why an interval is not corrected automatically."""
+    """Return why an interval was not corrected automatically."""
     why = "open" if interval.open else f"confidence {interval.confidence or 0.0:.2f}"
     return f" not applied ({why})"
 
 
 def sound_changes(motion: Motion) -> int:
-    """Count joints in frames changed by more than 1° in a clip without errors."""
+    """Count the joints, summed over frames, that change by more than 1°
+    in a clip without errors.
+    """
     refined, _ = corrected(motion)
     return int((geodesic_angle(motion.rotations, refined.rotations) > CHANGED).sum())
 
 
 def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
-    """Return the results for errors at limb joints, and for errors between pieces."""
+    """Return the results for errors at limb joints, and for errors between pieces of a bone."""
     at_joints, between = Count(), Count()
     for k, (name, motion) in enumerate(clips.items()):
         made = rigged(motion, rig)
@@ -255,7 +261,7 @@ def run(clips: dict[str, Motion], rig: Rig, seed: int) -> tuple[Count, Count]:
 
 
 def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
-    """Return evenly chosen CMU clips without automatic corrections, by name."""
+    """Return CMU clips without automatic corrections, by name, chosen at even distances."""
     found: dict[str, Motion] = {}
     for path in clips_in(folder, suffixes=BVH):
         motion = read_bvh(path).motion
@@ -272,7 +278,7 @@ def sound_clips(folder: Path, number: int) -> dict[str, Motion]:
 
 
 def variants(rig: Rig) -> list[Rig]:
-    """Return a rig in pieces with each share of the roll; any other rig unchanged."""
+    """Return a rig in pieces with each share of the roll, or any other rig unchanged."""
     return [replace(rig, share=share) for share in SHARES] if rig.in_pieces else [rig]
 
 

@@ -1,9 +1,9 @@
-"""Measure setting and painting a frame in the 3D view, compared with a window of bare tubes.
+"""Measure setting and painting a frame in the 3D view, compared with a window of plain tubes.
 
     python benchmarks/scrub.py [--clip CLIP] [--frames N] [--json]
 
-Both windows are 1280×411, repainted synchronously, in turns in one run, so that load on the machine
-affects both equally.
+Both windows are 1280×411 and are repainted synchronously and in turn during one run, so that other
+load on the machine affects them equally.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Tubes(QWidget):
         return both.reshape(-1, 3).astype(np.float32)
 
     def show_frame(self, frame: int) -> None:
-        """Move the tubes and repaint."""
+        """Move the tubes to a frame, and repaint."""
         self._mesh.points[:] = self._points(frame)
         self._mesh.GetPoints().Modified()
         self._mesh.Modified()
@@ -83,20 +83,20 @@ class Tubes(QWidget):
 
 
 def repaint(view: QWidget) -> None:
-    """Paint now. QWidget.repaint() would be delayed until the next vsync."""
+    """Repaint immediately; QWidget.repaint() would wait for the next vsync."""
     QWidget.update(view)
     QApplication.sendEvent(view.window(), QEvent(QEvent.Type.UpdateRequest))
 
 
 def time_of(action: Callable[..., None], *arguments: int) -> float:
-    """Return the milliseconds of a call."""
+    """Return the duration of a call in milliseconds."""
     start = time.perf_counter()
     action(*arguments)
     return 1e3 * (time.perf_counter() - start)
 
 
 def measure(clip: Path, frames: int) -> Figures:
-    """Return median and 95th percentile of both windows, milliseconds."""
+    """Return median and 95th percentile for both windows in milliseconds."""
     data = analyse_file(clip)
     document = Document()
     document.show_clip(data)
@@ -154,7 +154,7 @@ def measure(clip: Path, frames: int) -> Figures:
 
 
 def is_good(figures: Figures) -> bool:
-    """True if both targets are met."""
+    """True if both windows meet their targets."""
     median, ratio = (float(figures[k]) for k in ("view_median_ms", "ratio"))
     return median <= TARGET_MS and ratio <= TARGET_RATIO
 

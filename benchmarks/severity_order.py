@@ -1,11 +1,12 @@
-"""Test the order of clips by severity against a plain count of jumps.
+"""Compare the order of clips by severity with their order by a plain count of jumps.
 
     python -m benchmarks.severity_order FOLDER [--first N]
 
-For every clip below FOLDER: its severity, and how many times per second a joint's rotation or place
-jumps: by more than 45° or 4 % of the figure's height in a frame, and by four times the median of
-the two frames before and after. The output shows Spearman's rank correlation over all clips and
-over clips in which either value is above 0, and the N first clips by each.
+For every clip below FOLDER, the severity is compared with the number of times per second that a
+joint's rotation or position jumps: by more than 45° or 4 % of the figure's height in a frame, and
+by more than four times the median of the two frames before and after. The output shows Spearman's
+rank correlation over all clips and over clips in which either value is above 0, and the first N
+clips in each order.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ TURN, WAY, TIMES = 45.0, 0.04, 4.0
 
 
 def jumps_a_second(motion: Motion) -> float:
-    """Return jumps per second of rotations and places of all joints, without the root's path."""
+    """Return jumps per second in rotations and positions of all joints, without the root's path."""
     if motion.frames < 6:
         return 0.0
     turns = np.degrees(geodesic_angle(motion.rotations[1:], motion.rotations[:-1]))
@@ -39,14 +40,16 @@ def jumps_a_second(motion: Motion) -> float:
 
 
 def _jumps(steps: np.ndarray, least: float) -> float:
-    """Count steps, (frames − 1, joints), that are larger than `least` and than their neighbours."""
+    """Count the steps, (frames − 1, joints), that exceed `least` and stand
+    out from their neighbours.
+    """
     beside = np.median([steps[:-4], steps[1:-3], steps[3:-1], steps[4:]], axis=0)
     here = steps[2:-2]
     return float(((here > least) & (here > TIMES * beside)).sum())
 
 
 def main() -> None:
-    """Compare both orders."""
+    """Compare both orders, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--first", type=int, default=12)

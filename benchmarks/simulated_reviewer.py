@@ -1,9 +1,9 @@
 """Simulate a reviewer who knows the injected errors, for the benchmarks of learning.
 
-In each clip some chains get errors (P0 and the small ones of H6), others decoys: small
-counter-twists that this person takes for natural motion. The detector lists its candidates at 0.3
-of its automatic τ, so they include false alarms. An error that is found and corrected is accepted;
-a decoy and any other interval is rejected.
+In each clip, some chains get errors (P0 and the small errors of H6) and others get decoys: small
+counter-twists that this reviewer considers natural motion. The detector lists its candidates at 0.3
+of its automatic τ, so that they include false alarms. The reviewer accepts an error that is found
+and corrected, and rejects decoys and all other intervals.
 """
 
 from __future__ import annotations
@@ -41,19 +41,22 @@ ACCEPTED, NATURAL, DECOY = "accepted", "natural", "decoy"
 
 @dataclass(frozen=True, eq=False)
 class Reviewed:
-    """A clip judged by this reviewer, and the subject of each verdict, in order."""
+    """A clip judged by this reviewer, and what each verdict is about, in order."""
 
     clip: JudgedClip
     about: tuple[str, ...]
 
     def keep(self, which: Sequence[int]) -> Reviewed:
-        """Return the clip with some of its verdicts."""
+        """Return the clip with only some of its verdicts."""
         verdicts = tuple(self.clip.verdicts[k] for k in which)
         return Reviewed(replace(self.clip, verdicts=verdicts), tuple(self.about[k] for k in which))
 
 
 def reviewed(path: Path, seed: int, harder: str = "") -> Reviewed:
-    """Review a clip once, plain or made harder; a quarter as many decoys as chains with errors."""
+    """Review a clip once. harder: True to make its motion harder first.
+
+    A quarter as many chains get decoys as get errors.
+    """
     motion = read_bvh(path).motion
     chains = analyse(motion).chains
     rng = generator(seed, path.name, 17)
@@ -104,7 +107,7 @@ def _about(verdict: Verdict, decoys: Sequence[InjectedError]) -> str:
 
 
 def reviewed_folder(paths: Sequence[Path], seed: int, harder: str = "") -> list[Reviewed]:
-    """Review all clips."""
+    """Review all clips in a folder."""
     with ProcessPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(partial(reviewed, seed=seed, harder=harder), paths))
 
@@ -116,9 +119,9 @@ def sampled(
     most: int | None = None,
     mistaken: float = 0.0,
 ) -> list[JudgedClip]:
-    """Draw verdicts of a folder, a tenth of them wrong, of the given kinds; at most `most`.
+    """Return at most `most` verdicts on a folder's clips, a tenth of them on wrong intervals.
 
-    mistaken: share of verdicts that the reviewer gets wrong.
+    kinds: kinds of wrong intervals; mistaken: share of verdicts that the reviewer gets wrong.
     """
     every = [(k, n, about) for k, c in enumerate(clips) for n, about in enumerate(c.about)]
     good = [(k, n) for k, n, about in every if about == ACCEPTED]

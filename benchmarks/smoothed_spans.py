@@ -1,12 +1,13 @@
-"""Smooth spans in clean clips and measure how many are found.
+"""Smooth spans in clean clips, and measure how many of them are found.
 
     python -m benchmarks.smoothed_spans FOLDER [--seed N] [--as-they-are]
 
-In every clip, at 20, 30 and 120 frames per second: for 1-2 s the components of the quaternions of
-2-5 joints, or of all, are smoothed by a Gaussian of σ from 0.05 to 0.4 s (BrokenAMASS smooths all
-joints by 0.2 s). Only joints that move are smoothed. The output shows the share of found frames
-that were smoothed (precision), the share of smoothed frames and of spans that are found (recall),
-and spans found in the original clips. --as-they-are: only the original clips, at their own rate.
+In every clip, at 20, 30 and 120 frames per second, the components of the quaternions of 2-5 joints,
+or of all joints, are smoothed for 1-2 s by a Gaussian with a σ from 0.05 to 0.4 s (BrokenAMASS
+smooths all joints with 0.2 s). Only joints that move are smoothed. The output shows the share of
+the frames found that were smoothed (precision), the share of smoothed frames and of spans that are
+found (recall), and the spans found in the original clips. --as-they-are: use only the original
+clips at their own frame rate.
 """
 
 from __future__ import annotations
@@ -34,7 +35,9 @@ _SHORTEST, _SLOWEST = 24, 15.0  # frames of a clip, and frames a second
 def with_smoothed(
     motion: Motion, rng: np.random.Generator, sigma: float, *, everything: bool
 ) -> tuple[Motion, slice] | None:
-    """Return the motion with a smoothed span, and its frames; None if the clip is too short."""
+    """Return the motion with a smoothed span, and the span's frames; None
+    if the clip is too short.
+    """
     length = int(rng.uniform(1.0, 2.0) * motion.fps)
     if length >= motion.frames - 4:
         return None
@@ -52,7 +55,7 @@ def with_smoothed(
 
 
 def found_in(motion: Motion) -> NDArray[np.bool_]:
-    """Return a mask of the frames of spans, (frames,)."""
+    """Return a mask of the frames in which smoothed spans are found, (frames,)."""
     mask = np.zeros(motion.frames, dtype=bool)
     for span in smoothed_spans(motion):
         mask[span.start : span.stop] = True
@@ -60,14 +63,14 @@ def found_in(motion: Motion) -> NDArray[np.bool_]:
 
 
 def spans_in(mask: NDArray[np.bool_]) -> int:
-    """Return the number of runs in a mask."""
+    """Return the number of runs of consecutive frames in a mask."""
     return int((np.diff(mask.astype(int), prepend=0) > 0).sum())
 
 
 def measure(
     motion: Motion, rng: np.random.Generator, sigma: float, *, everything: bool
 ) -> Counter[str]:
-    """Return the counts of one clip."""
+    """Return the counts for one clip."""
     made = with_smoothed(motion, rng, sigma, everything=everything)
     if made is None:
         return Counter()
@@ -83,7 +86,7 @@ def measure(
 
 
 def motions_of(folder: Path, fps: float | None) -> Iterator[tuple[str, Motion]]:
-    """Yield name and motion of every BVH that is long enough; fps: None for its own rate."""
+    """Yield name and motion of every BVH that is long enough. fps: None for the clip's own rate."""
     for path in sorted(folder.rglob("*.bvh")):
         try:
             motion = read_clip(path).motion
@@ -98,7 +101,7 @@ def motions_of(folder: Path, fps: float | None) -> Iterator[tuple[str, Motion]]:
 
 
 def main() -> None:
-    """Measure every rate, kind and strength."""
+    """Measure every frame rate, kind and strength."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=1)

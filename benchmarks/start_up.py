@@ -25,7 +25,9 @@ SAMPLE = Path(__file__).resolve().parent.parent / "assets" / "walk_injected.bvh"
 
 
 def child(begun: float, clip: Path) -> None:
-    """Open the clip and print both times; begun: time.time() before the interpreter started."""
+    """Open the clip, and print both durations. begun: time.time()
+    before the interpreter started.
+    """
     os.environ.setdefault("QT_API", "pyside6")
     leave_sources_unread()  # as the program does
     from inspector.app import make_application
@@ -47,7 +49,7 @@ def child(begun: float, clip: Path) -> None:
 
 
 def main() -> None:
-    """Print the table."""
+    """Measure the start, and print the table."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--runs", type=int, default=5)
     parser.add_argument("--child", nargs=2, help=argparse.SUPPRESS)

@@ -2,8 +2,8 @@
 
     python -m benchmarks.straight_figure CLIP -o FILE
 
-An error of 35°, typical of solvers, is injected into every spell in which a limb of the clip is
-straight. The figure shows its effect on the twist of P and C and on the azimuth of C's bone, and
+An error of 35°, which is typical of solvers, is injected wherever a limb of the clip is straight
+for a while. The figure shows its effect on the twist of P and C and on the azimuth of C's bone, and
 the corrected curves.
 """
 
@@ -32,7 +32,9 @@ DELTA, ONSET = np.radians(35.0), 0.1  # radians; seconds
 
 
 def curves(motion, chain):
-    """Return the twists of P and C and the azimuth, degrees, (frames,) each; azimuth if defined."""
+    """Return the twists of P and C and, where it is defined, the
+    azimuth, degrees, (frames,) each.
+    """
     q_p, q_c = motion.rotations[:, chain.parent], motion.rotations[:, chain.child]
     x, y = twist_increments(q_p, q_c, chain.axis)
     bend = bend_of(q_c, chain.axis, chain.arm, motion.fps)
@@ -80,7 +82,7 @@ def draw(clip: Path, name: str, output: Path) -> None:
 
 
 def with_titles(panels: Sequence[Any], titles: Sequence[str]) -> None:
-    """Set titles and axes of stacked panels, degrees over seconds."""
+    """Set the titles and axes of panels one above the other, with degrees over seconds."""
     for panel, title in zip(panels, titles, strict=True):
         panel.set_title(title, fontsize=9, loc="left")
         panel.set_ylabel("degrees")

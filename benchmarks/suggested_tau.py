@@ -1,9 +1,9 @@
 """Test the suggested τ: python -m benchmarks.suggested_tau FOLDER [--seed N] [--seeds N].
 
 τ is suggested for every chain from each clip by itself, and from all clips of the folder together
-(a profile), with the seeds of `twistcore tune`. Errors of other seeds are then injected. The table
-compares the FSR at the suggested τ with the FSR at the best fixed τ, which is found afterwards over
-all clips and chains, and shows the false alarms in all original clips.
+(a profile), with the seeds of `twistcore tune`. Then errors with other seeds are injected. The
+table compares the FSR at the suggested τ with the FSR at the best fixed τ, which is determined
+afterwards from all clips and chains, and shows the false alarms in all original clips.
 """
 
 from __future__ import annotations
@@ -31,9 +31,10 @@ from twistcore.tuning.injected_curve import PROTOCOLS
 
 @dataclass(frozen=True, eq=False)
 class Tried:
-    """A chain of a clip: its curve for tuning, and by protocol one with the seeds of the trial.
+    """A chain of a clip: the curve used for tuning, and one per protocol
+    with the seeds of the trial.
 
-    alarms: intervals applied in the original clip, by τ of the grid.
+    alarms: number of intervals corrected in the original clip, for each τ of the grid.
     """
 
     chain: str
@@ -43,7 +44,7 @@ class Tried:
 
 
 def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
-    """Return the curves of all chains of a clip."""
+    """Return the curves for all chains of a clip."""
     motion = read_bvh(path).motion
     tuning = clip_tuning(motion, path.name, method=method)
     as_is = analyse(motion).by(method)
@@ -57,7 +58,7 @@ def try_clip(path: Path, method: str, seeds: Sequence[int]) -> list[Tried]:
 
 
 def report(title: str, tried: Sequence[Tried], tau: Sequence[float]) -> None:
-    """Print a block with the results of the τ of each chain of each clip."""
+    """Print a block of results, with the τ chosen for each chain of each clip."""
     place = [int(np.argmin(np.abs(t.curve.tau - x))) for t, x in zip(tried, tau, strict=True)]
     alarms = sum(int(t.alarms[k]) for t, k in zip(tried, place, strict=True))
     low, middle, high = np.degrees(np.percentile(tau, [0, 50, 100]))
@@ -79,7 +80,7 @@ def report(title: str, tried: Sequence[Tried], tau: Sequence[float]) -> None:
 
 
 def main() -> None:
-    """Print both blocks."""
+    """Test the suggestions, and print both blocks of results."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seed", type=int, default=601, help="the first seed of the trial")

@@ -1,9 +1,10 @@
 """Switch clips in quick succession: python -m benchmarks.switched_clips [--times 400] [--seed 1].
 
-Another clip is opened before the last one is analysed, over and over, while the mouse holds
-borders, bodies and empty ground of the plots, rows are clicked, numbers and notes are typed, menus
-and palettes are answered, and actions of the table are triggered at random. Prints every exception
-and every warning of Qt, of which there should be none, and the memory at the end.
+Again and again, another clip is opened before the previous one is analysed. Meanwhile the mouse
+holds borders, intervals and empty areas of the plots, rows are clicked, numbers and notes are
+typed, menus and palettes are answered, and actions of the table are triggered at random. The output
+shows every exception and every warning of Qt, of which there should be none, and the memory at the
+end.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ _KEYS = (
 
 @dataclass
 class Hand:
-    """Random actions; held: the plot in which the mouse button is down."""
+    """A source of random actions. held: the plot over which the mouse button is held down."""
 
     window: MainWindow
     rng: random.Random
@@ -63,7 +64,7 @@ class Hand:
     done: Counter[str] = field(default_factory=Counter)
 
     def step(self) -> None:
-        """Do one random action."""
+        """Carry out one random action."""
         things = (self.pull, self.pull, self.let_go, self.row, self.popup, self.card)
         thing = self.rng.choice((*things, *(self.action,) * 3))
         thing()
@@ -74,7 +75,7 @@ class Hand:
         return QPoint(x, y)
 
     def pull(self) -> None:
-        """Press at an interval's border or inside it, or continue a drag."""
+        """Press the mouse button at an interval's border or centre, or continue a drag."""
         window = self.window
         if self.held is not None:
             QTest.mouseMove(self.held, self._place(self.held))
@@ -94,26 +95,26 @@ class Hand:
         self.held = view
 
     def let_go(self) -> None:
-        """Release the mouse button."""
+        """Release the mouse button, if it is held down."""
         if self.held is not None:
             at = self._place(self.held)
             QTest.mouseRelease(self.held, _LEFT, Qt.KeyboardModifier.NoModifier, at)
             self.held = None
 
     def row(self) -> None:
-        """Click somewhere in a table or list."""
+        """Click a random place in a table or list."""
         shown = [t for t in self.window.findChildren(QAbstractItemView) if t.isVisible()]
         view = self.rng.choice(shown).viewport()
         QTest.mouseClick(view, _LEFT, self.rng.choice(_KEYS), self._place(view))
 
     def popup(self) -> None:
-        """Press a key in a popup or dialog, if there is one."""
+        """Press a key in a popup or dialog if one is open."""
         box = QApplication.activePopupWidget() or QApplication.activeModalWidget()
         if box is not None:
             QTest.keyClick(box, self.rng.choice(_PRESSED))
 
     def card(self) -> None:
-        """Turn a number of the selected interval, and type a note."""
+        """Change a number of the selected interval, and type a note."""
         card = self.window.detail
         for box in (card.start, card.stop):
             if box.isEnabled():
@@ -122,13 +123,13 @@ class Hand:
             card.note.setText(f"{self.rng.random():.3f}")
 
     def action(self) -> None:
-        """Trigger any action."""
+        """Trigger a random action."""
         names = [name for name in self.window.actions_by_id if name not in _LEFT_OUT]
         self.window.actions_by_id[self.rng.choice(names)].trigger()
 
 
 def switch(window: MainWindow, clips: list[Path], times: int, seed: int) -> Counter[str]:
-    """Open one clip after the other; return the actions done meanwhile."""
+    """Open the clips one after the other; return the actions carried out in between."""
     hand = Hand(window, random.Random(seed))
     sitting = Sitting(window, clips, hand.rng)
     sitting.open(clips[0])
@@ -150,7 +151,7 @@ def switch(window: MainWindow, clips: list[Path], times: int, seed: int) -> Coun
 
 
 def main() -> int:
-    """Print the actions and the reported problems."""
+    """Run the test; print the actions and the reported problems."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--times", type=int, default=400)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,12 +1,13 @@
-"""Measure the response to a dragged τ: python -m benchmarks.tau_drag [--frames N]…
+"""Measure how fast the window follows a τ that is dragged: python -m benchmarks.tau_drag.
 
-Repeats the sample to 3,000, 10,000 and 100,000 frames, each round with three errors of its own,
-from 1° to 150°, so that every move of τ finds other intervals. Drags τ of that chain over 60
-values in the real window and prints the median and the 95th percentile of (a) τ → new intervals
-in the core, (b) the same and plots, table and strip painted and on the screen, (c) the 3D view
-drawn too, where it changes. A frame of a 60 Hz screen is 16.7 ms. A second line has the tuning tab
-in front: its two plots are painted as well. Last, how long that tab's curve takes to appear for the
-first length, and how long the event loop stands still while it is measured.
+Repeats the sample to 3,000, 10,000 and 100,000 frames (or --frames N…), where each repetition has
+three errors of its own, from 1° to 150°, so that every move of τ finds other intervals. Drags the τ
+of that chain over 60 values in the real window, and prints the median and the 95th percentile of
+the time (a) until the core has found the new intervals, (b) until plots, table and strip are also
+painted and on the screen, and (c) until the 3D view is drawn, too, where it changes. A frame on a
+60 Hz screen takes 16.7 ms. The second line is measured with the tuning tab in front, where its two
+plots are painted as well. The last line shows how long the curve of that tab takes to appear for
+the first length, and how long the event loop is blocked while it is computed.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ TAUS = np.geomspace(0.5, 120.0, 60)
 
 
 def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
-    """Repeat the clip, each round with other errors; the bytes remain those of one round.
+    """Repeat the clip with other errors in each repetition; the bytes
+    remain those of one repetition.
 
     The clip's path is in `folder`, where the journal of the drag is written.
     """
@@ -67,7 +69,7 @@ def tiled(clip: Clip, frames: int, folder: Path) -> Clip:
 
 
 class _Painted(QObject):
-    """Record which widgets have been painted since `expect_all`."""
+    """Records which widgets have been painted since `expect_all`."""
 
     def __init__(self, widgets: list[QWidget]) -> None:
         super().__init__()
@@ -81,7 +83,7 @@ class _Painted(QObject):
         self.waiting = set(self._widgets)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:  # noqa: N802 — Qt's name
-        """Watch events without filtering them."""
+        """Watch all events without stopping any."""
         if event.type() == QEvent.Type.Paint:
             self.waiting.discard(watched)
         return False
@@ -90,10 +92,10 @@ class _Painted(QObject):
 def measure(
     app: QApplication, frames: int, folder: Path, *, tuning: bool = False
 ) -> tuple[np.ndarray, int]:
-    """Return milliseconds of every step, (3, steps), and the largest number of intervals.
+    """Return the milliseconds of every step, (3, steps), and the largest number of intervals.
 
-    Core; plots, table and strip on the screen; the 3D view too. tuning: with the tuning tab in
-    front of the interval table, its two plots painted instead.
+    The first axis is: core; plots, table and strip on the screen; the 3D view, too. tuning: True to
+    have the tuning tab in front of the interval table and its two plots painted instead.
     """
     window = MainWindow(Settings(theme="light"), None)
     window.resize(1440, 900)
@@ -144,10 +146,11 @@ def measure(
 
 
 def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, float, float, float]:
-    """Measure how the tab's curve appears for a newly opened clip.
+    """Measure how the curve of the tuning tab appears for a newly opened clip.
 
-    Returns seconds until the selected chain's curve is drawn, and until all are known; the longest
-    stall of the event loop meanwhile, and in an equal time before, milliseconds.
+    Returns the seconds until the curve of the selected chain is drawn and until all curves are
+    known, and the longest time in milliseconds for which the event loop is blocked, both meanwhile
+    and in an equally long time before.
     """
     head, _, rows = SAMPLE.read_text().rstrip().partition("Frame Time:")
     step, *lines = rows.splitlines()
@@ -176,7 +179,7 @@ def appearing(app: QApplication, frames: int, folder: Path) -> tuple[float, floa
 
 
 def longest_turn(app: QApplication, ready: Callable[[], bool], seconds: float = 60.0) -> float:
-    """Run the event loop until a condition holds; return the longest turn, milliseconds."""
+    """Run the event loop until a condition holds; return its longest turn in milliseconds."""
     longest, end = 0.0, time.perf_counter() + seconds
     while not ready() and time.perf_counter() < end:
         begun = time.perf_counter()
@@ -187,7 +190,7 @@ def longest_turn(app: QApplication, ready: Callable[[], bool], seconds: float = 
 
 
 def main() -> None:
-    """Print the tables."""
+    """Measure all lengths, and print the tables."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--frames", type=int, action="append", help="clip lengths to measure")
     chosen = parser.parse_args().frames or [3_000, 10_000, 100_000]

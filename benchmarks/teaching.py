@@ -1,10 +1,10 @@
-"""Measure a frame with the teaching tab open: setting it, the 3D view with the gizmo, the tab.
+"""Measure the time per frame with the teaching tab open: the update, the 3D view, and the tab.
 
     python benchmarks/teaching.py [--clip CLIP] [--frames N] [--json]
 
-Uses process time, so that other programs matter little (threads of a software renderer count too).
-The 3D view is 1280×411 as in scrub.py, the tab 545×640; the same frames in turns with the lesson on
-and off.
+The 3D view includes the gizmo. The times are CPU times of the process, so that other programs have
+little effect (threads of a software renderer are included). The 3D view is 1280×411 as in scrub.py,
+the tab 545×640; the same frames are drawn with the lesson on and off, in turn.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ TARGET_MS = 25.0
 
 
 def repaint(widget: QWidget) -> None:
-    """Paint now, without waiting for the screen's next refresh."""
+    """Repaint immediately, without waiting for the screen's next refresh."""
     QApplication.sendEvent(widget.window(), QEvent(QEvent.Type.UpdateRequest))
 
 
 def measure(clip: Path, frames: int) -> Figures:
-    """Return medians in milliseconds."""
+    """Return the medians in milliseconds."""
     document = Document()
     document.show_clip(analyse_file(clip))
     colours = Colours(DARK)

@@ -1,4 +1,4 @@
-"""The command line of `twist-inspector`, also `python -m inspector`, checked before Qt loads."""
+"""The command line of `twist-inspector` or `python -m inspector`, checked before Qt is loaded."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _wrong_arguments(arguments: argparse.Namespace) -> str:
-    """Return what is wrong with the arguments; '' if they are fine."""
+    """Return an error message if the arguments are wrong, or '' if they are fine."""
     file, picture, folder = arguments.file, arguments.screenshot, arguments.demo
     if arguments.language not in ("", "system", *codes()):
         return f"--language {arguments.language}: expected one of {', '.join(codes())} or system."
@@ -75,7 +75,9 @@ def _wrong_arguments(arguments: argparse.Namespace) -> str:
 
 
 def _missing_for_window() -> str:
-    """Return why no window can open here, because Qt would only crash; '' if one can."""
+    """Return why no window can be opened on this system, where Qt would
+    only crash, or '' if one can.
+    """
     if any(find_spec(name) is None for name in _WINDOW):
         return _NOT_INSTALLED
     platform = os.environ.get("QT_QPA_PLATFORM")

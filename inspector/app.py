@@ -1,4 +1,4 @@
-"""Set up Qt, open the window, and handle signals of the system until it closes."""
+"""Set up Qt, open the window, and handle signals from the system until the window closes."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _begin(window: MainWindow, path: Path | None) -> None:
-    """Open the given path, or offer decisions that the last run did not save."""
+    """Open the given path, or offer to restore decisions that the last run did not save."""
     if path is None:
         window.files.offer_unsaved()
     else:
@@ -90,7 +90,7 @@ def _begin(window: MainWindow, path: Path | None) -> None:
 
 
 def _show_complaint(window: MainWindow, complaint: str) -> None:
-    """Show a message now, and again after a clip has opened with its own messages."""
+    """Show a message now, and show it again after a clip has opened with its own messages."""
     print(legible(complaint), file=sys.stderr)
     window.bar.show_message(complaint, True)
     again = partial(window.bar.add_error, complaint)
@@ -99,7 +99,7 @@ def _show_complaint(window: MainWindow, complaint: str) -> None:
 
 
 def _script(window: MainWindow, arguments: argparse.Namespace) -> Script | None:
-    """Return the script that drives the window, for --demo and --screenshot, or None."""
+    """Return the script that drives the window for --demo or --screenshot, or None."""
     from inspector.window.demo import demo, screenshot
 
     if arguments.demo:

@@ -1,4 +1,4 @@
-"""Paths of the clips, texts and icons that come with the program, in a wheel or a checkout."""
+"""Paths of the clips, texts and icons shipped with the program, in a wheel or in a checkout."""
 
 from __future__ import annotations
 

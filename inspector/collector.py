@@ -1,7 +1,7 @@
-"""Collect Python's garbage only between two events of the GUI thread.
+"""Run Python's garbage collector only between two events of the GUI thread.
 
-By default the collector runs in any thread that creates an object. Garbage may contain Qt objects.
-If they are deleted in a worker's thread, or while PySide changes its table of connections, the
+By default, the collector runs in any thread that creates an object. Garbage may contain Qt objects.
+If these are deleted in a worker thread, or while PySide changes its table of connections, the
 program crashes or hangs.
 """
 
@@ -15,7 +15,7 @@ _PERIOD_MS = 1000
 
 
 def collect_between_events(owner: QObject) -> None:
-    """Replace Python's collector by a timer that runs as long as `owner` lives."""
+    """Replace Python's automatic collection with a timer that runs as long as `owner` lives."""
     gc.disable()
     timer = QTimer(owner)
     timer.timeout.connect(collect_due)
@@ -23,7 +23,7 @@ def collect_between_events(owner: QObject) -> None:
 
 
 def collect_due() -> None:
-    """Collect the oldest generation that is due by Python's own thresholds."""
+    """Collect the oldest generation that is due according to Python's own thresholds."""
     counts = zip(gc.get_count(), gc.get_threshold(), strict=True)
     due = [generation for generation, (count, limit) in enumerate(counts) if count > limit > 0]
     if due:
@@ -31,7 +31,7 @@ def collect_due() -> None:
 
 
 def keep_for_good() -> None:
-    """Exclude all present objects, the program itself, from collection.
+    """Exclude all existing objects, that is, the program itself, from future collections.
 
     Searching them each time would block the window for 0.15 s.
     """

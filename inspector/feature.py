@@ -1,6 +1,6 @@
-"""Features of the window: each has rows in menus, panels, settings and connections.
+"""Features of the window, each with its own menu rows, panels, settings and connections.
 
-A feature is one object of :class:`Feature`, in the file `feature.py` of its folder;
+Each feature is an object of class :class:`Feature`, in the file `feature.py` of its folder;
 `inspector/window/features.py` lists all of them, and the window is built from that list.
 """
 
@@ -36,7 +36,10 @@ Area = Qt.DockWidgetArea
 
 
 class HostWindow(QMainWindow):
-    """The window as seen by features; docks: by name; actions_by_id: by the rows' ids."""
+    """The window as features see it.
+
+    docks: the docks by name; actions_by_id: the actions by the ids of their rows.
+    """
 
     document: Document
     player: Player
@@ -62,30 +65,31 @@ class HostWindow(QMainWindow):
         raise NotImplementedError
 
     def save_quietly(self) -> bool:
-        """Save the review without a message; True if it is on disk."""
+        """Save the review without a message; return True if it is on disk."""
         raise NotImplementedError
 
 
 class FeatureParts:
-    """Parts that a feature builds; their public attributes become attributes of the window."""
+    """The parts that a feature builds; their public attributes become attributes of the window."""
 
     def connect(self, window: HostWindow) -> None:
-        """Build parts that need the docks, and connect them with parts of other features."""
+        """Build the parts that need the docks, and connect them with parts of other features."""
 
     def take(self, path: Path) -> bool:
-        """Show a file that was dropped on the window; False if it is not for this feature."""
+        """Show a file that was dropped on the window; return False if it is of another kind."""
         return False
 
     def close(self) -> None:
-        """Stop all work, because the window closes."""
+        """Stop all work, because the window is closing."""
 
 
 @dataclass(frozen=True)
 class Tool:
-    """The button of a row in the toolbar: its word, and its place from the left.
+    """The toolbar button of an action.
 
-    A line separates places of different tens. spared: in a narrow window its word disappears first
-    (1), second (2), or last, with all others (0).
+    word: the text on the button; place: its position from the left, where a separator divides
+    places with different tens digits (19 and 20, for example); spared: when its word is hidden in a
+    narrow window: first (1), second (2), or last (0), together with the remaining words.
     """
 
     word: str
@@ -95,12 +99,13 @@ class Tool:
 
 @dataclass(frozen=True)
 class ActionRow(Generic[T]):
-    """A row of a menu; T: the object that its action works on.
+    """A row of a menu. T is the type of the object on which its action works.
 
-    checked: True if it is checked at the start; group: name of a group in which one row is checked;
-    needs: 'clip' if it needs an open clip, 'figure' if it also needs the 3D view; in_list: True if
-    the context menu of the panel's list has it, too; tool: its button in the toolbar, if any;
-    verdict: True if it decides, so that a held key does it once, and only about what was drawn.
+    checked: True if the row is checked at the start; group: name of a group in which exactly one
+    row is checked; needs: 'clip' if the row needs an open clip, 'figure' if it also needs the 3D
+    view; in_list: True if the row also appears in the context menu of the panel's list; tool: its
+    button in the toolbar, or None; verdict: True if the row decides on an interval, so that a held
+    key acts once, and only on an interval that has been drawn.
     """
 
     id: str
@@ -116,17 +121,17 @@ class ActionRow(Generic[T]):
     checkable: ClassVar[bool] = False
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action with what the row does."""
+        """Connect the action with the effect of this row."""
 
 
 @dataclass(frozen=True)
 class ActionSpec(ActionRow[T]):
-    """A row with a command; a row of a group runs it when it becomes checked."""
+    """A row that runs a command; in a group, the command runs when the row becomes checked."""
 
     do: Callable[[T], object] = field(kw_only=True)
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action with the command."""
+        """Connect the action with the command of this row."""
         if self.group:
             action.toggled.connect(lambda checked: self.do(on) if checked else None)
         else:
@@ -135,21 +140,21 @@ class ActionSpec(ActionRow[T]):
 
 @dataclass(frozen=True)
 class Switch(ActionRow[T]):
-    """A row that turns something on and off."""
+    """A row that turns something on or off."""
 
     turn: Callable[[T, bool], object] = field(kw_only=True)
     checkable: ClassVar[bool] = True
 
     def connect(self, action: QAction, on: T) -> None:
-        """Connect the action with the switch."""
+        """Connect the action with the switch of this row."""
         action.toggled.connect(lambda checked: self.turn(on, checked))
 
 
 @dataclass(frozen=True)
 class MenuRows(Generic[T]):
-    """Rows of one menu; None stands for a separator.
+    """The rows of one menu; None stands for a separator.
 
-    after: id of the row after which they are inserted, '' for the menu's end.
+    after: id of the row after which they are inserted, or '' for the end of the menu.
     """
 
     menu: str
@@ -159,10 +164,12 @@ class MenuRows(Generic[T]):
 
 @dataclass(frozen=True)
 class DockPanel(Generic[T]):
-    """A dock with its name, under which its place is remembered, its title and its first place.
+    """A dock of the window.
 
-    content: returns the widget in the dock; tab: True for a tab next to the intervals; before: name
-    of the panel that it precedes, '' for the end.
+    name: the name under which its position is remembered; title: its title; area: the area where it
+    is placed at first; content: function that returns the widget in the dock; shown: True if the
+    dock is visible at first; tab: True if it is a tab next to the interval table; before: name of
+    the panel that it precedes, or '' if it comes last.
     """
 
     name: str
@@ -176,7 +183,7 @@ class DockPanel(Generic[T]):
 
 @dataclass(frozen=True)
 class Tick:
-    """A check box in the preferences; name: its FeatureSetting."""
+    """A check box in the preferences. name: the name of its FeatureSetting."""
 
     name: str
     text: str
@@ -185,7 +192,7 @@ class Tick:
 
 @dataclass(frozen=True)
 class Feature(Generic[Built]):
-    """A feature of the window; build: creates its views, before any docks exist."""
+    """A feature of the window. build: function that creates its views before any dock exists."""
 
     name: str
     build: Callable[[HostWindow], Built]

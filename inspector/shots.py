@@ -1,4 +1,4 @@
-"""Take the docs' pictures and film of the real window: `python dev.py shot [NAME…]`."""
+"""Take the pictures and the film for the docs from the real window: `dev.py shot [NAME…]`."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ _FILMED = "LeftForeArm"  # the sample's forearm, with an error in all of these f
 
 
 def main() -> int:
-    """Take all pictures and the film, or the named ones; return the exit code."""
+    """Take the named pictures, or all pictures and the film; return the exit code."""
     make_application()
     use_shipped_fonts()
     from inspector.window.export_dialog import ExportDialog
@@ -277,7 +277,7 @@ def act(window: MainWindow, *names: str) -> None:
 
 
 def wait(milliseconds: int) -> None:
-    """Run the event loop for a time; unlike QTest.qWait, this lets Python threads run."""
+    """Run the event loop for some milliseconds; unlike QTest.qWait, let Python threads run."""
     loop = QEventLoop()
     QTimer.singleShot(milliseconds, loop.quit)
     loop.exec()
@@ -303,7 +303,7 @@ def steady_picture(window: MainWindow) -> QImage:
 
 
 def save(window: MainWindow, name: str, *, small: bool = False) -> None:
-    """Save a picture of the settled window; small: without the part below the 3D view."""
+    """Save a picture of the window once it is steady; small: crop the part below the 3D view."""
     wait(_SETTLE_MS)
     picture = steady_picture(window)
     if small:

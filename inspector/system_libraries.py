@@ -1,6 +1,7 @@
-"""System libraries and the screen that windows need, and the packages that provide them.
+"""The system libraries and the screen that windows need, and the packages that provide them.
 
-This module uses only the standard library of any Python 3, as dev.py runs it before installing.
+This module uses only the standard library of any Python 3, because dev.py runs it before installing
+anything.
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ X_LIBRARIES = {
 
 
 def has_screen() -> bool:
-    """True if windows can be shown."""
+    """True if this system has a screen on which windows can be shown."""
     if not sys.platform.startswith("linux"):
         return True
     return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
@@ -51,7 +52,7 @@ def is_loadable(soname: str) -> bool:
 
 
 def missing_libraries(platform: str = "xcb") -> dict[str, str]:
-    """Return the missing libraries and the Debian package of each; platform: Qt's."""
+    """Return each missing library with its Debian package; platform: the name of Qt's platform."""
     if not sys.platform.startswith("linux"):
         return {}
     needed = LIBRARIES | (X_LIBRARIES if platform.startswith("xcb") else {})

@@ -1,1 +1,1 @@
-"""The clips of a folder, analysed in the background and listed by severity."""
+"""The clips of a folder: analysed in the background and listed by severity."""

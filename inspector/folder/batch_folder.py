@@ -1,4 +1,4 @@
-"""A folder written by `twistcore batch`: its findings, and the state of its clips' reviews."""
+"""A folder written by `twistcore batch`: its results, and how far its clips are reviewed."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ _ELSEWHERE = {"fps": "--fps", "kinds": "--kinds", "chains": "--chain", "rig": "-
 
 
 class BatchFolder(QObject):
-    """The clips of a batch's manifest, in any folder; it records decisions in the manifest.
+    """The clips in the manifest of a batch, wherever they are; decisions are
+    recorded in the manifest.
 
-    options: the batch's options that differ from the defaults, in words.
+    options: description of the batch options that differ from the defaults.
     """
 
     failed = Signal(str)  # the error message when decisions cannot be recorded
@@ -48,13 +49,14 @@ class BatchFolder(QObject):
 
     @property
     def under_way(self) -> bool:
-        """True while a batch is writing to the folder."""
+        """True while a batch is still writing to the folder."""
         return is_held(self.folder / LOCK)
 
     def clips(self) -> list[QueuedClip]:
-        """Return the manifest's clips; clips that have changed since wait for a new analysis.
+        """Return the manifest's clips.
 
-        So do clips that the batch analysed with options the window cannot apply. Raises TwistError.
+        Clips that have changed since the batch processed them are queued for a new analysis, as are
+        clips that the batch analysed with options the window cannot apply. Raises TwistError.
         """
         with Manifest.open(self.folder) as manifest:
             glances, self._parameters = manifest.glances(), manifest.parameters()
@@ -65,7 +67,7 @@ class BatchFolder(QObject):
         return [self._queued(glance) for glance in glances]
 
     def profile_of(self, path: Path) -> Profile | None:
-        """Return the batch's τ and detector for a clip; None if they are the defaults."""
+        """Return the τ and detector that the batch used for a clip, or None for the defaults."""
         glance = self._glances.get(path)
         given = self._parameters.get(glance.mark, {}) if glance is not None else {}
         if glance is None or not _options_text(given):
@@ -107,7 +109,7 @@ class BatchFolder(QObject):
     # -- decisions ----------------------------------------------------------------------------
 
     def note(self, path: Path) -> None:
-        """Record the state of a clip's session in the manifest, in the background."""
+        """Record in the manifest how far a clip is reviewed, in the background."""
         if (glance := self._glances.get(path)) is None:
             return
         self._noting += 1
@@ -119,7 +121,7 @@ class BatchFolder(QObject):
         task.start()
 
     def when_noted(self, then: Callable[[], None]) -> None:
-        """Call `then` once all decisions are recorded; at once if nothing is pending."""
+        """Call `then` once all decisions are recorded, or at once if nothing is pending."""
         if self._noting:
             self._then = then
         else:
@@ -146,7 +148,7 @@ class BatchFolder(QObject):
 
 
 def _options_text(given: Mapping[str, Any]) -> str:
-    """Return the options of a batch that differ from the defaults, in words."""
+    """Return a description of the batch options that differ from the defaults."""
     parts = []
     if given.get("tau_deg") is not None:
         parts.append(f"τ {given['tau_deg']:g}°")
@@ -161,7 +163,7 @@ def _options_text(given: Mapping[str, Any]) -> str:
 
 
 def _is_same(path: Path, glance: ClipGlance) -> bool:
-    """True if a file is the one that the batch processed."""
+    """True if a file is still the one that the batch processed."""
     with suppress(OSError):
         if glance.signature:
             return signature_of(path)[0] == glance.signature

@@ -1,4 +1,4 @@
-"""The table of the folder's clips: severity, state of the review, and progress."""
+"""The table of the folder's clips: severity, progress of each review, and overall progress."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class _ClipModel(RowModel[QueuedClip]):
 
 
 def _sorted_by(clip: QueuedClip) -> tuple[Any, ...]:
-    """Return the values to sort by, one per column; reviews are sorted by what is left to do."""
+    """Return a clip's sort values, one per column; reviews are sorted by the work left to do."""
     decided, of = clip.counts
     left = clip.state == ClipState.READY, of - decided, of
     return clip.title.casefold(), clip.severity, left, clip.exported
@@ -144,7 +144,7 @@ def _tip(clip: QueuedClip) -> str:
 
 
 def _spoken(clip: QueuedClip) -> dict[int, str]:
-    """Return the words for a screen reader, for cells that show a sign or a bar."""
+    """Return the texts that a screen reader reads for cells that show a symbol or a bar."""
     words = {}
     if clip.waits:
         words[0] = tr("{name}: unsaved decisions can be restored", name=clip.title)
@@ -156,7 +156,7 @@ def _spoken(clip: QueuedClip) -> dict[int, str]:
 
 
 class _SeverityBar(RowDelegate):
-    """Draws the severity as a bar, on a square root scale up to the worst listed clip."""
+    """Draws the severity as a bar, on a square-root scale up to the worst listed clip."""
 
     def __init__(self, model: _ClipModel, parent: QWidget) -> None:
         super().__init__(model, parent)
@@ -229,7 +229,7 @@ class ClipsPanel(QWidget):
         self._refresh()
 
     def sizeHint(self) -> QSize:
-        """Return a size with room for some rows."""
+        """Return a size with room for a few rows."""
         table = self.table
         rows = _ROWS * table.verticalHeader().defaultSectionSize()
         height = rows + table.horizontalHeader().sizeHint().height() + 2 * table.frameWidth()
@@ -255,7 +255,7 @@ class ClipsPanel(QWidget):
             self._queue.note(data.clip.path, (decided, len(intervals)))
 
     def _sort_by(self, column: int) -> None:
-        """Sort by a column, then in reverse, then worst first again."""
+        """Sort by a column; further clicks on it sort in reverse, then worst first again."""
         downwards = column == _SEVERITY
         first, second = (column, downwards), (column, not downwards)
         self._order = {first: second, second: None}.get(self._order or (-1, False), first)
@@ -267,7 +267,7 @@ class ClipsPanel(QWidget):
         self._refresh()
 
     def listed(self) -> list[QueuedClip]:
-        """Return the listed clips in their order."""
+        """Return the listed clips in the order of the table."""
         (_, passes), text = STATES[self.wanted.currentIndex()], self.text.text().casefold()
         clips = [c for c in self._queue.ordered if passes(c) and text in c.title.casefold()]
         if self._order is not None:
@@ -276,7 +276,7 @@ class ClipsPanel(QWidget):
         return clips
 
     def _take_news(self) -> None:
-        """Refresh at once, or a little later while clips are being analysed quickly."""
+        """Refresh at once, or after a short delay while clips are being analysed quickly."""
         if not self._queue.running:
             self._refresh()
         elif not self._news.isActive():

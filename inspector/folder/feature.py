@@ -29,12 +29,12 @@ class Folder(FeatureParts):
         self.clips.chosen.connect(window.open_path)
 
     def connect(self, window: HostWindow) -> None:
-        """Build the actions, which write the listed clips."""
+        """Build the actions that write the table and the report of the listed clips."""
         listed, save = self.clips.listed, window.save_quietly
         self.folder_actions = FolderActions(self.queue, listed, window.bar, save, window)
 
     def close(self) -> None:
-        """End the analysing processes."""
+        """End the processes that analyse clips."""
         self.queue.close()
 
 

@@ -1,4 +1,4 @@
-"""The actions on a folder of clips: they write its table and its report."""
+"""The actions on a folder of clips: saving its table and writing its report."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ _PATTERN = tr("Tables (*.csv);;All files (*)")
 
 @dataclass(eq=False)
 class FolderActions:
-    """Writes the folder's clips as CSV, and a batch's report.
+    """Writes the folder's clips as a CSV table, and the report of a batch.
 
-    listed: returns the listed clips; save: saves the review.
+    listed: function that returns the listed clips; save: function that saves the review.
     """
 
     queue: FolderQueue
@@ -38,7 +38,7 @@ class FolderActions:
     _report: QProcess | None = field(default=None, init=False)
 
     def save_clip_table(self) -> None:
-        """Ask for a file, and write the listed clips as CSV."""
+        """Ask for a file name, and write the listed clips as CSV."""
         if (folder := self.queue.folder) is None:
             self.bar.show_message(tr("Open a folder first."), False)
             return
@@ -47,7 +47,7 @@ class FolderActions:
         ask_where(self.window, title, _PATTERN, then, wanted=proposed, suffix="csv")
 
     def save_clip_table_to(self, path: Path) -> None:
-        """Write the table: the whole file or nothing."""
+        """Write the table to `path`; if writing fails, the file is left unchanged."""
         clips = list(self.listed())
         if is_there(path) and path.suffix.lower() != ".csv":
             message = tr(
@@ -74,7 +74,7 @@ class FolderActions:
         self.bar.show_message(f"{path.name}: {count}.{left}", False)
 
     def write_report(self) -> None:
-        """Write the report of the open batch folder, with the decisions."""
+        """Write the report of the open batch folder, including the decisions."""
         if (folder := self.queue.folder) is None or self.queue.batch is None:
             message = tr("Open a folder made by `twistcore batch` first.")
             self.bar.show_message(message, False)
@@ -99,7 +99,9 @@ class FolderActions:
         report.start(program, words)
 
     def _give_up(self) -> None:
-        """End the process when the program ends; every page it wrote is complete."""
+        """Stop the report's process when the program ends; all pages
+        written so far are complete.
+        """
         report, self._report = self._report, None
         if report is not None:
             report.blockSignals(True)

@@ -58,7 +58,7 @@ class _Worker:
 
 
 class FolderQueue(QObject):
-    """Clips of a folder, and the processes that survey them; `changed` reports news."""
+    """The clips of a folder and the processes that survey them; `changed` reports any change."""
 
     changed = Signal()
     finished = Signal()
@@ -92,7 +92,7 @@ class FolderQueue(QObject):
 
     @property
     def ordered(self) -> list[QueuedClip]:
-        """Clips, worst first, then the clips not yet analysed, then the failed ones."""
+        """The surveyed clips, worst first, then those not yet surveyed, then the failed ones."""
 
         def rank(clip: QueuedClip) -> tuple[int, float, str]:
             group = {ClipState.READY: 0, ClipState.FAILED: 2}.get(clip.state, 1)
@@ -102,7 +102,7 @@ class FolderQueue(QObject):
 
     @property
     def progress(self) -> tuple[int, int]:
-        """Number of clips that are surveyed or failed, and of all clips."""
+        """Number of clips that are surveyed or have failed, and number of all clips."""
         over = sum(c.state in (ClipState.READY, ClipState.FAILED) for c in self.clips.values())
         return over, len(self.clips)
 
@@ -126,13 +126,15 @@ class FolderQueue(QObject):
         return next((c.path for c in behind), None)
 
     def listed(self, path: Path) -> Path:
-        """Return the folder's path of a clip, if the clip is in it; if not, the path itself."""
+        """Return the path under which the folder lists a clip; if it does
+        not, return `path` itself.
+        """
         own = (p for p in self.clips if p.name == path.name and same_file(p, path))
         return path if path in self.clips else next(own, path)
 
     @property
     def totals(self) -> tuple[int, int, int, int]:
-        """Numbers of decided clips, clips with intervals, decided intervals and intervals."""
+        """Numbers of decided clips, clips with intervals, decided intervals and all intervals."""
         clips = [c for c in self.clips.values() if c.state != ClipState.FAILED]
         due = [c for c in clips if c.done or c.to_do]
         counts = [c.counts for c in clips]
@@ -141,7 +143,7 @@ class FolderQueue(QObject):
 
     @property
     def profile_text(self) -> str:
-        """The τ at which clips are surveyed and opened, in words."""
+        """Description of the τ with which clips are surveyed and opened."""
         if self.profile_name:
             return self.profile_name
         if self.batch is not None:
@@ -151,7 +153,7 @@ class FolderQueue(QObject):
         return tr("automatic for each clip")
 
     def profile_of(self, path: Path) -> Profile | None:
-        """Return the folder's or the batch's τ for a clip; None for the clip's own."""
+        """Return the τ and detector that the folder or the batch sets for a clip, or None."""
         if self.profile is not None or self.batch is None:
             return self.profile if path in self.clips else None
         return self.batch.profile_of(path)
@@ -159,9 +161,10 @@ class FolderQueue(QObject):
     # -- the folder ---------------------------------------------------------------------------
 
     def open(self, folder: Path, profile: Profile | None = None, name: str = "") -> None:
-        """Survey a folder, with a profile's τ if given, and stop the previous survey.
+        """Survey the clips of a folder, with the τ of a profile if one is given.
 
-        For a folder that `twistcore batch` wrote, survey only clips without results in it.
+        A survey of another folder is stopped. In a folder that `twistcore batch` wrote, only clips
+        without a result are surveyed.
         """
         self.close()
         if is_batch_folder(folder):
@@ -177,7 +180,7 @@ class FolderQueue(QObject):
         self.rescan()
 
     def rescan(self) -> None:
-        """Add clips that are new in the folder, and mark missing ones."""
+        """Add clips that are new in the folder, and mark the missing ones."""
         if self.folder is None:
             return
         if self.batch is not None:
@@ -201,7 +204,7 @@ class FolderQueue(QObject):
         self._continue()
 
     def _take_batch(self, batch: BatchFolder) -> None:
-        """Take the manifest's results, unless a profile sets τ; survey the other clips."""
+        """Use the results in the manifest, unless a profile sets τ; survey the remaining clips."""
         try:
             clips = batch.clips()
         except TwistError as error:
@@ -241,19 +244,19 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def _continue(self) -> None:
-        """Survey the waiting clips."""
+        """Start surveying the clips that are waiting."""
         if any(c.state == ClipState.WAITING for c in self.clips.values()):
             self._poll.start()
             self._look()
         self.changed.emit()
 
     def _put(self, path: Path, **known: Any) -> None:
-        """Update what is known of a clip, if it still belongs to the folder."""
+        """Change some fields of a clip's entry, if the clip still belongs to the folder."""
         if path in self.clips:
             self.clips[path] = replace(self.clips[path], **known)
 
     def use_profile(self, profile: Profile | None, name: str = "") -> None:
-        """Survey the folder again with a profile's τ, or with each clip's automatic τ."""
+        """Survey the folder again with the τ of a profile, or with the automatic τ of each clip."""
         self.cancel()
         self.profile, self.profile_name = profile, name
         self.clips = {
@@ -265,7 +268,7 @@ class FolderQueue(QObject):
         self.rescan()
 
     def refresh(self, path: Path) -> None:
-        """Read a clip's session again after it was saved."""
+        """Read the session of a clip again after it was saved."""
         self.note(path, decided_in(path))
         if self.batch is not None:
             self.batch.note(path)
@@ -282,7 +285,7 @@ class FolderQueue(QObject):
         self.rescan()
 
     def cancel(self) -> None:
-        """Stop surveying, and keep the results so far."""
+        """Stop surveying, but keep the results obtained so far."""
         self._stop()
         for path, clip in self.clips.items():
             if clip.state == ClipState.ANALYSING:
@@ -290,7 +293,7 @@ class FolderQueue(QObject):
         self.changed.emit()
 
     def close(self) -> None:
-        """Close the folder, and end the processes."""
+        """Close the folder and end the worker processes."""
         self.cancel()
         if watched := self._watcher.directories() + self._watcher.files():
             self._watcher.removePaths(watched)
@@ -299,7 +302,9 @@ class FolderQueue(QObject):
     # -- the processes ------------------------------------------------------------------------
 
     def _look(self) -> None:
-        """Take answers, remove dead workers, and hand out work; fast when nothing is new."""
+        """Collect results, remove workers that have died, and hand out
+        work; fast if nothing is new.
+        """
         changed = bool([w for w in tuple(self._workers) if self._check(w)])
         waiting = [p for p, c in self.clips.items() if c.state == ClipState.WAITING]
         while waiting and len(self._workers) < self._count:
@@ -327,7 +332,7 @@ class FolderQueue(QObject):
             self._end(worker, NOT_BEGUN)
 
     def _check(self, worker: _Worker) -> bool:
-        """True if a worker has answered, died or been stopped, so that it is free again."""
+        """True if a worker is free again, because it has answered, died or been stopped."""
         if worker.path is None:
             return False
         try:

@@ -26,7 +26,7 @@ _REASONS = {
 
 
 class ClipState(StrEnum):
-    """State of a clip's analysis."""
+    """The state of a clip's analysis."""
 
     WAITING = "waiting"
     ANALYSING = "analysing"
@@ -38,11 +38,12 @@ class ClipState(StrEnum):
 class QueuedClip:
     """A clip of the folder.
 
-    severity: in degrees, −1 while unknown; reason: why it failed, or why nothing could be checked
-    (`unchecked`); decided: numbers of decided intervals and of all, from the open review or the
-    session, None without both; exported: name of the latest export, or ''; label: name in a batch,
-    or ''; waits: True if unsaved decisions can be restored; missing: number of frames that the
-    header declares and the file lacks; unexamined: number of arms and legs without a chain.
+    severity: in degrees, −1 while unknown; reason: why the analysis failed or, if `unchecked`, why
+    nothing could be checked; decided: number of decided intervals and of all intervals, taken from
+    the open review or from the session, None if there is neither; exported: name of the latest
+    export, or ''; label: the clip's name in a batch, or ''; waits: True if unsaved decisions can be
+    restored; missing: number of frames that the header declares but the file does not contain;
+    unexamined: number of arms and legs without a chain.
     """
 
     path: Path
@@ -60,18 +61,20 @@ class QueuedClip:
 
     @property
     def title(self) -> str:
-        """Name in lists: the name in the batch, or the file's name, for a BVH without suffix."""
+        """The name shown in lists: the name in the batch, or the file name
+        (a BVH without its suffix).
+        """
         is_bvh = self.path.suffix.lower() == ".bvh"
         return self.label or (self.path.stem if is_bvh else self.path.name)
 
     @property
     def counts(self) -> tuple[int, int]:
-        """Numbers of decided intervals and of all."""
+        """Number of decided intervals and number of all intervals."""
         return self.decided or (0, self.intervals)
 
     @property
     def done(self) -> bool:
-        """True if the clip has intervals and all are decided."""
+        """True if the clip has intervals and all of them are decided."""
         return self.decided is not None and self.decided[0] == self.decided[1] > 0
 
     @property
@@ -83,7 +86,7 @@ class QueuedClip:
 
     @property
     def to_do(self) -> bool:
-        """True if the clip has undecided intervals, or decisions to restore."""
+        """True if the clip has undecided intervals or decisions that can be restored."""
         undecided = self.state == ClipState.READY and self.counts[0] < self.counts[1]
         return undecided or self.waits
 

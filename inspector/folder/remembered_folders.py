@@ -1,4 +1,4 @@
-"""Remembered folders: the clip where a person stopped, and τ of all clips."""
+"""The records of recent folders: the clip last open in each, and the τ used for all its clips."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ def _new() -> dict[str, Any]:
 def _merged(
     old: dict[str, Any] | None, new: dict[str, Any], other: dict[str, Any] | None
 ) -> dict[str, Any]:
-    """Return another program's record of a folder with our changes; τ is taken as a whole."""
+    """Return another program's record of a folder with our changes merged in.
+
+    The three values that set τ are taken together from one of the records.
+    """
     if other is None:
         return new
     old = _new() | (old or {})
@@ -59,7 +62,7 @@ def known_of_folder(settings: Settings, folder: Path) -> dict[str, Any]:
 
 
 def remember_folder(settings: Settings, folder: Path, **known: Any) -> None:
-    """Change the record of a folder; fields that are not named stay."""
+    """Change the given fields of a folder's record, and leave its other fields as they are."""
     now = known_of_folder(settings, folder) | known
     name = str(real_path(folder))
     others = {k: v for k, v in FOLDERS.of(settings).items() if k != name}

@@ -1,4 +1,4 @@
-"""A process that surveys clips, so that a bad clip cannot crash the window."""
+"""A process that surveys clips, so that a faulty clip cannot crash the window."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 
 def work(pipe: Connection) -> None:
-    """Answer every (path, profile) with a ClipSurvey or an error message, until the pipe closes.
+    """Answer each (path, profile) from the pipe with a ClipSurvey or an error message.
 
-    The process ends with the window, even during a survey.
+    The process ends when the pipe closes, and with the window, even in the middle of a survey.
     """
     if (parent := parent_process()) is not None and parent.pid:
         end_with_parent(parent.pid)

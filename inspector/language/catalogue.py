@@ -1,12 +1,13 @@
-"""Texts in the language chosen at the program's start.
+"""Texts in the language that is chosen when the program starts.
 
-The code has the English text, as in `tr("Accept {count} intervals", count=7)`. Values are inserted
-by name, so that a translation may use another order. A language is one PO file, which any
-translation program opens. `python -m inspector.language.extraction` updates the files from the
-code.
+The code contains the English text, as in `tr("Accept {count} intervals", count=7)`. Values are
+inserted by name, so that a translation can put them in a different order. Each language is one PO
+file, which can be opened with any translation program. `python -m inspector.language.extraction`
+updates these files from the code.
 
-Call `use_language` before importing modules with texts, as some build tables of texts at import.
-Files never contain translated texts, only the program's English words.
+Call `use_language` before importing modules with texts, because some of them build tables of texts
+when they are imported. Files written by the program never contain translated texts, only English
+ones.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def codes() -> tuple[str, ...]:
 
 @cache
 def languages() -> dict[str, str]:
-    """Return the available languages: code -> name in that language."""
+    """Return the available languages as a mapping from code to the language's own name."""
     found = {SOURCE: "English"}
     for code in codes()[1:]:
         found[code] = _read(LANGUAGES / f"{code}.po").metadata["Language-Name"]
@@ -48,9 +49,10 @@ def languages() -> dict[str, str]:
 
 
 def wished(setting: str, of_system: Iterable[str]) -> str:
-    """Return the language to use: the setting, or the first available of the system's.
+    """Return the code of the language to use: the setting, or the first available system language.
 
-    setting: a code or 'system'; of_system: codes such as 'de-AT', best first.
+    setting: a code or 'system'; of_system: the system's languages in order of preference, as codes
+    such as 'de-AT'.
     """
     for name in (setting, *of_system):
         code = name.replace("_", "-").split("-")[0].lower()
@@ -60,7 +62,7 @@ def wished(setting: str, of_system: Iterable[str]) -> str:
 
 
 def use_language(code: str) -> None:
-    """Switch all texts to a language, or to English if there is no catalogue for it."""
+    """Switch all texts to a language, or to English if there is no catalogue for that language."""
     global _language
     file = LANGUAGES / f"{code}.po"
     _language = code if code != SOURCE and file.is_file() else SOURCE
@@ -74,43 +76,46 @@ def use_language(code: str) -> None:
 
 
 def chosen_language() -> str:
-    """Return the code of the present language."""
+    """Return the code of the language in use."""
     return _language
 
 
 def in_language(page: Path) -> Path:
-    """Return the translation of a lesson or page; without one, the page itself."""
+    """Return the translation of a lesson or page, or the page itself if it is not translated."""
     own = LESSONS / _language / page.name
     return own if own.is_file() else page
 
 
 def entries_of_core() -> list[tuple[str, str]]:
-    """Return the forms of twistcore's sentences with their translations; none in English."""
+    """Return the templates of twistcore's sentences with their translations; none in English."""
     return [(form, text) for (meaning, form), text in _texts.items() if meaning == CORE]
 
 
 def tr(text: str, /, **values: object) -> str:
-    """Return a text in the chosen language, with `values` inserted by name as by `str.format`.
+    """Return a text in the chosen language, with `values` inserted by name as in `str.format`.
 
-    Control characters in the values are made visible, as the values may come from files.
+    Control characters in the values are made visible, because the values may come from files.
     """
     found = _texts.get(("", text), text)
     return found.format(**_legible_values(values)) if values else found
 
 
 def tr_as(meaning: str, text: str, /, **values: object) -> str:
-    """Return a text with several meanings, such as 'Open'; `meaning` helps the translator."""
+    """Translate a text that has several meanings, such as 'Open'; `meaning` tells them apart."""
     found = _texts.get((meaning, text), text)
     return found.format(**_legible_values(values)) if values else found
 
 
 def announced(text: str, meaning: str = "") -> str:
-    """Return a text that a kind of error declares in its own file, in the chosen language."""
+    """Translate a text that a kind of error or a detector declares in its own file."""
     return _texts.get((meaning, text), text)
 
 
 def plural(one: str, many: str, number: float, /, **values: object) -> str:
-    """Return `one` or `many` for a number; `{n}` in them is the number, unless `n` is given."""
+    """Return the translation of `one` or `many`, depending on `number`.
+
+    `{n}` in the text is replaced by `number`, unless a value named n is given.
+    """
     values.setdefault("n", number)
     single = number == 1
     forms = _plurals.get(one)

@@ -1,8 +1,8 @@
-"""Translate twistcore's sentences.
+"""Translate the sentences of twistcore.
 
-twistcore's sentences are in English, as they also go to terminals and files. The catalogue has
-their forms with the context 'core': the form '{0} has {1} frames.' matches the sentence for all
-values of `{0}` and `{1}`, which are inserted into the translation.
+These sentences are in English, because they also go to terminals and files. The catalogue contains
+their templates with the context 'core': the template '{0} has {1} frames.' matches the sentence for
+any values of `{0}` and `{1}`, which are then inserted into the translation.
 """
 
 from __future__ import annotations
@@ -43,9 +43,10 @@ _JOINTS = (". ", "; ", ": ", " (", ", ", " · ")
 
 
 def of_core(said: object) -> str:
-    """Return a sentence of twistcore in the chosen language; unchanged if its form is unknown.
+    """Return a sentence of twistcore in the chosen language, or unchanged
+    if no template matches it.
 
-    said: a text, or an error. A sentence of several parts is translated part by part. Control
+    said: a text or an error. A sentence of several parts is translated part by part. Control
     characters are made visible.
     """
     language, sentence = chosen_language(), legible(said, lines=True)
@@ -54,7 +55,10 @@ def of_core(said: object) -> str:
 
 @lru_cache(8192)
 def _translated(language: str, sentence: str) -> tuple[str, int]:
-    """Return the translation that covers most letters by forms, and the number of letters."""
+    """Return the best translation of a sentence, and the number of letters matched by templates.
+
+    The best translation is the one for which that number is largest.
+    """
     best = sentence, 0
     if not any(letter.isalpha() for letter in sentence):
         return best
@@ -77,7 +81,9 @@ def _translated(language: str, sentence: str) -> tuple[str, int]:
 
 
 def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
-    """Split at a joint; return the first part, and the second with its closing bracket apart."""
+    """Split a sentence at a joint: return the first part, and the second
+    part and its closing bracket.
+    """
     first, _, rest = sentence.partition(joint)
     bracket = joint == " (" and rest.endswith(")")
     return first + "." * joint.startswith("."), (rest[:-1], ")") if bracket else (rest, "")
@@ -85,7 +91,7 @@ def _parted(sentence: str, joint: str) -> tuple[str, tuple[str, str]]:
 
 @lru_cache(1)
 def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
-    """Return longest piece, pattern, number of letters and translation of each form."""
+    """Return each template's longest fixed piece, pattern, number of letters and translation."""
     entries = sorted(entries_of_core(), key=lambda e: (-_letters(e[0]), e[0]))
     return tuple(
         (_piece(form), re.compile(_pattern(form), re.DOTALL), _letters(form), text)
@@ -94,7 +100,7 @@ def _forms(_language: str) -> tuple[tuple[str, re.Pattern[str], int, str], ...]:
 
 
 def _piece(form: str) -> str:
-    """Return the longest fixed piece of a form, which is a quick test before the pattern."""
+    """Return the longest fixed piece of a template, used as a quick test before the pattern."""
     return max(_HOLE.split(form)[::2], key=len).format()
 
 

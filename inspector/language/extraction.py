@@ -1,6 +1,6 @@
 """Update the catalogues from the texts in the code: `python -m inspector.language.extraction`.
 
-New texts are added without a translation, and texts that the code no longer has are removed.
+New texts are added without a translation, and texts that no longer occur in the code are removed.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def texts_in_code() -> Iterator[_Key]:
 
 
 def _forms(tree: ast.AST) -> Iterator[str]:
-    """Yield the forms of strings that look like words for people, without docstrings."""
+    """Yield the templates of all strings that look like words for people, except docstrings."""
     for node in ast.iter_child_nodes(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             continue
@@ -118,7 +118,7 @@ def _forms(tree: ast.AST) -> Iterator[str]:
 
 
 def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
-    """Yield the texts of detectors and kinds, each with its context."""
+    """Yield the texts that detectors and kinds of errors declare, each with its context."""
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and (fields := _INFOS.get(_name(node))):
             for word in node.keywords:
@@ -128,7 +128,7 @@ def _announced(tree: ast.AST) -> Iterator[tuple[str, str]]:
 
 
 def _numbered(template: str) -> str:
-    """Return a template with numbers instead of names, as in forms."""
+    """Return a template with its placeholders numbered instead of named."""
     for number, name in enumerate(re.findall(r"\{\w+\}", template)):
         template = template.replace(name, f"{{{number}}}", 1)
     return template
@@ -145,7 +145,7 @@ def _name(node: ast.AST) -> str:
 
 
 def _text(call: ast.Call, place: int) -> str | None:
-    """Return the text of an argument; None if it is no constant text."""
+    """Return the text of a call's argument, or None if it is not a constant text."""
     argument = call.args[place] if place < len(call.args) else None
     found = argument.value if isinstance(argument, ast.Constant) else None
     return found if isinstance(found, str) else None

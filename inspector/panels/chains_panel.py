@@ -1,4 +1,4 @@
-"""The table of chains and limbs: how many intervals each has, and how reliable it is."""
+"""The table of chains and limbs: how many intervals each one has, and how reliable it is."""
 
 from __future__ import annotations
 
@@ -81,7 +81,7 @@ _RELIABLE = 0.2  # ‖v⊥‖/‖v‖; below it the azimuth is not reliable
 
 @dataclass(frozen=True)
 class _Shown:
-    """A chain or limb as the table shows it; angles in degrees."""
+    """A chain or limb as shown in the table; angles are in degrees."""
 
     chain: str
     label: str
@@ -143,10 +143,10 @@ class _ChainModel(RowModel[_Shown]):
 
 
 class ChainsPanel(QWidget):
-    """Table of chains and limbs; the selected row is the document's chain.
+    """The table of chains and limbs; the selected row is the current chain of the document.
 
-    A line above the table names the limbs that were not examined, next to the button of
-    `joint_names`.
+    A line above the table names the limbs that could not be examined, next to the button of the
+    action `joint_names`.
     """
 
     def __init__(self, document: Document, colours: Colours, joint_names: QAction) -> None:
@@ -245,7 +245,7 @@ class ChainsPanel(QWidget):
         self._select_row()
 
     def _list_people(self) -> None:
-        """Fill the list of people; it is shown only if the clip has several."""
+        """Fill the list of people, which is shown only if there are several in the clip."""
         data = self._document.data
         people = data.analysis.people if data else ()
         self.people.clear()
@@ -256,7 +256,7 @@ class ChainsPanel(QWidget):
         self.people.setVisible(bool(people))
 
     def _show_unexamined(self) -> None:
-        """Show which limb was not examined, and how many more there are."""
+        """Show a limb that was not examined, and how many more there are."""
         sentences = unexamined_sentences(self._document.data)
         self.unexamined.setText(in_a_line(sentences))
         self.unexamined.setToolTip(as_tip("\n".join(sentences)) if len(sentences) > 1 else "")

@@ -1,4 +1,6 @@
-"""The card of the selected interval: what is wrong, the exact numbers, and the decision."""
+"""The card of the selected interval: the error it describes, the exact
+numbers, and the decision.
+"""
 
 from __future__ import annotations
 
@@ -147,7 +149,9 @@ class DetailCard(QWidget):
         self._refresh()
 
     def set_low(self, low: bool) -> None:
-        """Switch to a low layout: the explanation is one line with a tip, and gaps are narrow."""
+        """Switch to the layout for low windows: narrow gaps, and one line
+        of explanation with a tip.
+        """
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((8, 2, 8, 3) if low else (8, 6, 8, 8)))
@@ -160,7 +164,7 @@ class DetailCard(QWidget):
         self.to_quality.setMaximumHeight(line)
 
     def _take_clip(self) -> None:
-        """Show the new clip; the note of the last clip has been committed already."""
+        """Show the new clip; the note that was typed for the previous clip is already stored."""
         self._shown = None
         self._show_note(None)
         self._refresh()
@@ -221,7 +225,7 @@ class DetailCard(QWidget):
             self._show_note(judged)
 
     def _offer_quality(self, kind: Kind | None) -> None:
-        """Show the button that leads to Quality, for faults of the capture only."""
+        """Show the button that opens the quality tab, only for faults of the capture."""
         fault = kind is not None and kind.of_capture
         self._link.setVisible(fault)
         self.end.keep_room(not fault)  # then the heading may be longer
@@ -239,7 +243,7 @@ class DetailCard(QWidget):
             self.quality_asked.emit(self._document.told(judged).interval)
 
     def _measures(self, judged: Judged) -> tuple[ProtectedMeasure, ...]:
-        """Return what the correction changes in the limb, on top of the other corrections."""
+        """Return how the correction changes the limb's measures, given all other corrections."""
         document = self._document
         assert document.data is not None
         if document.data.blind:
@@ -255,7 +259,7 @@ class DetailCard(QWidget):
         )
 
     def _show_reason(self) -> None:
-        """Without an interval: show why the peak near the playhead is not one."""
+        """If no interval is selected, show why the peak near the playhead is not an interval."""
         document = self._document
         if document.interval is not None:
             return
@@ -274,7 +278,9 @@ class DetailCard(QWidget):
         return self.why.says(text) and not self.visibleRegion().isEmpty()
 
     def write(self, what: str) -> bool:
-        """Move the keyboard focus to 'start', 'stop', 'delta' or 'note'; False if disabled."""
+        """Give the keyboard focus to 'start', 'stop', 'delta' or
+        'note'; False if it is disabled.
+        """
         box: QWidget = getattr(self, what)
         if not box.isEnabled():
             return False
@@ -300,7 +306,7 @@ class DetailCard(QWidget):
             self._document.edit(judged.id, edited, self._burst.drag())
 
     def commit(self) -> None:
-        """Store the note and the reason that are being typed for the shown interval."""
+        """Store the note and the reason that are being typed for the interval shown."""
         shown = (j for j in self._document.intervals if j.id == self._shown)
         judged = next(shown, None)
         note, reason = self.note.text(), stored_reason(self.reason.currentText().strip())
@@ -315,9 +321,9 @@ class DetailCard(QWidget):
 def explanation(
     judged: Judged, chain: Chain, first_frame: int, measures: Sequence[ProtectedMeasure] = ()
 ) -> str:
-    """Return why an interval is listed: first what is wrong, then what gets worse, then numbers.
+    """Return why an interval is listed: the error first, then the side effects, then numbers.
 
-    measures: what the correction changes.
+    measures: the protected measures before and after the correction.
     """
     interval = judged.interval
     evidence = interval.evidence or {}
@@ -365,7 +371,7 @@ def explanation(
 
 
 def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
-    """Return the sentence that says what is turned, how far, and for how long."""
+    """Return the sentence that states which part is turned, by how much, and for how long."""
     interval = judged.interval
     degrees = abs(float(np.degrees(interval.shown)))
     if degrees < _LEAST:
@@ -420,13 +426,13 @@ def _lead(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _one_turns(judged: Judged, chain: Chain, evidence: Mapping[str, Any]) -> bool:
-    """True if P turns and C does not turn back, so that the interval was left open."""
+    """True if P turns and C does not turn back, so that the interval has no end."""
     edges = evidence.get("edges", ())
     return judged.interval.open and len(edges) > 1 and not isinstance(chain, Limb | Helper)
 
 
 def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield what both joints do at the edges of a counter-twist, or all over it."""
+    """Yield the jumps of both joints at the edges of a counter-twist, or its change over time."""
     interval = judged.interval
     edges = evidence.get("edges", ())
     begins = interval.start > 0 or len(edges) > 1
@@ -453,7 +459,7 @@ def _counter_twist(judged: Judged, evidence: Mapping[str, Any], first_frame: int
 
 
 def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
-    """Yield by how much a twist bone next to the chain jumps at its edges."""
+    """Yield the jumps of a twist bone next to the chain at the edges of its interval."""
     jumps = tr("It jumps by {angle}° at the start."), tr("It jumps by {angle}° at the end.")
     for words, key in zip(jumps, ("opens_deg", "closes_deg"), strict=True):
         if evidence.get(key) is not None:
@@ -461,7 +467,7 @@ def _helper_roll(evidence: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int) -> str:
-    """Return which joint jumps, how fast, and what the person can do."""
+    """Return which joint jumps, how fast, and what the user can do about it."""
     sentences = [
         tr(
             "{joint} turns {turn}° about its own axis in one frame, at frame {frame}.",
@@ -488,7 +494,7 @@ def _lone_jump(interval: Interval, evidence: Mapping[str, Any], first_frame: int
 
 
 def _noise_burst(interval: Interval, evidence: Mapping[str, Any]) -> str:
-    """Return which joints jitter, by how much, and what the person can do."""
+    """Return which joints are noisy, how strong the noise is, and what the user can do about it."""
     noise = tr(
         "There is noise of about {size}° in every frame in {joints}. No body moves like that.",
         joints=", ".join(evidence.get("joints", (interval.joint,))),
@@ -513,13 +519,13 @@ def _frozen(chain: Chain, evidence: Mapping[str, Any]) -> str:
 
 
 def _doubts(evidence: Mapping[str, Any], measures: Sequence[ProtectedMeasure] = ()) -> str:
-    """Return the doubts about a correction; without doubts about `measures`, listed before."""
+    """Return the doubts about a correction, except any that the `measures` already describe."""
     listed = {m.doubt for m in measures if m.worse}
     return ", ".join(of_core(d) for d in evidence.get("doubts", ()) if d not in listed)
 
 
 def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator[str]:
-    """Yield the jumps about the limb's line, and on which side the limb is between them."""
+    """Yield the jumps about the limb's line, and the side on which the limb is between them."""
     edges = evidence.get("edges", ())
     if not edges:
         return
@@ -539,7 +545,7 @@ def _flip(limb: Limb, evidence: Mapping[str, Any], first_frame: int) -> Iterator
 
 
 def _rare_side(side: float) -> str:
-    """Return how rare the limb's side in the interval is; '' if it is as usual as the other."""
+    """Return how rare the side of the limb in this interval is, or '' if it is not rare."""
     if side > _RARER:
         return tr(
             "In these frames, the joint is on a side where it hardly ever is in the rest of this "
@@ -551,7 +557,7 @@ def _rare_side(side: float) -> str:
 
 
 def _figures(judged: Judged, chain: Chain) -> str:
-    """Return the figures behind a finding, for the card's tip."""
+    """Return the numbers on which a finding is based, for the card's tool tip."""
     if isinstance(chain, Limb):
         return _flip_figures(judged, chain)
     if not soft_onset(judged.interval) or judged.by_hand:
@@ -566,7 +572,7 @@ def _figures(judged: Judged, chain: Chain) -> str:
 
 
 def _flip_figures(judged: Judged, limb: Limb) -> str:
-    """Return the figures behind a flip, for the card's tip."""
+    """Return the numbers on which a flip is based, for the card's tool tip."""
     interval, evidence = judged.interval, judged.interval.evidence or {}
     lines = []
     if edges := evidence.get("edges", ()):

@@ -1,4 +1,4 @@
-"""The choice whether a flipped limb's foot or hand was kept or turned along."""
+"""The choice whether the foot or hand of a flipped limb was kept or turned along."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _WORDS = {  # by `carried`: the button's text and its tip
 
 
 class EndChoice(QWidget):
-    """Two buttons after a heading: 'Foot: kept | turned along'."""
+    """Two buttons after a heading, as in 'Foot: kept | turned along'."""
 
     turned = Signal()  # the person chose the other one
 
@@ -41,13 +41,13 @@ class EndChoice(QWidget):
         self.keep_room(True)  # so that the rows below do not move
 
     def keep_room(self, keep: bool) -> None:
-        """Set whether the widget's space stays empty while it is hidden."""
+        """Set whether the space of the widget stays reserved while the widget is hidden."""
         policy = self.sizePolicy()
         policy.setRetainSizeWhenHidden(keep)
         self.setSizePolicy(policy)
 
     def show_end(self, word: str, carried: bool) -> None:
-        """Show whether the end, a 'foot' or a 'hand', turned along."""
+        """Show whether the end of the limb, a 'foot' or a 'hand', turned along."""
         self._carried = carried
         self.name.setText(end_as_heading(word))
         for each, button in self.choices.items():
@@ -57,7 +57,7 @@ class EndChoice(QWidget):
 
     @property
     def shown(self) -> str:
-        """Text of the checked button: 'kept' or 'turned along'."""
+        """The text of the checked button: 'kept' or 'turned along'."""
         return _WORDS[self._carried][0]
 
     def _clicked(self) -> None:

@@ -12,7 +12,7 @@ from inspector.widgets.building import vbox
 
 
 class HistoryPanel(QWidget):
-    """A list of steps; undone steps are faint."""
+    """The list of steps, in which undone steps are faint."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -52,6 +52,6 @@ class HistoryPanel(QWidget):
             self._document.redo()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Refresh the list, so that its colours follow the theme."""
+        """Refresh the list, because the theme and with it the colours may have changed."""
         self._refresh()
         super().showEvent(event)

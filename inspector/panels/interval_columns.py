@@ -1,4 +1,4 @@
-"""Columns of the interval table: which are shown, how wide they are, and how rows are sorted."""
+"""The columns of the interval table: which are shown, their widths, and how rows are sorted."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from inspector.widgets.tables import RowTable
 class Column:
     """A column of the interval table.
 
-    id: its name in the settings; head: its heading; name: its text in the menu, the heading if
-    empty; figures: True if numbers are aligned to the right.
+    id: its name in the settings; head: its heading; name: its text in the menu, or '' to use the
+    heading; figures: True if its numbers are aligned to the right.
     """
 
     id: str
@@ -83,8 +83,8 @@ def shown_by_room(
 ) -> list[str]:
     """Return the ids of the columns that fit into `room` pixels, in their order.
 
-    widths: of the columns by id; said: columns that have a text in some row; least: width of the
-    first column at least.
+    widths: width of each column by its id; said: ids of the columns with a text in any row; least:
+    the smallest width of the first column for which the column 'stop' is still shown.
     """
     shown = [c.id for c in COLUMNS if c.id in said and c.id != "joints"]
 
@@ -100,9 +100,10 @@ def shown_by_room(
 
 
 class IntervalColumns(QObject):
-    """Shows the columns that the person chose, or all that fit; remembers the order of rows.
+    """Shows the columns that the user chose, or all that fit, and remembers how rows are sorted.
 
-    A right click on the heading opens the choice. A click sorts; the third click ends sorting.
+    A right click on the heading opens the choice of columns. A click sorts; the third click
+    restores the original order.
     """
 
     def __init__(self, table: RowTable, settings: Settings) -> None:
@@ -126,12 +127,16 @@ class IntervalColumns(QObject):
         header.customContextMenuRequested.connect(self._ask)
 
     def take(self, samples: Mapping[str, str], said: Iterable[str]) -> None:
-        """Take the widest text by column ('' for its heading), and the columns that have texts."""
+        """Set the samples for the column widths and the columns that contain any text.
+
+        samples: the widest text of each column, or '' to use its heading; said: ids of the columns
+        with a text.
+        """
         self._samples, self._with_text = dict(samples), frozenset(said)
         self.fit()
 
     def fit(self) -> None:
-        """Fit columns and their widths to the table's width, if anything has changed."""
+        """Fit the columns and their widths to the width of the table, if anything has changed."""
         table, header = self._table, self._table.horizontalHeader()
         room = table.width() - table.verticalScrollBar().sizeHint().width() - 2
         laid = (
@@ -167,7 +172,7 @@ class IntervalColumns(QObject):
         return [c.id for k, c in enumerate(COLUMNS) if not self._table.isColumnHidden(k)]
 
     def menu(self) -> QMenu:
-        """Return the menu of columns, with an entry that shows all that fit."""
+        """Return the menu of columns, with an entry that shows all columns that fit."""
         menu, shown = QMenu(self._table), self.shown()
         for column in COLUMNS:
             action = menu.addAction(column.name or column.head)

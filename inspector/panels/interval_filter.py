@@ -1,4 +1,4 @@
-"""The filter of the interval table: by decision, kind, chain, confidence and words."""
+"""The filter of the interval table: by decision, kind, chain, confidence and search words."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ _BOUND = re.compile(r"([<>]=?|[≤≥])\s*(\d*[.,]?\d+)")
 
 
 def short_word(kind: Kind) -> str:
-    """Return the kind's word in the table; for an unknown kind the word in the file."""
+    """Return the word for a kind in the table; an unknown kind keeps the word from the file."""
     return announced(kind.info.short, "kind of error")
 
 
 @dataclass(frozen=True)
 class IntervalFilter:
-    """A filter: one of FILTERS, bounds of the confidence, and words that must all occur."""
+    """A filter: one of FILTERS, limits of the confidence, and words that must all occur."""
 
     chosen: str = ALL
     bounds: tuple[tuple[str, float], ...] = ()
@@ -53,7 +53,9 @@ class IntervalFilter:
 
     @staticmethod
     def read(chosen: str, confidence: str, typed: str) -> IntervalFilter:
-        """Return the filter of the three inputs; among the typed words '>0.9' is a bound."""
+        """Return the filter that the three inputs describe; a typed
+        '>0.9' limits the confidence.
+        """
         bounds = tuple(
             (sign.replace(">=", "≥").replace("<=", "≤"), float(number.replace(",", ".")))
             for sign, number in _BOUND.findall(f"{confidence} {typed}")
@@ -61,10 +63,10 @@ class IntervalFilter:
         return IntervalFilter(chosen, bounds, tuple(_BOUND.sub(" ", typed).casefold().split()))
 
     def admits(self, judged: Judged, chain: str, text_of: Callable[[Judged], str]) -> bool:
-        """True if an interval passes.
+        """True if an interval passes the filter.
 
-        chain: the selected chain; text_of: returns the text of an interval that a search looks
-        through.
+        chain: name of the selected chain; text_of: function that returns the text of an interval in
+        which the words are searched.
         """
         if self.chosen == OF_CHAIN:
             if judged.interval.chain != chain:
@@ -132,7 +134,7 @@ class FilterLine(QWidget):
 
 
 class _SearchLine(QLineEdit):
-    """The search line: Enter and Esc end typing, and Esc also clears the text."""
+    """The search line. Enter or Esc ends typing; Esc also clears the text."""
 
     left = Signal()
 
@@ -166,7 +168,7 @@ _ENDS = (Qt.Key.Key_Escape, Qt.Key.Key_Return, Qt.Key.Key_Enter)
 
 
 class FilteredRows(QSortFilterProxyModel):
-    """Rows whose interval is `kept`, sorted by the model's values or in the model's order."""
+    """The rows for which `kept` is True, sorted by the model's values or in the model's order."""
 
     def __init__(
         self, model: RowModel[tuple[Judged, bool]], kept: Callable[[Judged], bool]
@@ -177,6 +179,6 @@ class FilteredRows(QSortFilterProxyModel):
         self.setSourceModel(model)
 
     def filterAcceptsRow(self, row: int, parent: Index) -> bool:
-        """True if Qt may show the row."""
+        """True if the row passes the filter."""
         del parent
         return self._kept(self._model.things[row][0])

@@ -47,7 +47,7 @@ _EVERYTHING = IntervalFilter()
 
 
 class _IntervalModel(RowModel[tuple[Judged, bool]]):
-    """Rows of pairs: an interval of the review, and whether it overlaps another one."""
+    """The rows of the table, each a pair: an interval, and whether it overlaps another one."""
 
     heads = tuple(column.head for column in COLUMNS)
     head_tips = tuple(column.tip or column.name for column in COLUMNS)
@@ -107,7 +107,7 @@ class _IntervalModel(RowModel[tuple[Judged, bool]]):
 
 
 def _end(judged: Judged) -> str:
-    """Return the text of a flip's foot or hand: kept or turned; '' for other kinds."""
+    """Return whether the foot or hand of a flip is kept or turned, or '' for other kinds."""
     if judged.interval.kind != Kind.LIMB_FLIP:
         return ""
     return _TURNED if judged.interval.carried else _KEPT
@@ -149,14 +149,14 @@ def _tip(judged: Judged, shared: bool, chain: str, own: float | None) -> str:
 
 
 class IntervalsPanel(QWidget):
-    """The interval table with its filter; the current row is the document's interval."""
+    """The interval table with its filter; the current row is the document's selected interval."""
 
     activated = Signal()  # a double click on a row
 
     def __init__(
         self, document: Document, colours: Colours, settings: Settings | None = None
     ) -> None:
-        """`settings`: remembers which columns are shown and how rows are sorted."""
+        """Build the panel. settings: store which columns are shown and how rows are sorted."""
         super().__init__()
         self._document = document
         self._refreshing = self._clicked = False
@@ -198,12 +198,12 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide the count in a narrow window."""
+        """Hide the number of intervals in a narrow window."""
         super().resizeEvent(event)
         self.count.setVisible(self.width() >= _WITH_COUNT)
 
     def set_low(self, low: bool) -> None:
-        """Switch to a low layout, with rows close together."""
+        """Switch to the layout for low windows, with rows close together."""
         layout = self.layout()
         assert layout is not None
         layout.setContentsMargins(*((4, 2, 4, 0) if low else (4, 4, 4, 4)))
@@ -230,7 +230,9 @@ class IntervalsPanel(QWidget):
         self._refresh()
 
     def _fit_columns(self, shared: bool) -> None:
-        """Fit the columns to the texts of new intervals; within a clip they never get narrower."""
+        """Fit the columns to the texts of new intervals; as long as a clip
+        is open, they never shrink.
+        """
         document = self._document
         if (data := document.data) is None or not document.intervals:
             return
@@ -275,7 +277,7 @@ class IntervalsPanel(QWidget):
         )
 
     def _is_listed(self, judged: Judged) -> bool:
-        """True for the selected interval, and for all that pass the filter."""
+        """True for the selected interval and for all intervals that pass the filter."""
         return judged.id == self._document.interval_id or self._passes(judged)
 
     def _passes(self, judged: Judged) -> bool:
@@ -285,7 +287,7 @@ class IntervalsPanel(QWidget):
         )
 
     def _name(self, chain: str) -> tuple[str, str]:
-        """Return a chain's label and its joints' names in the file."""
+        """Return the label of a chain and the names of its joints in the file."""
         if chain not in self._names and (data := self._document.data) is not None:
             found = self._document.find_chain(chain)
             label = of_core(found.list_label)
@@ -293,7 +295,7 @@ class IntervalsPanel(QWidget):
         return self._names[chain]
 
     def _search_text(self, judged: Judged) -> str:
-        """Return the text that a search looks through, in the chosen language and in English."""
+        """Return the text of an interval for the search, in the chosen language and in English."""
         name = judged.interval.chain
         label, joints = self._name(name)
         kind = short_word(judged.interval.kind)
@@ -303,17 +305,17 @@ class IntervalsPanel(QWidget):
         return " ".join((*parts, *words))
 
     def order_by(self, order: str) -> None:
-        """Sort by 'time' or by 'chain'; a click on a heading changes the order."""
+        """Sort by 'time' or by 'chain'; clicking a heading changes this order."""
         column = PLACE["start"] if order == "time" else -1
         self.table.sortByColumn(column, Qt.SortOrder.AscendingOrder)
 
     def selected_ids(self) -> tuple[int, ...]:
-        """Return the ids of the selected rows, top to bottom."""
+        """Return the ids of the selected rows from top to bottom."""
         rows = sorted(i.row() for i in self.table.selectionModel().selectedRows())
         return tuple(self._judged(row).id for row in rows)
 
     def shown_ids(self) -> tuple[int, ...]:
-        """Return the ids of the listed rows, top to bottom."""
+        """Return the ids of the listed rows from top to bottom."""
         return tuple(self._judged(row).id for row in range(self._proxy.rowCount()))
 
     def _judged(self, proxy_row: int) -> Judged:
@@ -369,11 +371,15 @@ class IntervalsPanel(QWidget):
 
     @property
     def _is_filtered(self) -> bool:
-        """True if the filter or a hidden chain may leave intervals out."""
+        """True if intervals may be missing from the table because of the
+        filter or a hidden chain.
+        """
         return self.filters.current != _EVERYTHING or bool(self._document.hidden)
 
     def _interval_changed(self) -> None:
-        """Select the row; with a filter, refresh the list, as the selected row is always listed."""
+        """Select the row; if there is a filter, refresh the list, where the
+        selected row always appears.
+        """
         if not self._is_filtered:
             self._select_row()
         elif self._clicked:

@@ -1,4 +1,4 @@
-"""Words for a limb's middle joint and end, and for the part of the body after a bone."""
+"""Words for the middle joint and the end of a limb, and for the body part next to a bone."""
 
 from __future__ import annotations
 
@@ -51,12 +51,12 @@ _JOINT = tr_as("the part that turns back", "next joint")
 
 
 def middle_of(limb: Limb) -> str:
-    """Return the word for the limb's knee or elbow."""
+    """Return the word for the limb's middle joint: knee or elbow."""
     return _MIDDLES[limb.middle_word]
 
 
 def end_in_words(word: str) -> str:
-    """Return twistcore's word 'hand', 'foot' or 'end' as it is used in a sentence."""
+    """Return twistcore's word 'hand', 'foot' or 'end' as used within a sentence."""
     return _ENDS[word]
 
 
@@ -66,10 +66,10 @@ def end_as_heading(word: str) -> str:
 
 
 def next_part(chain: Chain) -> str:
-    """Return the word for the part of the body after the chain's bone: 'hand' for a forearm."""
+    """Return the word for the body part next to the chain's bone, such as 'hand' for a forearm."""
     return _NEXT.get(chain.segment, _JOINT) if chain.ends else _PIECE
 
 
 def part_of_body(chain: Chain) -> str:
-    """Return the words for a chain's bone or limb at the beginning of a sentence."""
+    """Return the words for the bone of a chain, or for a limb, at the beginning of a sentence."""
     return _PARTS.get(chain.label) or of_core(chain.label)

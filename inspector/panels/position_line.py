@@ -1,4 +1,4 @@
-"""The status bar: frame and interval, and the chain's angle, strength and offset there."""
+"""The status bar: frame and interval, and the chain's angle, strength and offset in that frame."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LONGEST_JOINTS = 26  # letters; the rest is in the tip
 
 
 class FrameLine(ElidedLine):
-    """Frame, time and the selected interval; a message may cover it for a while."""
+    """Frame, time and the selected interval; a message may cover this line for a while."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()
@@ -50,7 +50,7 @@ class FrameLine(ElidedLine):
 
 
 class PositionLine(SteadyLabel):
-    """Chain, angle, strength and offset at the playhead."""
+    """The current chain, and its angle, strength and offset at the playhead."""
 
     def __init__(self, document: Document) -> None:
         super().__init__()

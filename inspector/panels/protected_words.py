@@ -1,4 +1,4 @@
-"""Sentences and numbers about what a correction makes worse."""
+"""Sentences and numbers about the side effects of a correction."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NAMES: Mapping[str, tuple[str, str]] = {  # with the unit
 
 
 def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
-    """Return a sentence about what the correction makes worse; '' if nothing gets worse."""
+    """Return a sentence about the measures that the correction makes worse, or '' for none."""
     worse = [of_core(m.doubt) for m in measures if m.worse]
     return (
         tr("The correction would make this worse: {what}.", what=", ".join(worse)) if worse else ""
@@ -33,7 +33,7 @@ def worse_line(measures: Sequence[ProtectedMeasure]) -> str:
 
 
 def table_of(measures: Sequence[ProtectedMeasure]) -> str:
-    """Return a line for each measure, with its value before and after."""
+    """Return one line per measure, with its value before and after the correction."""
     return "\n".join(map(_line, measures))
 
 

@@ -1,4 +1,4 @@
-"""Reasons for a rejection; files keep the English text in every language."""
+"""Reasons for a rejection; files contain their English text, whichever language is chosen."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ REASONS = tuple(_REASONS)
 
 
 def shown_reason(reason: str) -> str:
-    """Return a reason in the chosen language; a reason that a person typed stays as it is."""
+    """Return a reason in the chosen language; a reason that the user typed stays as it is."""
     return _REASONS.get(reason, reason)
 
 
 def stored_reason(told: str) -> str:
-    """Return a shown or typed reason as files keep it."""
+    """Return the text that files contain for a shown or typed reason."""
     return _IN_FILES.get(told, told)

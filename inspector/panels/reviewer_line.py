@@ -1,4 +1,4 @@
-"""The question for the reviewer's name, shown once, after the first decision without a name."""
+"""The question for the reviewer's name, asked once, after the first decision without a name."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from inspector.widgets.building import hbox, tool_button
 
 
 class ReviewerLine(QFrame):
-    """A line for the name; Enter keeps it. Earlier decisions without a name get it, too."""
+    """A line for the reviewer's name. Enter saves it, also for earlier decisions without a name."""
 
     def __init__(self, document: Document, settings: Settings) -> None:
         super().__init__()
@@ -41,7 +41,7 @@ class ReviewerLine(QFrame):
             self.name.setFocus()  # or the letters of the name would decide about intervals
 
     def _look(self) -> None:
-        """Hide the line if the name was entered somewhere else."""
+        """Hide the line if the name was entered elsewhere."""
         if self._document.reviewer and not self.isHidden():
             self._done()
 

@@ -48,7 +48,10 @@ class StartPage(QScrollArea):
         complaint: str,
         colours: Colours,
     ) -> None:
-        """`view`: the widget that the page covers; complaint: why there is no 3D view, or ''."""
+        """Build the page.
+
+        view: the widget that the page covers; complaint: the reason why there is no 3D view, or ''.
+        """
         super().__init__(view)
         self.setObjectName("start")
         self.setFrameShape(QFrame.Shape.NoFrame)
@@ -110,7 +113,7 @@ class StartPage(QScrollArea):
         return super().eventFilter(watched, event)
 
     def _arrange(self, width: int) -> None:
-        """Put the buttons side by side, or one below the other in a narrow window."""
+        """Arrange the buttons in a row or, in a narrow window, one below the other."""
         sides = 2 * _MARGIN + self.verticalScrollBar().sizeHint().width()
         needed = sum(b.sizeHint().width() + _APART for b in self.buttons.values())
         beside, way = needed + sides <= width, QBoxLayout.Direction
@@ -128,7 +131,7 @@ def _button(action: QAction, text: str) -> QPushButton:
 
 
 def _short_path(path: Path) -> str:
-    """Return name and folder of a file, without the middle of a long path."""
+    """Return the name and folder of a file; the middle of a long path is left out."""
     home, folder = Path.home(), path.parent
     parts = ("~", *folder.relative_to(home).parts) if folder.is_relative_to(home) else folder.parts
     if len(parts) > _PARTS:

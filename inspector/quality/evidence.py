@@ -22,10 +22,10 @@ from twistcore.skeleton.rotation import Array
 
 @dataclass(frozen=True)
 class Measure:
-    """A measure of quality: its column in the table, and its curve.
+    """A measure of quality, shown as a column in the table and as a curve.
 
-    decimals: in the table; level: a line across the curve, or None; seldom: True if it has values
-    in few frames only.
+    decimals: number of decimals in the table; level: value of a horizontal line in the plot, or
+    None; seldom: True if only few frames have a value.
     """
 
     name: str
@@ -85,9 +85,10 @@ MEASURES = (
 
 @dataclass(frozen=True, eq=False)
 class FigureEvidence:
-    """The measures of the joints, and those of the figure if it has the 24 joints.
+    """The measures of all joints and, if the figure has the 24 joints of
+    QuaMo, of the whole figure.
 
-    placed: the joint that carries the figure's place; None if no joint does.
+    placed: index of the joint that carries the position of the figure, or None if there is none.
     """
 
     clip: object
@@ -96,12 +97,12 @@ class FigureEvidence:
     placed: int | None
 
     def column(self, measure: int) -> Array:
-        """Return the values of a measure by joint, (joints,); NaN for none."""
+        """Return the value of a measure for each joint, (joints,), with NaN where there is none."""
         q = self.joints
         return (q.usual_jitter, q.jumps.astype(np.float64), q.top_speed, q.slides)[measure]
 
     def curve(self, measure: int, joint: int) -> Array:
-        """Return a joint's values over time, (frames,); NaN for none."""
+        """Return the values of a measure for a joint, (frames,), with NaN where there are none."""
         q = self.joints
         values: Array = (q.jitter, q.excess, q.speed, q.slide)[measure][:, joint]
         return values
@@ -126,7 +127,7 @@ class QualityEvidence(QObject):
         return self._task.running
 
     def watch(self, on: bool) -> None:
-        """Start or stop computing for new clips; a running computation is finished."""
+        """Start or stop computing for new clips; a computation that is running is finished."""
         self._watching = on
         self._start()
 

@@ -1,4 +1,4 @@
-"""Quality of the capture, and tracking, as a feature of the window."""
+"""The quality of the capture, and tracking, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from twistcore.detection import Interval, Kind
 
 
 class Quality(FeatureParts):
-    """The quality tab; the 3D view shows the tracked joints, too."""
+    """The quality tab; the 3D view also shows the tracked joints."""
 
     def __init__(self, window: HostWindow) -> None:
         colours, actions = window.colours, window.actions_by_id
@@ -27,7 +27,7 @@ class Quality(FeatureParts):
         window.viewport.accompany(self.quality.tracked)
 
     def connect(self, window: HostWindow) -> None:
-        """Compute only while the tab is visible, and follow the interval card."""
+        """Compute measures only while the tab is visible, and react to the interval card."""
         self._document, self._dock = window.document, window.docks["quality"]
         self._dock.visibilityChanged.connect(self.quality.set_seen)
         window.detail.quality_asked.connect(self._show_interval)
@@ -37,7 +37,7 @@ class Quality(FeatureParts):
         bring_to_front(self._dock)
 
     def _show_interval(self, interval: Interval) -> None:
-        """Show the joints and the first frame of a fault of the capture in the quality tab."""
+        """Show the joints and the first frame of a capture fault in the quality tab."""
         if not interval.start <= self._document.frame < interval.stop:
             self._document.go_to(interval.start)
         joints = (interval.evidence or {}).get("joints", (interval.joint,))
@@ -45,7 +45,7 @@ class Quality(FeatureParts):
         self.quality.show_joints(joints, track=interval.kind == Kind.NOISE_BURST)
 
     def close(self) -> None:
-        """Stop computing."""
+        """Stop all computations."""
         self.quality.close_clip()
 
 

@@ -1,4 +1,4 @@
-"""The table of joints and their measures, worst first, with a row for the figure's place."""
+"""The table of joints and their measures, worst first, with a row for the figure's position."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from inspector.widgets.theme import Colours
 
 @dataclass(frozen=True)
 class _Joint:
-    """A joint as the table shows it; values: None for a measure without a number.
+    """A row of the table; values: the measures, None where there is no number.
 
-    number: the joint's index; for the figure's place the number of joints.
+    number: the index of the joint, or the number of joints for the row of the figure's position.
     """
 
     number: int
@@ -29,7 +29,7 @@ class _Joint:
 
 
 class JointsModel(RowModel[_Joint]):
-    """Rows of joints, sorted by a column; tracked joints have their own colour."""
+    """The rows of the joints, sorted by a column; tracked joints have a colour of their own."""
 
     heads = (f"{tr('Joint')}\n", *(f"{m.name}\n{m.unit}" for m in MEASURES))
     head_tips = ("", *(m.tip for m in MEASURES))
@@ -43,11 +43,11 @@ class JointsModel(RowModel[_Joint]):
         self._column, self._down = 1, True
 
     def key(self, thing: _Joint) -> int:
-        """Return the joint's number."""
+        """Return the number that identifies the row."""
         return thing.number
 
     def describe(self, thing: _Joint) -> TableRow:
-        """Return the row with the joint's name and numbers."""
+        """Return the row with the joint's name and values."""
         numbers = tuple(
             "–" if value is None else f"{value:.{measure.decimals}f}"
             for measure, value in zip(MEASURES, thing.values, strict=True)
@@ -67,7 +67,7 @@ class JointsModel(RowModel[_Joint]):
         )
 
     def reset(self) -> None:
-        """Show the joints of a new clip, or their new numbers."""
+        """Show the joints of a new clip, or new values for the same joints."""
         known = self._evidence.known
         if known is None:
             self.show(())
@@ -87,7 +87,7 @@ class JointsModel(RowModel[_Joint]):
         self.show(joints)
 
     def mark_tracked(self, joints: frozenset[str], *, place: bool) -> None:
-        """Mark the tracked joints, and the place if it is tracked."""
+        """Mark the tracked joints and, if it is tracked, the figure's position."""
         if (joints, place) != (self._tracked, self._place_tracked):
             self._tracked, self._place_tracked = joints, place
             self.reset()
@@ -106,14 +106,14 @@ class JointsModel(RowModel[_Joint]):
 
     @property
     def place(self) -> str:
-        """Name of the row of the figure's place; '' if there is none."""
+        """Name of the row for the figure's position, or '' if there is no such row."""
         known = self._evidence.known
         placed = known.placed if known is not None else None
         return tr("{joint}, place", joint=self.names[placed]) if placed is not None else ""
 
     @property
     def rows(self) -> tuple[str, ...]:
-        """Names of everything that can be tracked, by number: the joints, then the place."""
+        """Names of everything that can be tracked: the joints, then the figure's position."""
         return (*self.names, *((self.place,) if self.place else ()))
 
     @property

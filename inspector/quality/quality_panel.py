@@ -30,7 +30,7 @@ _REST_MS = 400  # screen readers get the numbers once the playhead rests
 
 
 class QualityPanel(QWidget):
-    """Shows the measures and the tracking; the table's selection chooses the joints."""
+    """Shows the measures and the tracking; the rows selected in the table set the joints."""
 
     def __init__(
         self, document: Document, colours: Colours, actions: Mapping[str, QAction]
@@ -96,13 +96,13 @@ class QualityPanel(QWidget):
         vbox((self.tabs, 1), self.figure_words, owner=content, margins=(8, 2, 8, 6), spacing=4)
 
     def set_seen(self, on: bool) -> None:
-        """Compute only while the tab is visible."""
+        """Turn computing on while the tab is visible, and off while it is hidden."""
         self.evidence.watch(on)
         if on:
             self._stale.mark()
 
     def close_clip(self) -> None:
-        """Stop all computations when the window closes."""
+        """Stop all computations, because the window is closing."""
         self.evidence.watch(False)
         self.evidence.stop()
         self.tracked.close()
@@ -111,20 +111,22 @@ class QualityPanel(QWidget):
 
     @property
     def joint(self) -> int | None:
-        """The joint whose curve is drawn; None on the row of the place."""
+        """The joint whose curve is drawn, or None on the row of the figure's position."""
         index = self.table.currentIndex()
         number = self.model.things[index.row()].number if index.isValid() else None
         return None if number == len(self.model.names) else number
 
     @property
     def chosen(self) -> tuple[str, ...]:
-        """Names of the selected joints in the skeleton's order, then the place."""
+        """Names of the selected joints in the skeleton's order, then the
+        figure's position if selected.
+        """
         rows = self.table.selectionModel().selectedRows()
         chosen = sorted(self.model.things[r.row()].number for r in rows)
         return tuple(self.model.rows[j] for j in chosen)
 
     def choose(self, *names: str) -> None:
-        """Select rows by name, and draw the curve of the first."""
+        """Select rows by name, and draw the curve of the first one."""
         numbers = [self.model.rows.index(name) for name in names]
         rows = [row for n in numbers if (row := self.model.row_of(n)) is not None]
         if not rows:
@@ -137,13 +139,13 @@ class QualityPanel(QWidget):
         self.table.selectionModel().select(picked, flags.ClearAndSelect | flags.Rows)
 
     def show_joints(self, names: Sequence[str], *, track: bool) -> None:
-        """Select joints on the tracking page or the joints page, now or once they are listed."""
+        """Select joints on the tracking or the joints page, now or as soon as they are listed."""
         self.tabs.setCurrentIndex(self.tabs.indexOf(self.page) if track else 0)
         self._pending = tuple(names)
         self._select_pending()
 
     def _select_pending(self) -> bool:
-        """Select the pending joints; False if there are none, or if their rows do not exist yet."""
+        """Select the pending joints; return False if there are none or they are not listed yet."""
         pending = tuple(name for name in self._pending if name in self.model.rows)
         if not pending or self.evidence.known is None or not self.model.rowCount():
             return False
@@ -155,7 +157,7 @@ class QualityPanel(QWidget):
         self._pending = ()
 
     def track(self) -> None:
-        """Track the selected joints with the gains of the page."""
+        """Track the selected joints with the gains set on the page."""
         if self._actions["track_joints"].isEnabled():
             self.tabs.setCurrentWidget(self.page)
             self.page.ask(self.chosen, self.model.place)
@@ -163,7 +165,7 @@ class QualityPanel(QWidget):
     # -- following ----------------------------------------------------------------------------
 
     def _renewed(self) -> None:
-        """Show a new clip or its new numbers, with the worst joint selected."""
+        """Show a new clip or new values, with the worst joint selected."""
         self.model.reset()
         if not self._select_pending() and self.model.rowCount():
             self.table.setCurrentIndex(self.model.index(0, 0))
@@ -176,7 +178,9 @@ class QualityPanel(QWidget):
             self.choose(self.model.names[parent])
 
     def _fit_columns(self) -> None:
-        """Make the columns as narrow as their headings, to leave room for the joints' names."""
+        """Make the columns as narrow as their headings, which leaves more
+        room for the joints' names.
+        """
         advance, table = self.table.fontMetrics().horizontalAdvance, self.table
         by = table.horizontalHeader().sortIndicatorSection()
         for column in range(1, len(self.model.heads)):
@@ -261,7 +265,7 @@ class QualityPanel(QWidget):
         self._move(self._document.frame)
 
     def _move(self, frame: int) -> None:
-        """Move the playhead, and show the numbers there."""
+        """Move the playhead, and show the values at that frame."""
         self.plot.show_frame(frame)
         self.page.go_to(frame)
         known, joint, measure = self.evidence.known, self.joint, MEASURES[self.measure]
@@ -273,6 +277,6 @@ class QualityPanel(QWidget):
         self._rest.start()
 
     def _describe(self) -> None:
-        """Give screen readers the numbers of the plots."""
+        """Give screen readers the values shown in the plots."""
         self.plot.setAccessibleDescription(plain_text(self.curve_words.text()))
         self.page.describe()

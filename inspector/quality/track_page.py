@@ -1,4 +1,4 @@
-"""The tracking page: warning, direction, gains, and the tracker's work at one joint over time."""
+"""The tracking page: warning, direction, gains, and the effect of the tracker on one joint."""
 
 from __future__ import annotations
 
@@ -147,7 +147,7 @@ class TrackPage(QWidget):
         )
 
     def tracking(self, chosen: Sequence[str], place: str) -> Tracking:
-        """Return a tracking of these rows with the page's direction and gains."""
+        """Return a tracking request for these rows with the page's direction and gains."""
         joints = tuple(name for name in chosen if name != place)
         plain = Tracking(joints, causal=self.causal.isChecked(), place=len(joints) < len(chosen))
         if self.learned.isChecked():
@@ -156,12 +156,12 @@ class TrackPage(QWidget):
         return replace(plain, kp=kp, kd=kd, ka=ka)
 
     def ask(self, chosen: Sequence[str], place: str) -> None:
-        """Track these rows with the page's direction and gains."""
+        """Track these rows with the direction and gains set on the page."""
         self._requested = self.tracking(chosen, place)
         self._tracked.ask(self._requested)
 
     def take_clip(self) -> None:
-        """Show the direction and gains of the new clip's review."""
+        """Show the direction and gains from the new clip's review."""
         data = self._document.data
         self.learned.setEnabled(data is not None and knows_learned(data.motion))
         self._reviewed_last = self._document.review.state.tracking if data else None
@@ -177,7 +177,7 @@ class TrackPage(QWidget):
             self._show(self._reviewed_last)
 
     def _follow_review(self) -> None:
-        """Show the review's tracking after an undo, a redo or a restored journal."""
+        """Show the review's tracking after an undo or redo, or after its journal was restored."""
         tracking = self._document.review.state.tracking if self._document.data else None
         if tracking == self._reviewed_last:
             return
@@ -187,7 +187,7 @@ class TrackPage(QWidget):
             self._show(tracking)
 
     def _show(self, tracking: Tracking) -> None:
-        """Show a tracking's direction and gains."""
+        """Show the direction and gains of a tracking request."""
         (self.causal if tracking.causal else self.both_ways).setChecked(True)
         learned = tracking.learned and self.learned.isEnabled()
         (self.learned if learned else self.hand).setChecked(True)
@@ -209,7 +209,7 @@ class TrackPage(QWidget):
         )
 
     def _show_usual(self, gains: Gains) -> None:
-        """Show the default gains for the clip, but keep gains that the person has changed."""
+        """Show the default gains for the clip, but keep gains that the user has changed."""
         for name, box in self.boxes.items():
             before = box.value()
             chosen = before != self._usual.get(name, before)
@@ -225,8 +225,8 @@ class TrackPage(QWidget):
     def refresh(self, chosen: Sequence[str], joint: str, rows: Sequence[str], place: str) -> None:
         """Show the selection and the result.
 
-        chosen: selected rows; joint: its traces are drawn if it is tracked; rows: all rows; place:
-        the row of the figure's place.
+        chosen: names of the selected rows; joint: the joint whose traces are drawn if it is
+        tracked; rows: names of all rows; place: name of the row for the figure's position.
         """
         self.buttons.setCurrentIndex(1 if self._tracked.asked is not None else 0)
         if self._tracked.asked is None:
@@ -276,14 +276,14 @@ class TrackPage(QWidget):
             plot.fit(self._document.frames)
 
     def _traces(self) -> Traces | None:
-        """Return the traces; None without the joint, or for a clip without a tracking step."""
+        """Return the traces of the shown joint, or None if it has not been tracked."""
         traces = self._tracked.result.traces if self._tracked.result else None
         if traces is None or self._joint not in traces.names or not len(traces.frames):
             return None
         return traces
 
     def go_to(self, frame: int) -> None:
-        """Move the playhead, and show the numbers there."""
+        """Move the playhead, and show the values at that frame."""
         for plot in (self.gains, self.parts):
             plot.show_frame(frame)
         if (traces := self._traces()) is None:
@@ -304,7 +304,7 @@ class TrackPage(QWidget):
         )
 
     def describe(self) -> None:
-        """Give screen readers the numbers of both plots."""
+        """Give screen readers the values shown in both plots."""
         for plot, words in ((self.gains, self.gain_words), (self.parts, self.part_words)):
             plot.setAccessibleDescription(plain_text(words.text()))
 
@@ -314,13 +314,13 @@ class TrackPage(QWidget):
 
 @lru_cache
 def _causal_words(dt: float) -> str:
-    """Return in words how a causal pass changes a joint; computed once per frame rate."""
+    """Describe how a causal pass changes a joint; computed once per frame rate."""
     usual = Gains.by_hand(dt)
     return response_words(tr("a joint"), steady_lags(usual, dt)[0], overshoots(usual, dt)[0])
 
 
 def _listed(names: Sequence[str], place: str) -> str:
-    """Return one or two names, or the number of joints, and the place if it is included."""
+    """Return one or two names, or the number of joints, then the position if it is included."""
     joints = [name for name in names if name != place]
     few = len(joints) <= 2
     parts = joints if few else [plural("{n} joint", "{n} joints", len(joints))]

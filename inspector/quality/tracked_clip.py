@@ -1,4 +1,4 @@
-"""Tracks the open clip with QuaMo in the background, when a person asks for it."""
+"""Tracks the open clip with QuaMo in the background, at the user's request."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Result:
     """The result of tracking.
 
     wanted: the request; rotations, positions: global, (frames, joints, 4) and (frames, joints, 3);
-    quality: of the figure before and after tracking.
+    quality: the quality of the figure before and after tracking.
     """
 
     wanted: _Request
@@ -47,9 +47,9 @@ class _Request:
 
 
 class Tracked(QObject):
-    """Follows the review: `result` is for the review's tracking, or None.
+    """Tracks the clip as the review asks; `result` is the result for the current review, or None.
 
-    The clip is corrected by all intervals that are not rejected, as in the 3D view.
+    The clip is first corrected by all intervals that are not rejected, as in the 3D view.
     """
 
     changed = Signal()
@@ -73,24 +73,24 @@ class Tracked(QObject):
         return self._task.running
 
     def ask(self, tracking: Tracking) -> None:
-        """Track these joints; the review takes the tracking over once it is done."""
+        """Track these joints; once the result is there, the tracking is entered in the review."""
         self.asked = tracking
         self._start()
 
     def cancel(self) -> None:
-        """Cancel the running tracking; the review's tracking does not change."""
+        """Cancel the running tracking; the review keeps the tracking that it had."""
         self.asked = None
         self._halt()
         self._start()
         self.changed.emit()
 
     def stop(self) -> None:
-        """Remove the tracking, as a step of the review."""
+        """Remove the tracking from the review, in a step that can be undone."""
         if self._document.data is not None and self._document.review.state.tracking is not None:
             self._document.do(Track(None))
 
     def pose(self, frame: int) -> tuple[Array, Array] | None:
-        """Return global rotations and positions of a frame; None if nothing is tracked."""
+        """Return global rotations and positions in a frame, or None if nothing is tracked."""
         if self.result is None:
             return None
         return self.result.rotations[frame], self.result.positions[frame]
@@ -108,7 +108,7 @@ class Tracked(QObject):
         self.changed.emit()
 
     def _check(self) -> None:
-        """Track again if the result, or the running tracking, is not for the present review."""
+        """Track again if the result, or the running tracking, does not match the current review."""
         wanted = self._request()
         if wanted is None:
             had = self.result is not None or self.running

@@ -1,4 +1,6 @@
-"""The choice of what to record: a film of frames or of a sweep, or a picture."""
+"""The choice of content for a recording: a film of frames, a film of a
+moving slider, or a picture.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ SCREEN_DPI = 96.0
 
 @dataclass(frozen=True)
 class Contents:
-    """Which parts of the window are recorded."""
+    """The parts of the window that are recorded."""
 
     view: bool = True  # the figure in 3D
     curves: bool = True
@@ -25,16 +27,16 @@ class Contents:
 
     @property
     def anything(self) -> bool:
-        """True if there is anything to record."""
+        """True if any part is recorded."""
         return self.view or self.curves or self.equations
 
 
 @dataclass(frozen=True)
 class Paper:
-    """The medium of a picture.
+    """The properties of a picture for print or screen.
 
-    dpi: pixels per inch; points: size of the smallest letters, which also scales the lines; white:
-    True for the light theme on white paper, False for the window's colours.
+    dpi: pixels per inch; points: size of the smallest letters, to which the line widths are
+    adapted; white: True for the light theme on white paper, False for the colours of the window.
     """
 
     dpi: float = SCREEN_DPI
@@ -44,11 +46,12 @@ class Paper:
 
 @dataclass(frozen=True)
 class RecordChoice:
-    """What to record, how, and where to.
+    """The settings of a recording.
 
-    path: its suffix is a film's, or .png, .svg or .pdf; first, stop: frames of the clip for a
-    film; speed: relative to real time; size: in pixels, where a picture's height 0 means as high
-    as needed; sweep: the slider that a film of one frame moves, or None.
+    path: output file with the suffix of a film, or with .png, .svg or .pdf; first, stop: range of
+    the clip's frames for a film; speed: relative to real time; size: width and height in pixels,
+    where a height of 0 means as high as a picture needs to be; sweep: movement of a slider in a
+    film of a single frame, or None.
     """
 
     path: Path
@@ -68,7 +71,7 @@ class RecordChoice:
 
     @property
     def fps(self) -> float:
-        """Pictures per second of a film."""
+        """Number of pictures per second of a film."""
         return FPS[self.path.suffix.lower()]
 
 
@@ -81,7 +84,7 @@ class Shot:
 
 
 def shots(choice: RecordChoice, clip_fps: float, frame: int) -> list[Shot]:
-    """Return the pictures of a film in their order; frame: the playhead."""
+    """Return the pictures of a film in order. frame: the frame at the playhead."""
     if choice.sweep is not None:
         return [Shot(frame, value) for value in choice.sweep.values(choice.fps)]
     step = choice.speed * clip_fps / choice.fps

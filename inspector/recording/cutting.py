@@ -1,4 +1,4 @@
-"""Cut shapes off at a rectangle, because SVG readers such as Qt's ignore clips."""
+"""Cut off shapes at a rectangle, because SVG readers such as Qt's ignore clip paths."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _CURVE = QPainterPath.ElementType.CurveToElement
 
 
 def upright(path: QPainterPath) -> QRectF | None:
-    """Return the path's rectangle, or None if the path is not an upright rectangle."""
+    """Return the rectangle that a path describes, or None if it is not an upright rectangle."""
     box = path.boundingRect()
     places = [path.elementAt(k) for k in range(path.elementCount())]
     edges = {box.left(), box.right()}, {box.top(), box.bottom()}
@@ -25,7 +25,7 @@ def is_straight(path: QPainterPath) -> bool:
 
 
 def cut_lines(path: QPainterPath, box: QRectF) -> QPainterPath:
-    """Return the part of a path of straight lines that is inside a box."""
+    """Return the part of a path of straight lines that lies inside a box."""
     out, here, end = QPainterPath(), QPointF(), None
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -42,7 +42,7 @@ def cut_lines(path: QPainterPath, box: QRectF) -> QPainterPath:
 
 
 def _inside(line: QLineF, box: QRectF) -> QLineF | None:
-    """Return the part of a line that is inside a box, or None."""
+    """Return the part of a line that lies inside a box, or None."""
     first, last = 0.0, 1.0
     for start, step, low, high in (
         (line.x1(), line.dx(), box.left(), box.right()),

@@ -1,4 +1,4 @@
-"""Films and pictures of the views as a feature of the window."""
+"""Recording films and pictures of the views, as a feature of the window."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from inspector.teaching.feature import feature as teaching
 
 
 class Recording(FeatureParts):
-    """The recorder, its progress in the status bar, and its action."""
+    """The recorder, its progress bar in the status bar, and its action."""
 
     def __init__(self, window: HostWindow) -> None:
         self.recorder = Recorder(window)
@@ -26,7 +26,7 @@ class Recording(FeatureParts):
         )  # fmt: skip
 
     def close(self) -> None:
-        """Cancel a film that is being made."""
+        """Cancel the film that is being made, if any."""
         self.recorder.cancel()
 
 

@@ -1,4 +1,4 @@
-"""Picture files: PNG at any resolution, and SVG and PDF with lines and letters."""
+"""Picture files: PNG at any resolution, SVG and PDF with lines and letters as vectors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ PICTURES = (".png", ".svg", ".pdf")
 
 
 def figure_file(sheet: Sheet, suffix: str, title: str, pixels: QSize, dpi: float) -> bytes:
-    """Return the bytes of a picture file of this size; raises OSError if it is too large."""
+    """Return the contents of a picture file of this size; raises OSError if it is too large."""
     if suffix == ".png":
         return _png(sheet, pixels, dpi)
     wide, high = (_MM * side / dpi for side in (pixels.width(), pixels.height()))
@@ -42,7 +42,7 @@ def _png(sheet: Sheet, pixels: QSize, dpi: float) -> bytes:
 
 
 def _pdf(sheet: Sheet, title: str, paper: QSizeF) -> bytes:
-    """Return a PDF with embedded fonts, and with lines as lines."""
+    """Return a PDF with embedded fonts, in which lines are stored as vectors."""
     buffer = QBuffer()
     buffer.open(QIODevice.OpenModeFlag.WriteOnly)
     writer = QPdfWriter(buffer)

@@ -1,4 +1,4 @@
-"""Writes a film with ffmpeg in a thread; the file gets its name when it is complete."""
+"""Writes a film with ffmpeg in a thread; the file gets its final name when it is complete."""
 
 from __future__ import annotations
 
@@ -28,10 +28,13 @@ SUFFIXES = tuple(_CODECS)
 
 
 class FilmWriter:
-    """Writes one film: `offer` frames while it is not `full`, then `finish` or `cancel`."""
+    """Writes one film: call `offer` with frames while it is not `full`,
+    then `finish` or `cancel`.
+    """
 
     def __init__(self, path: Path, size: tuple[int, int], fps: float) -> None:
-        """`path`: ends with one of SUFFIXES; size: of a frame, in even numbers of pixels.
+        """Start writing. path: ends with one of SUFFIXES; size: of a frame,
+        in even numbers of pixels.
 
         Raises OSError if the path is a FIFO or a device, which cannot hold a film.
         """
@@ -51,7 +54,7 @@ class FilmWriter:
 
     @property
     def full(self) -> bool:
-        """True while ffmpeg has enough frames waiting."""
+        """True while enough frames are waiting for ffmpeg."""
         return self._frames.full()
 
     @property
@@ -60,15 +63,15 @@ class FilmWriter:
         return not self._thread.is_alive()
 
     def offer(self, rgb: bytes) -> None:
-        """Add a frame: rows of RGB from the top."""
+        """Add a frame, given as rows of RGB from top to bottom."""
         self._frames.put(rgb)
 
     def finish(self) -> None:
-        """End the film; call `keep` once it has `ended`."""
+        """Mark the film as complete; once it has `ended`, call `keep`."""
         self._frames.put(None)
 
     def keep(self) -> None:
-        """Give the film its name, after it has ended; raises OSError if something went wrong."""
+        """Give the finished film its final name; raises OSError if something went wrong."""
         self._thread.join()
         if self.trouble:
             self._drop()
@@ -83,7 +86,7 @@ class FilmWriter:
         self._let_go()
 
     def cancel(self) -> None:
-        """Stop, and delete the unfinished file."""
+        """Stop writing, and delete the unfinished file."""
         while not self._frames.empty():
             with contextlib.suppress(queue.Empty):
                 self._frames.get_nowait()
@@ -111,7 +114,7 @@ class FilmWriter:
             self._take()
 
     def _encode(self, command: list[str]) -> str:
-        """Send all frames to ffmpeg; return its error message, or ''."""
+        """Send all frames to ffmpeg; return its error message, or '' on success."""
         with subprocess.Popen(command, stdin=subprocess.PIPE, stderr=subprocess.PIPE) as ffmpeg:
             assert ffmpeg.stdin is not None
             assert ffmpeg.stderr is not None
@@ -137,7 +140,7 @@ class FilmWriter:
 
 
 def _command(path: Path, size: tuple[int, int], fps: float) -> list[str]:
-    """Return the command that makes a film from raw frames on standard input."""
+    """Return the ffmpeg command that makes a film from raw frames on standard input."""
     from imageio_ffmpeg import get_ffmpeg_exe
 
     raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{size[0]}x{size[1]}", "-r", f"{fps}"]

@@ -1,4 +1,4 @@
-"""The layout of figure, curves and equations in a picture or a film."""
+"""The arrangement of figure, curves and equations in a picture or a film."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ _GAP = 2.0
 def boxes(
     page: QSizeF, contents: Contents, wanted: QSizeF, curves: float = 0.0
 ) -> dict[str, QRectF]:
-    """Return the boxes of 'view', 'curves' and 'equations'.
+    """Return the rectangles of 'view', 'curves' and 'equations'.
 
-    wanted: the natural size of the equations, which get at most that, in its proportions; curves:
-    the height of the curves below a figure, 0 for the usual share.
+    wanted: the natural size of the equations, which are never made larger and keep their
+    proportions; curves: the height of the curves below a figure, or 0 for the default share of the
+    page.
     """
     wide, high = page.width(), page.height()
     beside = contents.view and contents.equations and wide >= WIDE
@@ -57,5 +58,5 @@ def natural_height(width: float, contents: Contents, wanted: QSizeF) -> float:
 
 
 def _fitted(wanted: QSizeF, wide: float, high: float) -> QSizeF:
-    """Return the largest size in the same proportions that fits, at most `wanted`."""
+    """Return the largest size that fits and is at most `wanted`, with the same proportions."""
     return wanted * min(1.0, wide / wanted.width(), high / wanted.height())

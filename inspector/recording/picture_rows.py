@@ -1,4 +1,4 @@
-"""The picture's rows in the Record dialog: size, resolution, type size and paper."""
+"""The rows of the Record dialog for a picture: size, resolution, type size and paper."""
 
 from __future__ import annotations
 
@@ -26,7 +26,11 @@ _UNITS = {"mm": "mm", "pixels": tr("pixels")}
 
 @dataclass(frozen=True)
 class _Preset:
-    """A proposed size: width and height in `unit`, height 0 as needed, with dpi and type size."""
+    """A suggested size.
+
+    Width and height are in `unit`, where a height of 0 means as high as needed; it also sets the
+    resolution and the type size.
+    """
 
     width: int
     height: int
@@ -46,7 +50,7 @@ _OWN = tr("Another size")
 
 
 class PictureRows(QObject):
-    """Adds its rows to a form; `size` and `paper` return the choice."""
+    """Adds its rows to a form; `size` and `paper` return the user's choices."""
 
     changed = Signal()
 
@@ -89,7 +93,7 @@ class PictureRows(QObject):
         self.unit.currentIndexChanged.connect(self._other_unit)
 
     def show(self, shown: bool) -> None:
-        """Show the rows that apply, or hide all."""
+        """Show the rows that apply to the choice, or hide all."""
         self._shown = shown
         preset = self.preset.currentData()
         own = self.preset.currentText() == _OWN
@@ -101,7 +105,7 @@ class PictureRows(QObject):
 
     @property
     def size(self) -> tuple[int, int]:
-        """Width and height in pixels; height 0 means as needed."""
+        """Width and height in pixels, where a height of 0 means as high as needed."""
         sides = self.width.value(), self.height.value()
         if self._unit == "pixels":
             return sides
@@ -114,7 +118,7 @@ class PictureRows(QObject):
         return Paper(float(self.dpi.currentData()), self.points.value(), self.white.isChecked())
 
     def words(self) -> str:
-        """Return the size of the picture in words, with a note if it is the largest possible."""
+        """Return the picture's size as a text, with a note if it is the largest possible size."""
         most = self.width.maximum()
         if most not in (self.width.value(), self.height.value()):
             return self._size_in_words()
@@ -141,7 +145,7 @@ class PictureRows(QObject):
         return tr("{mm} mm wide ({wide} pixels)", mm=mm[0], wide=wide)
 
     def _propose(self) -> None:
-        """Fill in the values of the preset."""
+        """Fill in the values of the selected suggestion."""
         preset = self.preset.currentData()
         self.unit.setCurrentIndex(self.unit.findData(preset.unit))
         self.dpi.setCurrentIndex(self.dpi.findData(preset.dpi))
@@ -154,7 +158,7 @@ class PictureRows(QObject):
         self.changed.emit()
 
     def _other_unit(self) -> None:
-        """Convert the size to the new unit."""
+        """Convert the size to the newly chosen unit."""
         times = self.dpi.currentData() / _INCH
         if self._unit == "mm":
             times = 1.0 / times
@@ -165,7 +169,7 @@ class PictureRows(QObject):
         self.changed.emit()
 
     def _limit(self) -> None:
-        """Limit both sides to the largest number of pixels."""
+        """Limit width and height to the largest possible number of pixels."""
         pixels = self._unit == "pixels"
         most = _LONGEST if pixels else int(_LONGEST * _INCH / self.dpi.currentData())
         self.width.setRange(1, most)

@@ -41,7 +41,7 @@ class RecordActions:
         self.recorder.failed.connect(self._not_recorded)
 
     def record_dialog(self) -> None:
-        """Open the Record dialog, and record what the person chooses."""
+        """Open the Record dialog, then record according to the user's choice."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
         elif self.recorder.running:
@@ -56,7 +56,7 @@ class RecordActions:
             dialog.open()
 
     def record(self, choice: RecordChoice) -> None:
-        """Make a film in the background, or a picture at once."""
+        """Make a film in the background, or a picture immediately."""
         if is_there(choice.path) and not choice.replace:
             message = tr(
                 "{path} exists already. Choose another name, or tick 'Replace the existing file'.",
@@ -90,7 +90,9 @@ class RecordActions:
             stage.strike()
 
     def _typeset_first(self, choice: RecordChoice) -> None:
-        """Typeset the equations, then record; needed if the teaching tab was never visible."""
+        """Typeset the equations before recording; needed if the teaching
+        tab has never been visible.
+        """
         self.bar.show_message(tr("The equations are being typeset …"), False)
         ready = self.typesetter.ready
         ready.connect(lambda: self.record(choice), Qt.ConnectionType.SingleShotConnection)

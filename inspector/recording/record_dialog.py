@@ -1,4 +1,4 @@
-"""The Record dialog: film or picture, its contents, speed and size."""
+"""The Record dialog: film or picture, its content, speed and size."""
 
 from __future__ import annotations
 
@@ -39,12 +39,16 @@ _NEEDS_CHAIN = tr("Select a chain, because a whole limb has no equations")
 
 
 class RecordDialog(WriteDialog):
-    """A form for the recording; `choice` returns what the person chose."""
+    """A form for the recording; `choice` returns the user's choices."""
 
     def __init__(
         self, document: Document, seen: tuple[float, float], parent: QWidget, *, teaching: bool
     ) -> None:
-        """`seen`: the range of frames in the plots; teaching: True if that tab is in front."""
+        """Build the form.
+
+        seen: the range of frames visible in the plots; teaching: True if the teaching tab is in
+        front.
+        """
         assert document.data is not None
         proposed = document.proposed(f"_{document.chain or 'clip'}.mp4")
         super().__init__(tr("Record"), proposed, parent)
@@ -86,7 +90,7 @@ class RecordDialog(WriteDialog):
         self._describe()
 
     def choice(self) -> RecordChoice:
-        """Return what the person chose."""
+        """Return the user's choices."""
         span = self.range.currentData()
         path = Path(self.path.text()).expanduser()
         suffix = str(self.format.currentData())
@@ -113,7 +117,9 @@ class RecordDialog(WriteDialog):
     def _ranges(
         self, seen: tuple[float, float], *, taught: bool
     ) -> list[tuple[str, tuple[int, int] | None]]:
-        """Return the ranges of frames for a film; None stands for a moving slider."""
+        """Return the ranges of frames available for a film, where None
+        stands for a moving slider.
+        """
         document = self._document
         assert document.data is not None
         frames = document.frames
@@ -137,7 +143,7 @@ class RecordDialog(WriteDialog):
         self._describe()
 
     def _describe(self) -> None:
-        """Show the rows that apply, and describe the result."""
+        """Show the rows that apply to the choice, and describe the resulting film or picture."""
         choice = self.choice()
         film, sweep = choice.film, choice.sweep is not None
         for row, shown in (
@@ -169,13 +175,13 @@ class RecordDialog(WriteDialog):
         )
 
     def pattern(self) -> str:
-        """Return the pattern of files in the chosen format."""
+        """Return the file name pattern for the chosen format."""
         suffix = str(self.format.currentData())
         return f"{_FORMATS[suffix].split(' (')[0]} (*{suffix})"
 
 
 def _box(choices: Iterable[tuple[str, object]]) -> QComboBox:
-    """Return a list of choices, each with its text and its value."""
+    """Return a combo box of choices, each with its text and its value."""
     box = QComboBox()
     for text, value in choices:
         box.addItem(text, value)

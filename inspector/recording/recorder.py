@@ -1,4 +1,4 @@
-"""Records films in the background with a progress bar, and pictures at once."""
+"""Records films in the background with a progress bar, and pictures immediately."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _POLL_MS = 5  # time between two checks whether ffmpeg has caught up
 
 
 def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
-    """Write a picture of a frame; raises OSError, and then leaves no file."""
+    """Write a picture of a frame; if this fails, leave no file and raise OSError."""
     stage.show_shot(Shot(frame))
     path, pixels = choice.path, stage.size_in_pixels
     data = figure_file(stage.sheet(), path.suffix.lower(), path.stem, pixels, choice.paper.dpi)
@@ -27,7 +27,7 @@ def save_picture(stage: Stage, choice: RecordChoice, frame: int) -> None:
 
 
 class Recorder(QObject):
-    """Makes one film at a time, one frame per turn of the event loop."""
+    """Makes one film at a time, drawing one frame per turn of the event loop."""
 
     progress = Signal(int, int)  # frames done, and all frames
     finished = Signal(object)  # the file
@@ -48,7 +48,7 @@ class Recorder(QObject):
         return self._writer is not None
 
     def start(self, stage: Stage, choice: RecordChoice) -> None:
-        """Film the stage, and close the stage at the end."""
+        """Make a film of the stage, and close the stage at the end."""
         assert stage.document.data is not None
         self._stage = stage
         fps = stage.document.data.motion.fps
@@ -66,7 +66,7 @@ class Recorder(QObject):
         self._timer.start(0)
 
     def cancel(self) -> None:
-        """Stop, and delete the unfinished film."""
+        """Stop recording, and delete the unfinished film."""
         if self._writer is not None:
             self._timer.stop()
             self._writer.cancel()
@@ -93,7 +93,7 @@ class Recorder(QObject):
             self._timer.setInterval(_POLL_MS)
 
     def _wait(self, writer: FilmWriter) -> None:
-        """Wait until ffmpeg has finished, then keep the film."""
+        """Wait until ffmpeg has finished, then give the film its final name."""
         if writer.trouble and self._at < len(self._shots):
             self._at = len(self._shots)
             writer.finish()
@@ -117,7 +117,7 @@ class Recorder(QObject):
 
 
 class RecordingBar(QWidget):
-    """The progress of a film, with a Cancel button; hidden without a film."""
+    """The progress of a film with a Cancel button, hidden when no film is being made."""
 
     def __init__(self, recorder: Recorder) -> None:
         super().__init__()
@@ -141,7 +141,7 @@ class RecordingBar(QWidget):
 
 
 def _rgb(image: QImage) -> bytes:
-    """Return an image's rows of RGB without Qt's padding."""
+    """Return an image as rows of RGB, without the padding that Qt adds."""
     image = image.convertToFormat(QImage.Format.Format_RGB888)
     rows = np.frombuffer(image.constBits(), np.uint8).reshape(image.height(), -1)
     return rows[:, : 3 * image.width()].tobytes()

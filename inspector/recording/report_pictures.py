@@ -1,6 +1,6 @@
-"""Draw the pictures of a report: `python -m inspector.recording.report_pictures FOLDER`.
+"""Draw the pictures for a report: `python -m inspector.recording.report_pictures FOLDER`.
 
-The pictures show the bodies of the 3D view, without a window, an event loop or a display.
+The pictures show the bodies of the 3D view. No window, event loop or display is needed.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _EYE = 0.35  # height of the camera above the ground, as a share of the figure's
 
 
 class OffscreenRenderer:
-    """Draws one figure after the other into an off-screen picture."""
+    """Draws figures one after the other into an off-screen picture."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self._aspect = size[0] / size[1]
@@ -54,7 +54,7 @@ class OffscreenRenderer:
         self._window.AddRenderer(self._renderer)
 
     def pictures(self, figure: Figure) -> Iterator[tuple[int, int, vtkWindowToImageFilter]]:
-        """Yield (number of the pair, 0 before or 1 after, picture) for a figure."""
+        """Yield (number of the pair, 0 for before or 1 for after, picture) for a figure."""
         motion = figure.motion
         rotations, positions = forward_kinematics(motion)
         chains = tuple(c for c in figure.chains if not isinstance(c, Limb))
@@ -114,7 +114,7 @@ class OffscreenRenderer:
 
 
 def _above_ground(camera: OrbitCamera, ground: Ground, height: float) -> OrbitCamera:
-    """Return the camera at least so high that the ground's grid is not in front of the figure."""
+    """Return the camera raised so far that the grid on the ground does not cover the figure."""
     rise = (ground.level + _EYE * height - float(camera.target @ camera.up)) / camera.distance
     lowest_angle = float(np.arcsin(np.clip(rise, -1.0, 1.0)))
     return replace(camera, elevation=max(camera.elevation, lowest_angle)).orbited(0.0, 0.0)
@@ -125,7 +125,7 @@ def _find_chain(figure: Figure, pair: BeforeAfter) -> Chain:
 
 
 def main(folder: Path) -> None:
-    """Draw the pictures that the files in a folder describe, into the same folder."""
+    """Draw the pictures described by the files in a folder, into the same folder."""
     size, figures = read_job(folder)
     renderer = OffscreenRenderer(size)
     for number, figure in enumerate(figures):

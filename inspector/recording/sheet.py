@@ -1,8 +1,9 @@
-"""A paint device that stores lines, letters and pictures, for writing them in any format.
+"""A paint device that stores lines, letters and pictures, so that they can
+be written as any format.
 
-Qt's SVG writer ignores clips when a widget is painted into it, and writes cosmetic pens with a
-property that librsvg and others ignore. The sheet therefore converts everything to its own units
-first, including widths and clips.
+The SVG writer of Qt ignores clips when a widget is painted into it, and writes cosmetic pens with a
+property that librsvg and others ignore. The sheet therefore first converts everything to its own
+units, including line widths and clips.
 """
 
 from __future__ import annotations
@@ -38,7 +39,9 @@ _Box = QRect | QRectF
 
 @dataclass(frozen=True, eq=False)
 class SheetShape:
-    """An outline in the sheet's units, filled with `ink` and drawn with `pen`, if they are set."""
+    """An outline in the units of the sheet, filled with `ink` and drawn
+    with `pen` if these are set.
+    """
 
     path: QPainterPath
     ink: QColor | None
@@ -49,7 +52,7 @@ class SheetShape:
 
 @dataclass(frozen=True, eq=False)
 class Words:
-    """A text at the point `at`; `places` maps its coordinates to the sheet's units."""
+    """A text at the point `at`; `places` transforms its coordinates to the units of the sheet."""
 
     text: str
     font: QFont
@@ -59,7 +62,7 @@ class Words:
     clip: QPainterPath | None
 
     def outline(self) -> QPainterPath:
-        """Return the letters' outlines in the sheet's units."""
+        """Return the outlines of the letters in the units of the sheet."""
         path = QPainterPath()
         path.addText(self.at, self.font, self.text)
         return self.places.map(path)
@@ -67,7 +70,7 @@ class Words:
 
 @dataclass(frozen=True, eq=False)
 class SheetPicture:
-    """An image in a box of the sheet."""
+    """An image in a rectangle of the sheet."""
 
     image: QImage
     box: QRectF
@@ -78,7 +81,9 @@ Item = SheetShape | Words | SheetPicture
 
 
 class Sheet(QPaintDevice):
-    """A sheet of width × height units, with `density` units per inch; `items` are its contents."""
+    """A sheet of width × height units, with `density` units per inch;
+    `items` returns its contents.
+    """
 
     def __init__(self, width: float, height: float, density: int) -> None:
         super().__init__()
@@ -92,11 +97,11 @@ class Sheet(QPaintDevice):
         return self._engine.items
 
     def paintEngine(self) -> QPaintEngine:
-        """Return the engine that stores what is painted."""
+        """Return the engine that stores everything painted on the sheet."""
         return self._engine
 
     def metric(self, which: QPaintDevice.PaintDeviceMetric) -> int:
-        """Return the sheet's size and resolution, as Qt asks for them."""
+        """Return the size or resolution of the sheet for which Qt asks."""
         metric = QPaintDevice.PaintDeviceMetric
         inches = {
             metric.PdmWidthMM: self.box.width() / self.density,
@@ -118,9 +123,9 @@ class Sheet(QPaintDevice):
         }.get(which, 0)
 
     def paint(self, painter: QPainter) -> None:
-        """Paint the contents with a painter of another device.
+        """Paint the contents with the painter of another device.
 
-        At one unit per pixel edges are as sharp as in a window; at other scales they are smooth.
+        At one unit per pixel, edges are as sharp as in a window; at other scales they are smoothed.
         """
         hint = QPainter.RenderHint
         exact = math.isclose(painter.worldTransform().m11(), 1.0, rel_tol=1e-6)
@@ -146,7 +151,7 @@ class Sheet(QPaintDevice):
 
 
 class _Keeper(QPaintEngine):
-    """Stores what a painter does, in the sheet's units."""
+    """Stores what a painter draws, in the units of the sheet."""
 
     def __init__(self) -> None:
         feature = QPaintEngine.PaintEngineFeature
@@ -168,19 +173,19 @@ class _Keeper(QPaintEngine):
     # -- called by Qt -------------------------------------------------------------------------
 
     def begin(self, device: QPaintDevice) -> bool:
-        """Accept every painter."""
+        """Accept any painter."""
         return True
 
     def end(self) -> bool:
-        """Accept the end of a painter."""
+        """Do nothing at the end of painting, and report success."""
         return True
 
     def type(self) -> QPaintEngine.Type:
-        """Return the type for custom engines."""
+        """Return the type for custom paint engines."""
         return QPaintEngine.Type.User
 
     def updateState(self, state: QPaintEngineState) -> None:
-        """Take pen, brush, clip and transformation for the next shapes."""
+        """Note the pen, brush, clip and transformation for the shapes that follow."""
         dirty, changed = QPaintEngine.DirtyFlag, state.state()
         self._places = QTransform(state.transform())
         self._pen, self._brush = QPen(state.pen()), state.brush()
@@ -196,11 +201,11 @@ class _Keeper(QPaintEngine):
             self._clip = None
 
     def drawPath(self, path: QPainterPath) -> None:
-        """Store a path, filled and outlined."""
+        """Store a path with its fill and its outline."""
         self._add(path, self._brush.style() != Qt.BrushStyle.NoBrush)
 
     def drawPolygon(self, points: Any, mode: Any = None) -> None:
-        """Store a polygon, or a line that is not filled."""
+        """Store a polygon, or a polyline that is not filled."""
         corners = QPolygonF([QPointF(p) for p in points])
         path = QPainterPath()
         path.addPolygon(corners)
@@ -273,7 +278,7 @@ class _Keeper(QPaintEngine):
             self._draw_lines(path, pen, clip)
 
     def _draw_lines(self, path: QPainterPath, pen: QPen, clip: QPainterPath | None) -> None:
-        """Store lines, cut off at a rectangular clip, because some readers ignore clips."""
+        """Store lines, cut off at a rectangular clip because some readers ignore clips."""
         box = upright(clip) if clip is not None else None
         if box is not None and is_straight(path):
             path, clip = cut_lines(path, box), None
@@ -281,9 +286,11 @@ class _Keeper(QPaintEngine):
             self.items.append(SheetShape(path, None, pen, clip, self._smooth))
 
     def _forget_below(self, rect: QRectF) -> None:
-        """Remove the last shapes if a rectangle hides them, or their edges would show around it.
+        """Remove the last shapes if a rectangle covers them, because their
+        edges would show around it.
 
-        This is so for a plot's background, which Qt and then the plot fill in two colours.
+        This happens with the background of a plot, which both Qt and the plot fill, in different
+        colours.
         """
         solid = self._brush.style() == Qt.BrushStyle.SolidPattern
         if not solid or self._faded(self._brush.color()).alpha() < 255:
@@ -297,7 +304,7 @@ class _Keeper(QPaintEngine):
             self.items.pop()
 
     def _wide_pen(self) -> QPen | None:
-        """Return the pen with its width in the sheet's units, or None."""
+        """Return the pen with its width converted to the units of the sheet, or None."""
         if self._pen.style() == Qt.PenStyle.NoPen:
             return None
         pen = QPen(self._pen)
@@ -310,7 +317,7 @@ class _Keeper(QPaintEngine):
         return pen
 
     def _faded(self, colour: QColor) -> QColor:
-        """Return a colour at the painter's opacity."""
+        """Return a colour with the opacity of the painter applied."""
         faded = QColor(colour)
         faded.setAlphaF(colour.alphaF() * self._opacity)
         return faded
@@ -325,7 +332,9 @@ class _Keeper(QPaintEngine):
             self._clip = self._clip.intersected(there)
 
     def _clip_of(self, box: QRectF) -> QPainterPath | None:
-        """Return the clip for a shape of this box, or None if the whole box is inside."""
+        """Return the clip that applies to a shape in this box, or None if
+        the box is entirely inside.
+        """
         clip = self._clip
         window = self.systemClip()  # of the painted widget, in whole units
         near = QRectF(window.boundingRect()).adjusted(-1.0, -1.0, 1.0, 1.0)
@@ -337,13 +346,13 @@ class _Keeper(QPaintEngine):
 
 
 def _contains(clip: QPainterPath, box: QRectF) -> bool:
-    """True if a box is inside a clip, including the edges, unlike Qt's own test."""
+    """True if a box is inside a clip, where edges may coincide, unlike in Qt's own test."""
     edges = upright(clip)
     return edges.contains(box) if edges is not None else clip.contains(box)
 
 
 def _complete_font(font: QFont) -> QFont:
-    """Return the font with all its attributes set, so that no device changes them."""
+    """Return the font with all its attributes set, so that no device can change them."""
     whole = QFont(font)
     whole.setFamilies(font.families())
     whole.setStyleHint(font.styleHint())
@@ -354,7 +363,7 @@ def _complete_font(font: QFont) -> QFont:
 
 
 def _stripes(path: QPainterPath, ink: QColor) -> tuple[QPainterPath, QPen]:
-    """Return diagonal lines over a shape, for any of Qt's patterns."""
+    """Return diagonal lines across a shape, as a substitute for any of Qt's fill patterns."""
     box, lines = path.boundingRect(), QPainterPath()
     count = math.ceil((box.width() + box.height()) / _HATCH)
     first = math.floor((box.left() + box.top()) / _HATCH) * _HATCH

@@ -1,6 +1,6 @@
-"""The stage for films and pictures: copies of the views, off the screen.
+"""The stage for films and pictures: off-screen copies of the views.
 
-The window stays usable while a film is made, and the film can have any size.
+The user can go on working in the window while a film is made, and the film can have any size.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _NOTHING = QSizeF(1.0, 1.0)
 
 @dataclass(frozen=True)
 class Shown:
-    """The parts of the window that a stage copies."""
+    """The parts of the window that are copied to a stage."""
 
     taught: TaughtFrame
     viewport: Viewport
@@ -42,10 +42,10 @@ class Shown:
 
 
 class Stage(QWidget):
-    """Copies of the views with a copy of the document, which the window does not show.
+    """Copies of the views with a copy of the document, which are not shown in the window.
 
-    The layout uses units that may differ from a picture's pixels, so that type and lines have the
-    same size on paper at every resolution.
+    The layout uses units that may differ from the picture's pixels, so that type and lines have the
+    same size on paper at any resolution.
     """
 
     def __init__(self, shown: Shown, choice: RecordChoice) -> None:
@@ -74,7 +74,7 @@ class Stage(QWidget):
     # -- making -------------------------------------------------------------------------------
 
     def _mirrored(self, taught: TaughtFrame) -> TaughtFrame:
-        """Return the stage's taught frame; a sweep and equations need teaching to be active."""
+        """Return a copy of a taught frame, active if a sweep or the equations need it."""
         mirrored = TaughtFrame(self.document, self)
         needed = self._choice.sweep is not None or self._choice.contents.equations
         mirrored.active = taught.active or needed
@@ -83,7 +83,7 @@ class Stage(QWidget):
         return mirrored
 
     def _dress(self) -> None:
-        """Use the stage's theme for plain widgets, as the program may have another one."""
+        """Use the stage's theme for plain widgets, because the program may use another one."""
         theme, palette, role = self.theme, self.palette(), QPalette.ColorRole
         for of, colour in (
             (role.Window, theme.surface),
@@ -118,7 +118,7 @@ class Stage(QWidget):
             self._set_up(self.equations)
 
     def _set_up(self, equations: Equations) -> None:
-        """Make the equations as large as their rows need, without buttons and links."""
+        """Make the equations as large as their rows need to be, without buttons and links."""
         self._ink(equations)
         equations.refresh()
         equations.show_only(self.taught.rows or None)
@@ -134,7 +134,7 @@ class Stage(QWidget):
         equations.resize(self._wanted.toSize())
 
     def _ink(self, equations: Equations) -> None:
-        """Use the stage's text colours, as the program's style sheet may have others."""
+        """Use the stage's text colours, because the style sheet of the program may set others."""
         for part in equations.findChildren(QWidget):
             ink = self.theme.soft if part.objectName() == "soft" else self.theme.text
             if isinstance(part, QLabel) and part.styleSheet():
@@ -172,7 +172,7 @@ class Stage(QWidget):
         return QSize(wide, high or round(self.height() * wide / self.width()))
 
     def show_shot(self, shot: Shot) -> None:
-        """Draw a frame, with the slider at its value."""
+        """Draw a frame, with the slider at its value for that picture."""
         self.document.go_to(shot.frame)
         if self._choice.sweep is not None and shot.value is not None:
             self._choice.sweep.show(self.taught, shot.value)
@@ -193,7 +193,7 @@ class Stage(QWidget):
         QCoreApplication.sendPostedEvents(None, QEvent.Type.LayoutRequest)
 
     def picture(self) -> QImage:
-        """Return the stage as an image, with a pixel per unit."""
+        """Return the stage as an image with one pixel per unit."""
         image = QImage(self.size(), QImage.Format.Format_RGB32)
         painter = QPainter(image)
         self._paint(painter)
@@ -203,7 +203,7 @@ class Stage(QWidget):
         return image
 
     def sheet(self) -> Sheet:
-        """Return the stage as lines and letters; only the 3D figure is an image."""
+        """Return the stage as lines and letters, with only the 3D figure as an image."""
         sheet = Sheet(self.width(), self.height(), self.logicalDpiX())
         painter = QPainter(sheet)
         self._paint(painter)
@@ -218,7 +218,7 @@ class Stage(QWidget):
         return sheet
 
     def _paint(self, painter: QPainter) -> None:
-        """Paint everything but the 3D figure."""
+        """Paint everything except the 3D figure."""
         painter.fillRect(self.rect(), QColor(self.theme.surface))
         if self.timeline is not None:
             box = self._boxes["curves"]
@@ -241,7 +241,7 @@ class Stage(QWidget):
 
 
 def _render(widget: QWidget, painter: QPainter, at: QPointF) -> None:
-    """Paint a widget and its children with another device's painter."""
+    """Paint a widget and its children with the painter of another device."""
     painter.save()
     painter.translate(at)
     widget.render(painter, QPoint(), QRegion(), QWidget.RenderFlag.DrawChildren)

@@ -1,6 +1,6 @@
-"""Write a sheet as SVG that all readers draw alike: only paths, in one coordinate system.
+"""Write a sheet as an SVG that all readers draw alike: only paths, in one coordinate system.
 
-Letters are outlines, so that no reader needs the fonts; `aria-label` keeps the text.
+Letters are stored as outlines, so that no reader needs the fonts; `aria-label` contains the text.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _MOVE = QPainterPath.ElementType.MoveToElement
 
 
 def svg_of(sheet: Sheet, title: str, width_mm: float, height_mm: float) -> bytes:
-    """Return the SVG file of a sheet, with its size on paper."""
+    """Return a sheet as the contents of an SVG file. width_mm, height_mm: its size on paper."""
     clips: dict[str, str] = {}
     body = [_element(item, clips) for item in sheet.items]
     cuts = [f'<clipPath id="{name}"><path d="{d}"/></clipPath>' for d, name in clips.items()]
@@ -71,7 +71,7 @@ def _element(item: Item, clips: dict[str, str]) -> str:
 
 
 def _text(text: str) -> str:
-    """Return a text for XML, without the control characters that XML forbids."""
+    """Return a text for XML, without the control characters that XML does not allow."""
     return escape(_NOT_IN_XML.sub("", text), quote=True)
 
 
@@ -95,7 +95,7 @@ def _paint(what: str, colour: QColor) -> str:
 
 
 def _path(path: QPainterPath) -> str:
-    """Return a path in SVG's notation: moves, lines and cubic curves."""
+    """Return a path in the notation of SVG: moves, lines and cubic curves."""
     out: list[str] = []
     for k in range(path.elementCount()):
         element = path.elementAt(k)
@@ -110,7 +110,7 @@ def _path(path: QPainterPath) -> str:
 
 
 def _number(value: float) -> str:
-    """Return a number with two decimals at most; 0.01 units are 3 µm."""
+    """Return a number with at most two decimals; 0.01 units are 3 µm."""
     text = f"{value:.2f}".rstrip("0").rstrip(".")
     return "0" if text in ("-0", "") else text
 

@@ -12,10 +12,10 @@ from inspector.teaching.taught_frame import TaughtFrame
 
 @dataclass(frozen=True)
 class Swept:
-    """A slider that a film can move: its name, unit, range and number of decimals.
+    """A slider that can be moved in a film: its name, unit, range and number of decimals.
 
-    unit: "°" for an angle; "%" for a share; "" for the stage: 0 is the bone at rest, 1 swung, 2
-    twisted as well.
+    unit: "°" for an angle; "%" for a share; "" for the stage of the explanation, where 0 is the
+    bone at rest, 1 the bone after its swing, and 2 the bone after swing and twist.
     """
 
     words: str
@@ -37,7 +37,9 @@ SWEPT = {
 
 @dataclass(frozen=True)
 class Sweep:
-    """Moves `slider`, a key of SWEPT, from `first` to `last`, in `seconds` each way."""
+    """The movement of `slider`, a key of SWEPT, from `first` to `last`,
+    in `seconds` per direction.
+    """
 
     slider: str
     first: float
@@ -46,13 +48,13 @@ class Sweep:
     and_back: bool = True
 
     def values(self, fps: float) -> list[float]:
-        """Return the slider's value in every picture of a film, both ends included."""
+        """Return the value of the slider in each picture of a film, including both ends."""
         count = max(2, round(self.seconds * fps))
         there: list[float] = np.linspace(self.first, self.last, count).tolist()
         return there + there[-2:0:-1] if self.and_back else there
 
     def show(self, taught: TaughtFrame, value: float) -> None:
-        """Set the slider of a taught frame, and leave the other sliders as they are."""
+        """Set this slider of a taught frame, and leave the other sliders unchanged."""
         if self.slider == "stage":
             taught.set_stage(value)
         elif self.slider == "applied":

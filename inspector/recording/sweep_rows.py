@@ -1,4 +1,4 @@
-"""The rows of the Record dialog for a moving slider: which slider, its range and its time."""
+"""The rows of the Record dialog for a moving slider: the slider, its range and its duration."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from inspector.widgets.signed_numbers import SignedBox
 
 
 class SweepRows(QObject):
-    """Adds its rows to a form; `sweep` returns the choice."""
+    """Adds its rows to a form; `sweep` returns the user's choice."""
 
     changed = Signal()
 
@@ -49,7 +49,7 @@ class SweepRows(QObject):
 
     @property
     def sweep(self) -> Sweep:
-        """The slider, its range and its time."""
+        """The chosen slider, its range and its duration."""
         return Sweep(
             self.slider.currentData(),
             self.first.value(),
@@ -59,7 +59,7 @@ class SweepRows(QObject):
         )
 
     def _propose(self) -> None:
-        """Propose the slider's whole range, or the range from 0 if it can go both ways."""
+        """Suggest the range of the slider, without its negative part."""
         swept = SWEPT[self.slider.currentData()]
         for box in (self.first, self.last):
             box.setDecimals(swept.decimals)

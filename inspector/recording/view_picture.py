@@ -23,7 +23,7 @@ _LARGEST = 8192  # pixels: drivers refuse more
 
 
 def view_picture(viewport: Viewport, size: QSize) -> QImage:
-    """Return a picture of a view in this size, without its overlays."""
+    """Return a picture of a view in this size, without the overlays of the view."""
     view = viewport.view
     assert view is not None
     viewport.grab()  # makes sure that the context exists and that everything is drawn
@@ -47,7 +47,7 @@ def view_picture(viewport: Viewport, size: QSize) -> QImage:
 
 @contextmanager
 def _larger(window: vtkRenderWindow, times: float, size: QSize) -> Iterator[None]:
-    """Enlarge the window and the width of its lines until the picture is read."""
+    """Enlarge the window and the width of its lines until the picture has been read."""
     old, samples = window.GetSize(), window.GetMultiSamples()
     looks = [a.GetProperty() for a in _actors(window)]
     widths = {look: look.GetLineWidth() for look in looks}
@@ -65,7 +65,7 @@ def _larger(window: vtkRenderWindow, times: float, size: QSize) -> Iterator[None
 
 
 def _actors(window: vtkRenderWindow) -> Iterator[vtkActor]:
-    """Yield the actors of all layers."""
+    """Yield the actors in all layers of the view."""
     renderers = window.GetRenderers()
     for k in range(renderers.GetNumberOfItems()):
         renderer = renderers.GetItemAsObject(k)

@@ -1,4 +1,4 @@
-"""Remembered videos of clips."""
+"""The record of which video belongs to which clip."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ VIDEOS: FeatureSetting[dict[str, tuple[str, float]]] = FeatureSetting(
 
 
 def remember_video(settings: Settings, clip: str, video: Path, offset: float) -> None:
-    """Remember a clip's video and its offset in seconds."""
+    """Remember a clip's video and the offset between them, in seconds."""
     now = str(real_path(video)), min(max(offset, -FARTHEST_S), FARTHEST_S)
     others = {k: v for k, v in VIDEOS.of(settings).items() if k != clip}
     VIDEOS.put(settings, dict([*others.items(), (clip, now)][-MOST_VIDEOS:]))

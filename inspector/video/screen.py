@@ -1,4 +1,4 @@
-"""The widget that shows the video's picture, or a message."""
+"""The widget that shows a picture of the video, or a message."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from inspector.widgets.theme import Colours
 
 
 class Screen(QWidget):
-    """A picture as large as the widget allows, or a message."""
+    """A widget that shows a picture as large as it allows, or a message."""
 
     resized = Signal()
 
@@ -26,11 +26,11 @@ class Screen(QWidget):
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def sizeHint(self) -> QSize:
-        """Return a size for a picture of 16:9."""
+        """Return a size for a picture with the aspect ratio 16:9."""
         return QSize(320, 180)
 
     def show_image(self, image: QImage | None, text: str = "") -> None:
-        """Show a picture, or a message without one."""
+        """Show a picture, or the message if there is no picture."""
         self.image, self.text = image, text
         self.update()
         self._name_picture()
@@ -42,7 +42,7 @@ class Screen(QWidget):
             self.setAccessibleName(name)
 
     def pixels(self) -> tuple[int, int]:
-        """Return width and height in physical pixels."""
+        """Return the widget's width and height in physical pixels."""
         ratio = self.devicePixelRatioF()
         return max(1, round(self.width() * ratio)), max(1, round(self.height() * ratio))
 
@@ -73,6 +73,6 @@ class Screen(QWidget):
         painter.end()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Report the new size, so that the video is decoded for it."""
+        """Report the new size, so that the video is decoded at that size."""
         super().resizeEvent(event)
         self.resized.emit()

@@ -1,4 +1,4 @@
-"""The panel of a clip's witness video, which follows the playhead with an offset in time."""
+"""The panel with a clip's witness video, which follows the playhead at a time offset."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ BEFORE, AFTER = tr("before the video's start"), tr("after its end")
 
 
 class VideoPanel(QWidget):
-    """The video's picture, its offset in time, and the button that holds it.
+    """The picture of the video, its time offset, and the button that holds it.
 
     The video's time is frame · Δt + offset, in seconds. While the video is held, only the playhead
-    moves; on release the offset is set so that video and playhead show the same moment.
+    moves; on release, the offset is set so that video and playhead show the same moment.
     """
 
     restored = Signal()  # the opened clip has a video
@@ -92,7 +92,9 @@ class VideoPanel(QWidget):
     # -- which video --------------------------------------------------------------------------
 
     def open_video(self, path: Path) -> None:
-        """Open a video for the open clip, and replace the old video once it is loaded."""
+        """Open a video for the open clip; the previous video is replaced
+        once the new one is loaded.
+        """
         self._load(path, 0.0, lambda error: self._document.message.emit(str(error), True))
 
     def close_video(self) -> None:
@@ -102,7 +104,7 @@ class VideoPanel(QWidget):
         self.let_go()
 
     def let_go(self, text: str = NO_VIDEO) -> None:
-        """Close the file, and show a message."""
+        """Close the video's file, and show a message."""
         self._task.cancel()
         self._replace_reader(None, 0.0)
         self._set_picture(None, text)
@@ -157,7 +159,7 @@ class VideoPanel(QWidget):
         return self._document.frame * data.motion.frame_time if data else 0.0
 
     def set_hold(self, on: bool) -> None:
-        """Hold the video, or release it at the playhead's position."""
+        """Hold the video still, or release it and align it with the playhead."""
         if on == (self._held is not None):
             return
         if on:
@@ -170,7 +172,7 @@ class VideoPanel(QWidget):
         self._follow()
 
     def nudge(self, frames: int) -> None:
-        """Shift the video against the clip by a number of video frames."""
+        """Shift the video relative to the clip by a number of video frames."""
         if self.reader is None:
             return
         by = frames / self.reader.fps
@@ -190,7 +192,7 @@ class VideoPanel(QWidget):
             self.offset.setValue(seconds)
 
     def _replace_reader(self, reader: VideoReader | None, offset: float) -> None:
-        """Use another video, or none, and release the hold."""
+        """Switch to another video, or to none, and release the hold."""
         if self.reader is not None:
             close = self.reader.close
             Task(lambda _: close(), self).start()  # in a thread, as it may still be decoding
@@ -201,7 +203,7 @@ class VideoPanel(QWidget):
     # -- the picture --------------------------------------------------------------------------
 
     def _follow(self) -> None:
-        """Decode the picture for the playhead, unless one is being decoded already."""
+        """Decode the picture for the playhead, unless another one is being decoded."""
         reader = self.reader
         if reader is None or self.busy or not self.isVisible():
             return
@@ -232,7 +234,7 @@ class VideoPanel(QWidget):
         self._show_time()
 
     def _show_facts(self) -> None:
-        """Show the video's properties, and enable what can be done with it."""
+        """Show the properties of the video, and enable the controls that can be used with it."""
         reader = self.reader
         for widget in (self.back, self.forth, self._hold):
             widget.setEnabled(reader is not None)

@@ -1,4 +1,4 @@
-"""Reads pictures of a video file by their time stamps, with PyAV."""
+"""Reads the pictures of a video file by their time stamps, with PyAV."""
 
 from __future__ import annotations
 
@@ -39,14 +39,14 @@ _ORDERED = "avi"  # a format whose stamps only give the order of decoding
 
 
 class VideoError(Exception):
-    """An error message about a video that cannot be shown."""
+    """Raised with a message for the user if a video cannot be shown."""
 
 
 @dataclass(frozen=True)
 class Picture:
     """A picture that a video shows from `start` to `stop`, in seconds since its first frame.
 
-    pixels: red, green, blue, uint8, (height, width, 3), upright and with square pixels.
+    pixels: uint8 values of red, green and blue, (height, width, 3), upright and with square pixels.
     """
 
     start: float
@@ -54,7 +54,7 @@ class Picture:
     pixels: NDArray[np.uint8]
 
     def covers(self, seconds: float) -> bool:
-        """True if the video shows this picture at a time."""
+        """True if the video shows this picture at a time, in seconds."""
         return self.start <= seconds + TOLERANCE < self.stop
 
 
@@ -64,11 +64,12 @@ def can_play() -> bool:
 
 
 class VideoReader:
-    """Reads the first video stream of a file; threads may share it.
+    """Reads the first video stream of a file; several threads may use one reader.
 
-    width, height: of an upright picture with square pixels; fps: average frames per second;
-    duration: seconds by the file's header, 0 if unknown; end: time at which the last frame ends,
-    in seconds since the first frame, infinite until it has been read; seeks: number of jumps.
+    width, height: size of an upright picture with square pixels; fps: average frames per second;
+    duration: length in seconds according to the header, 0 if unknown; end: time at which the last
+    frame ends, in seconds since the first frame, infinite until it has been read; seeks: number of
+    jumps to another part of the file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -94,17 +95,18 @@ class VideoReader:
         self.duration = (self._container.duration or 0) / 1e6
 
     def place(self, seconds: float) -> int:
-        """Return −1 for a time before the video's start, +1 after its end, 0 in between.
+        """Return −1 for a time before the start of the video, +1 after its end, 0 in between.
 
-        The end is known only once it has been read.
+        The end is known only after it has been read.
         """
         at = seconds + TOLERANCE
         return -1 if at < 0.0 else int(at >= self.end)
 
     def picture(self, seconds: float, width: int, height: int) -> Picture | None:
-        """Return the picture at a time, at most `width` × `height` pixels; None outside the video.
+        """Return the picture at a time, at most `width` × `height` pixels,
+        or None outside the video.
 
-        seconds: since the video's first frame. Raises VideoError if reading fails.
+        seconds: time since the video's first frame. Raises VideoError if reading fails.
         """
         import av
 
@@ -133,7 +135,7 @@ class VideoReader:
             return Picture(start, stop, self._pixels(frame, width, height))
 
     def close(self) -> None:
-        """Close the file; there are no pictures afterwards."""
+        """Close the file; after this, no picture can be read."""
         with self._lock:
             self.end = -math.inf
             self._passed.clear()
@@ -142,7 +144,7 @@ class VideoReader:
     # -- finding ------------------------------------------------------------------------------
 
     def _seek(self, at: float) -> None:
-        """Continue decoding from a key frame at or before a time."""
+        """Continue decoding from the last key frame at or before a time."""
         import av
 
         self.seeks += 1
@@ -163,7 +165,7 @@ class VideoReader:
         self._rewind()
 
     def _rewind(self) -> None:
-        """Open the file and decode its first frame."""
+        """Open the file again and decode its first frame."""
         import av
 
         try:
@@ -203,7 +205,7 @@ class VideoReader:
         self._key = math.nan  # time of the last key frame in this run
 
     def _decode(self) -> bool:
-        """Append the next frame to `_passed`; False at the video's end."""
+        """Append the next frame to `_passed`; return False at the end of the video."""
         last = self._passed[-1][0] if self._passed else -math.inf
         while True:
             frame = next(self._coming, None)
@@ -238,7 +240,7 @@ class VideoReader:
 
 
 def _decoded(container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame]:
-    """Yield frames in the order in which they are shown; skip damaged ones."""
+    """Yield frames in the order in which they are shown, and skip damaged frames."""
     import av
 
     packets = container.demux(stream)

@@ -1,1 +1,1 @@
-"""General widgets, which know nothing about twist."""
+"""General-purpose widgets that do not depend on anything about twist."""

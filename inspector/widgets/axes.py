@@ -1,4 +1,4 @@
-"""Axes of the plots, with as many round numbers as fit."""
+"""Axes of the plots, labelled with as many round numbers as fit."""
 
 from __future__ import annotations
 
@@ -17,19 +17,22 @@ _TICK_ROOM = 13.0  # pixels between two labels of the root scale, at the usual t
 
 
 def root_scale(degrees: Array | float) -> Array:
-    """Return the signed square root, on which a τ of 5° is easy to drag next to a jump of 170°."""
+    """Return the signed square root of an angle in degrees.
+
+    On this scale a τ of 5° is easy to drag next to a jump of 170°.
+    """
     value = np.asarray(degrees, dtype=np.float64)
     scaled: Array = np.sign(value) * np.sqrt(np.abs(value))
     return scaled
 
 
 def from_root_scale(value: float) -> float:
-    """Return the degrees of a place on the root scale."""
+    """Return the angle in degrees for a value on the root scale."""
     return float(np.sign(value) * value * value)
 
 
 def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
-    """Return as many of the ascending places as fit with this distance between them."""
+    """Return as many of the ascending places as fit if they are at least `room` apart."""
     chosen = [-math.inf]
     for at in places:
         if at - chosen[-1] >= room:
@@ -38,7 +41,7 @@ def spaced_ticks(places: Iterable[float], room: float) -> list[float]:
 
 
 class Axis(pg.AxisItem):
-    """An axis that leaves the mouse to the plot; type_scale: factor of the type size."""
+    """An axis that leaves mouse input to the plot. type_scale: factor for the type size."""
 
     type_scale = 1.0
 
@@ -53,7 +56,7 @@ class UnitAxis(Axis):
     unit = "°"
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return the ticks whose labels are not cut off at the ends."""
+        """Return the tick values whose labels are not cut off at the ends of the axis."""
         room = self.type_scale * _TICK_ROOM / 2.0 * (high - low) / max(size, 1.0)
         return [
             (spacing, [v for v in values if low + room <= v <= high - room])
@@ -61,18 +64,23 @@ class UnitAxis(Axis):
         ]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the labels, with as many decimals as the spacing needs."""
+        """Return the tick labels, with as many decimals as the spacing needs."""
         decimals = max(0, int(np.ceil(-np.log10(spacing) - 1e-9))) if spacing < 1 else 0
         return [f"{plain(v, decimals)}{self.unit}" for v in values]
 
 
 class RootAxis(Axis):
-    """An axis of degrees on a signed square root scale; `taken`: a place to keep free."""
+    """An axis of degrees on a signed square-root scale.
+
+    taken: the place on this scale that is kept free of numbers.
+    """
 
     taken: float | None = None
 
     def keep_clear(self, place: float) -> None:
-        """Draw no number at a place on this scale, where the plot draws something else."""
+        """Keep a place on this scale free of numbers, because the plot
+        draws something else there.
+        """
         before, self.taken = self._overlapped(), place
         if self._overlapped() != before:
             self.picture = None  # drawn again at the next repaint
@@ -82,31 +90,31 @@ class RootAxis(Axis):
         return self.type_scale * _TICK_ROOM * (high - low) / max(float(self.height()), 1.0)
 
     def _overlapped(self) -> list[float]:
-        """Return the places of numbers that would overlap `taken`."""
+        """Return the places of the numbers that would overlap `taken`."""
         ticks = root_scale(np.array(_ROOT_TICKS)).tolist()
         return [t for t in ticks if self.taken is not None and abs(t - self.taken) < self._room()]
 
     def tickValues(self, low: float, high: float, size: float) -> list[tuple[float, list[float]]]:
-        """Return round degrees, as many as fit."""
+        """Return as many round numbers of degrees as fit."""
         room = self.type_scale * _TICK_ROOM * (high - low) / max(size, 1.0)
         chosen = spaced_ticks(root_scale(np.array(_ROOT_TICKS)).tolist(), room)
         ticks = {sign * at for at in chosen for sign in (1.0, -1.0)}.difference(self._overlapped())
         return [(1.0, sorted(t for t in ticks if low <= t <= high - 0.5 * room))]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the degrees at each place."""
+        """Return the label in degrees for each place on the scale."""
         return [f"{plain(from_root_scale(v), 0)}°" for v in values]
 
 
 class FrameAxis(Axis):
-    """An axis of whole frames, counted from `first`."""
+    """An axis of whole frame numbers. first: the number of the first frame."""
 
     first = 0
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """Return the spacings that are whole frames."""
+        """Return those spacings that are whole numbers of frames."""
         return [s for s in super().tickSpacing(low, high, size) if s[0] >= 1.0] or [(1.0, 0.0)]
 
     def tickStrings(self, values: list[float], scale: float, spacing: float) -> list[str]:
-        """Return the frame numbers."""
+        """Return the frame numbers as tick labels."""
         return [plain(v + self.first, 0) for v in values]

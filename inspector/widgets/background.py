@@ -1,4 +1,4 @@
-"""Work in background threads, with the answer delivered in the GUI thread."""
+"""Work in background threads, with results delivered in the GUI thread."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from twistcore.work.progress import Cancelled, Tell
 class _Post(QObject):
     """Delivers calls from threads to the GUI thread.
 
-    The object outlives every task: a thread could still be emitting a task's own signal while the
-    GUI thread, which has the answer already, deletes the task.
+    This object outlives every task. A signal of the task itself would not be safe: a thread could
+    still be emitting it while the GUI thread, which already has the result, deletes the task.
     """
 
     said = Signal(object)
@@ -34,10 +34,11 @@ _post: _Post | None = None
 
 
 class Task(QObject):
-    """Runs `work(tell)` in a thread; emits `finished` or `failed` (with an exception) in this one.
+    """Runs `work(tell)` in a thread; emits `finished`, or `failed` with an
+    exception, in this thread.
 
-    Long work calls `tell` with its progress; `progress(share)` is emitted in this thread. After
-    `cancel()` nothing is emitted.
+    Long work reports its progress by calling `tell`; then `progress(share)` is emitted in this
+    thread, too. After `cancel()`, nothing more is emitted.
     """
 
     finished = Signal(object)
@@ -57,11 +58,11 @@ class Task(QObject):
         QThreadPool.globalInstance().start(_Runner(self, _post))
 
     def cancel(self) -> None:
-        """Ignore the answer; running work ends at its next report of progress."""
+        """Ignore the result; work that is running ends when it next reports its progress."""
         self._cancelled = True
 
     def tell(self, share: float) -> None:
-        """Report progress from the thread, 0…1; raises Cancelled after `cancel`."""
+        """Report the progress from the thread, as a share 0…1; raises Cancelled after `cancel`."""
         if self._cancelled:
             raise Cancelled
         if (percent := int(100.0 * share)) != self._percent:
@@ -74,7 +75,7 @@ class Task(QObject):
             self.progress.emit(share)
 
     def run(self) -> Callable[[], None]:
-        """Do the work in the thread; return the call that delivers its answer."""
+        """Do the work in the thread; return the call that delivers its result."""
         try:
             return partial(self._deliver, self._work(self.tell), None)
         except (Exception, Cancelled) as caught:  # the GUI thread reports every error
@@ -93,7 +94,7 @@ class Task(QObject):
 
 
 class OneTask(QObject):
-    """Runs one task at a time; a new one replaces the running one."""
+    """Runs one task at a time; a new task replaces the one that is running."""
 
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
@@ -101,7 +102,7 @@ class OneTask(QObject):
 
     @property
     def running(self) -> bool:
-        """True until the answer has arrived."""
+        """True until the result has been delivered."""
         return self._task is not None
 
     def run(
@@ -111,7 +112,9 @@ class OneTask(QObject):
         failed: Callable[[Any], object] = lambda _: None,
         progress: Callable[[float], object] = lambda _: None,
     ) -> None:
-        """Run `work(tell)` in a thread, then call `done` or `failed`, unless it was replaced."""
+        """Run `work(tell)` in a thread, then call `done` or `failed`, unless
+        another task replaces it.
+        """
         self.cancel()
         self._task = Task(work, self)
         self._task.finished.connect(lambda result: self._end(done, result))
@@ -143,5 +146,5 @@ class _Runner(QRunnable):
 
 
 def wait_for_tasks(milliseconds: int) -> bool:
-    """Wait for running tasks; False if they did not end in this time."""
+    """Wait for running tasks; return False if they have not ended after this time."""
     return QThreadPool.globalInstance().waitForDone(milliseconds)

@@ -35,7 +35,8 @@ def hbox(
 ) -> QHBoxLayout:
     """Return a layout with its parts from left to right.
 
-    owner: the widget that gets the layout; margins, spacing: the style's if None.
+    owner: the widget that gets the layout; margins, spacing: in pixels, or None for the defaults of
+    the style.
     """
     box = QHBoxLayout() if owner is None else QHBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
@@ -47,7 +48,7 @@ def vbox(
     margins: _Margins | None = None,
     spacing: int | None = None,
 ) -> QVBoxLayout:
-    """Return a layout with its parts from top to bottom; parameters as in `hbox`."""
+    """Return a layout with its parts from top to bottom; the parameters are those of `hbox`."""
     box = QVBoxLayout() if owner is None else QVBoxLayout(owner)
     return _filled(box, parts, margins, spacing)
 
@@ -73,7 +74,7 @@ def _filled(
 
 
 class Wrapping(QWidget):
-    """Parts side by side, or one below the other if the widget is too narrow."""
+    """A widget whose parts are side by side or, if it is too narrow, one below the other."""
 
     def __init__(self, *parts: QLayout, spacing: int) -> None:
         super().__init__()
@@ -91,14 +92,14 @@ class Wrapping(QWidget):
         self._arrange()
 
     def event(self, event: QEvent) -> bool:
-        """Arrange the parts again when a part's text changes."""
+        """Arrange the parts again when the text of a part has changed."""
         if event.type() == QEvent.Type.LayoutRequest:
             self._arrange()
         return super().event(event)
 
     @property
     def beside(self) -> int:
-        """Pixels that all parts need side by side."""
+        """Width in pixels that all parts need side by side."""
         gaps = self._box.spacing() * (len(self._parts) - 1)
         return sum(part.minimumSize().width() for part in self._parts) + gaps
 
@@ -110,7 +111,7 @@ class Wrapping(QWidget):
 
 
 def soft(label: _Label) -> _Label:
-    """Return the label, in the theme's colour of secondary text."""
+    """Return the label after giving it the theme's colour for secondary text."""
     label.setObjectName("soft")
     return label
 
@@ -121,10 +122,10 @@ def hint(text: str = "") -> QLabel:
 
 
 def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
-    """Return a small button with a word or a sign; flat: frameless until the mouse is over it.
+    """Return a small button with a word or a symbol. flat: frameless unless the mouse is over it.
 
-    Signs are used because the style's icons are black on a dark window. Screen readers cannot read
-    signs, so they read the tip.
+    Symbols are used because the style's own icons are black and cannot be seen in a dark window.
+    Screen readers cannot read symbols, so they read the tool tip instead.
     """
     button = QToolButton(autoRaise=flat)
     button.setText(text)
@@ -135,7 +136,7 @@ def tool_button(text: str, tip: str, *, flat: bool = True) -> QToolButton:
 
 
 def action_button(action: QAction, short: str = "") -> QToolButton:
-    """Return a button for an action; `short`: a shorter text, if the context explains it."""
+    """Return a button for an action. short: a shorter text, if the context explains the rest."""
     if short:
         action.setIconText(short)
     button = QToolButton()
@@ -144,7 +145,7 @@ def action_button(action: QAction, short: str = "") -> QToolButton:
 
 
 def scrolled(content: QWidget) -> QScrollArea:
-    """Return a scroll area in which the content keeps its size."""
+    """Return a scroll area that does not change the size of its content."""
     area = QScrollArea(widgetResizable=True)
     area.setFrameShape(QFrame.Shape.NoFrame)
     area.setWidget(content)
@@ -152,6 +153,6 @@ def scrolled(content: QWidget) -> QScrollArea:
 
 
 def bring_to_front(widget: QWidget) -> None:
-    """Show a widget in front of others; a dock comes in front of its other tabs."""
+    """Show a widget in front of others; a dock is also shown in front of its other tabs."""
     widget.show()
     widget.raise_()

@@ -16,10 +16,10 @@ _PLACES = {"left": (0, 0), "bottom": (1, 1), "right": (0, 2)}  # row and column;
 
 
 class Canvas(pg.GraphicsView):
-    """A plot view with its axes, which repaints after `touch`.
+    """A plot with its axes, which is repainted after `touch`.
 
-    By default every graphics scene repaints the window by itself: four plots cause four repaints.
-    pyqtgraph's own plot also creates forty widgets for a menu that is never used.
+    By default, every graphics scene repaints the window by itself, so that four plots cause four
+    repaints. Furthermore, pyqtgraph's own plot creates forty widgets for a menu that is never used.
     """
 
     def __init__(
@@ -28,7 +28,11 @@ class Canvas(pg.GraphicsView):
         view: pg.ViewBox | None = None,
         parent: QWidget | None = None,
     ) -> None:
-        """`axes`: by side, 'left', 'bottom' or 'right'; view: None for one without mouse input."""
+        """Build the plot.
+
+        axes: the axes by side: 'left', 'bottom' or 'right'; view: the view, or None for one without
+        mouse input.
+        """
         super().__init__(parent)
         self.setViewportUpdateMode(self.ViewportUpdateMode.NoViewportUpdate)
         self.enableMouse(False)
@@ -53,34 +57,36 @@ class Canvas(pg.GraphicsView):
         self.setFrameShape(self.Shape.NoFrame)
 
     def addItem(self, item: pg.GraphicsObject) -> None:
-        """Add an item to the view without changing the range."""
+        """Add an item to the view without changing the range of the axes."""
         self.view.addItem(item, ignoreBounds=True)
 
     def colour_ground(self, theme: Theme) -> None:
-        """Use a theme's colours for background and axes."""
+        """Use the theme's colours for the background and the axes."""
         self.setBackground(theme.surface)
         for axis in self.axes.values():
             axis.setPen(QPen(QColor(theme.line), 1.0))
             axis.setTextPen(QColor(theme.soft))
 
     def count_from(self, first: int) -> None:
-        """Count frames from `first` on the axis of frames."""
+        """Number the frames on their axis from `first`."""
         axis = self.axes["bottom"]
         axis.first, axis.picture = first, None
         self.touch()
 
     def set_type(self, font: QFont) -> None:
-        """Set the font of the axes' numbers."""
+        """Set the font of the numbers on the axes."""
         for axis in self.axes.values():
             axis.setStyle(tickFont=font, tickLength=-4, autoExpandTextSpace=False)
 
     def touch(self) -> None:
-        """Repaint the plot at the window's next repaint."""
+        """Repaint the plot together with the next repaint of the window."""
         self.viewport().update()
 
 
 class TauLine(pg.InfiniteLine):
-    """A line that can be dragged; `changed` reports moves, and the mouse entering or leaving."""
+    """A line that can be dragged; `changed` is emitted when it moves, or
+    the mouse enters or leaves.
+    """
 
     changed = Signal()
 
@@ -93,7 +99,7 @@ class TauLine(pg.InfiniteLine):
         self.moving = False
 
     def setMouseHover(self, hover: bool) -> None:
-        """Report when the mouse enters or leaves, as the line gets thicker then."""
+        """Report that the mouse enters or leaves, because the line is thicker under the mouse."""
         if hover != self.mouseHovering:
             super().setMouseHover(hover)
             self.changed.emit()

@@ -21,7 +21,7 @@ def ask_files(
     folder: Path | None = None,
     several: bool = False,
 ) -> None:
-    """Ask for an existing file, or for several, and call `then` with the choice."""
+    """Ask for an existing file, or for several, and call `then` with the user's choice."""
     mode = QFileDialog.FileMode
     dialog = _dialog(parent, title, pattern, mode.ExistingFiles if several else mode.ExistingFile)
     if folder is not None:
@@ -39,9 +39,9 @@ def ask_where(
     wanted: Path,
     suffix: str = "",
 ) -> None:
-    """Ask where to write.
+    """Ask for the name of a file to write, and call `then` with it.
 
-    wanted: the proposed path; suffix: added to a name without one.
+    wanted: the proposed path; suffix: the suffix that is added to a name without one.
     """
     dialog = _dialog(parent, title, pattern, QFileDialog.FileMode.AnyFile)
     dialog.setAcceptMode(QFileDialog.AcceptMode.AcceptSave)
@@ -68,7 +68,7 @@ def _dialog(parent: QWidget, title: str, pattern: str, mode: QFileDialog.FileMod
 
 
 def _draw_arrows_as_text(dialog: QFileDialog) -> None:
-    """Draw the arrows of Qt's own dialog in the text colour, as black is invisible on dark."""
+    """Draw the arrows in Qt's own dialog in the text colour, because black is invisible on dark."""
     for name in _ARROWS:
         button = dialog.findChild(QToolButton, name)
         if button is None:  # the desktop's own dialog

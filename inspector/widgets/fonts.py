@@ -1,6 +1,6 @@
-"""Fonts that come with the program, so that columns of numbers look the same on all systems.
+"""Fonts shipped with the program, so that columns of numbers look the same on all systems.
 
-The fonts are matplotlib's, which the window needs anyway.
+These are the fonts of matplotlib, which the window needs anyway.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _PICTURED = 9.0  # points
 
 
 def font_folder() -> Path | None:
-    """Return the folder of matplotlib's fonts without importing matplotlib, or None."""
+    """Return the folder of matplotlib's fonts, or None, without importing matplotlib."""
     spec = find_spec("matplotlib")
     places = (spec and spec.submodule_search_locations) or ()
     return next((Path(place) / _FOLDER for place in places), None)
@@ -30,10 +30,10 @@ def font_folder() -> Path | None:
 
 @cache
 def shipped_families() -> frozenset[str]:
-    """Load the fonts into Qt the first time, and return their families; takes 5 ms.
+    """Load the fonts into Qt on the first call (5 ms), and return the names of their families.
 
-    A Linux distribution may store them in another folder. Then the set is empty, and the program
-    uses the system's fonts.
+    A Linux distribution may store them in another folder. In that case the set is empty, and the
+    program uses the system's fonts.
     """
     folder = font_folder()
     files = [folder / name for name in _FILES] if folder else []
@@ -43,7 +43,7 @@ def shipped_families() -> frozenset[str]:
 
 
 def use_shipped_fonts() -> None:
-    """Use the shipped fonts everywhere, so that pictures look the same on all systems."""
+    """Use the shipped fonts for all texts, so that pictures look the same on all systems."""
     assert SANS in shipped_families(), "matplotlib's fonts are missing"
     font = QFont(QApplication.font())
     font.setFamilies([SANS])

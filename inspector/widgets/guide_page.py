@@ -1,4 +1,4 @@
-"""The guide's window: the pages of docs/ with links, pictures, history and search."""
+"""The window of the guide: the pages of docs/ with links, pictures, history and search."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ class GuidePage(QWidget):
         self.forward.setIcon(icon("forward", theme))
 
     def _find_typed(self) -> None:
-        """Search again from the beginning of the current match."""
+        """Search again from the start of the current match, after the search text has changed."""
         cursor = self.browser.textCursor()
         cursor.setPosition(cursor.selectionStart())
         self._find(cursor)
@@ -109,7 +109,7 @@ class GuidePage(QWidget):
         self._find(self.browser.textCursor())
 
     def _find(self, behind: QTextCursor) -> None:
-        """Go to the next match; after the end start again at the top."""
+        """Go to the next match; after the end of the page, continue from its beginning."""
         words, document = self.line.text(), self.browser.document()
         place = document.find(words, behind)
         if place.isNull():
@@ -120,7 +120,7 @@ class GuidePage(QWidget):
             self.browser.ensureCursorVisible()
 
     def _leave(self) -> None:
-        """Clear the search on Esc, or close the guide if there is none."""
+        """On Esc, clear the search or, if it is empty, close the guide."""
         if self.line.hasFocus() and self.line.text():
             self.line.clear()
         else:
@@ -128,10 +128,10 @@ class GuidePage(QWidget):
 
 
 class MarkdownPage(QTextBrowser):
-    """A Markdown page whose tables have faint lines under the rows instead of Qt's grid."""
+    """A Markdown page whose tables have faint lines below the rows instead of Qt's grid."""
 
     def soften_tables(self) -> None:
-        """Replace the grids of the present page's tables by faint lines."""
+        """Replace the grid in the tables of the current page with faint lines."""
         line = self.palette().color(QPalette.ColorRole.Mid)
         whole = QTextCursor(self.document())
         whole.beginEditBlock()  # or every cell would cause a new layout of the page
@@ -151,7 +151,7 @@ class MarkdownPage(QTextBrowser):
         whole.endEditBlock()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Draw the tables' lines in the colours of a new theme."""
+        """Draw the lines of the tables in the colours of a new theme."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.PaletteChange:
             self.soften_tables()
@@ -177,7 +177,9 @@ class Pages(MarkdownPage):
         self._follow(QUrl.fromLocalFile(str(self._docs / file)))
 
     def _follow(self, url: QUrl) -> None:
-        """Show a link's page, from its top or from a heading; open web pages in the browser."""
+        """Show the page of a link, from its top or from a heading; web
+        pages open in the browser.
+        """
         if not url.isLocalFile():
             QDesktopServices.openUrl(url)
             return
@@ -239,5 +241,5 @@ class Pages(MarkdownPage):
 
 
 def _slug(heading: str) -> str:
-    """Return a heading's name in links."""
+    """Return the name by which links refer to a heading."""
     return re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-")

@@ -15,7 +15,7 @@ _SIDES = (16, 22, 24, 32, 48, 64, 128, 256)  # pixels, for title bars, task bars
 
 
 def has_icon(name: str) -> bool:
-    """True if an icon has this name, which is an action's id or a word."""
+    """True if there is an icon with this name, which is the id of an action or another word."""
     return (ICONS / f"{name}.svg").is_file()
 
 
@@ -28,7 +28,7 @@ def program_icon() -> QIcon:
 
 
 def icon(name: str, theme: Theme) -> QIcon:
-    """Return an icon in the colour of text, and paler for a disabled button."""
+    """Return an icon in the text colour, with a paler version for disabled buttons."""
     drawing = (ICONS / f"{name}.svg").read_text("utf-8")
     made = QIcon()
     for mode, colour in ((QIcon.Mode.Normal, theme.text), (QIcon.Mode.Disabled, theme.faint)):
@@ -39,7 +39,7 @@ def icon(name: str, theme: Theme) -> QIcon:
 
 
 def _drawn(renderer: QSvgRenderer, side: int, scale: float) -> QPixmap:
-    """Return a square picture; side: pixels at screen scale 1."""
+    """Return a square picture. side: its size in pixels at a screen scale of 1."""
     picture = QPixmap(round(side * scale), round(side * scale))
     picture.setDevicePixelRatio(scale)
     picture.fill(Qt.GlobalColor.transparent)

@@ -1,4 +1,4 @@
-"""A list with two columns: words and a key."""
+"""A list with two columns: a text and its key."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _PAD = 8  # pixels next to a key
 
 
 class KeyedList(QListWidget):
-    """A list of words with keys, before the words or at the right edge."""
+    """A list of texts with keys, which are shown before the text or at the right edge."""
 
     def __init__(self, *, keys_first: bool) -> None:
         super().__init__()
@@ -29,7 +29,7 @@ class KeyedList(QListWidget):
         self.setItemDelegate(_KeyedRows(self))
 
     def add(self, words: str, key: str, data: object = None) -> None:
-        """Add a row; data: stored in its UserRole."""
+        """Add a row. data: value that is stored in the row's UserRole."""
         item = QListWidgetItem(words)
         item.setData(_KEY, key)
         if key:
@@ -44,7 +44,7 @@ class _KeyedRows(QStyledItemDelegate):
         self._owner = owner
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Paint the row, then words and key in their columns."""
+        """Paint the background of the row, then the text and the key in their columns."""
         option = QStyleOptionViewItem(option)
         self.initStyleOption(option, index)
         words, option.text = option.text, ""

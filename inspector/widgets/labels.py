@@ -1,6 +1,6 @@
 """Labels whose text can change without moving other widgets.
 
-An ordinary label asks for a new layout at every change, so each step of a drag would cause an
+An ordinary label requests a new layout at every change, so that each step of a drag would cause an
 additional layout and repaint of the window.
 """
 
@@ -30,29 +30,31 @@ _STILL_MS = 400  # screen readers get a line that has not changed for this time
 
 
 class SteadyLabel(QLabel):
-    """A label that grows with its text and never shrinks."""
+    """A label that grows with its text but never shrinks."""
 
     _widest = ""
 
     def keep_room(self, text: str) -> None:
-        """Reserve room for a text."""
+        """Reserve enough room for a text."""
         self._widest = text
         self._grow()
 
     def sizeHint(self) -> QSize:
-        """Return the size for the text, or for the reserved text if that is wider."""
+        """Return the size of the text or, if that is wider, of the text
+        for which room is reserved.
+        """
         aligned, room = self.alignment().value, QRect(0, 0, _LARGE, _LARGE)
         widest = self.fontMetrics().boundingRect(room, aligned, self._widest).width()
         return super().sizeHint().expandedTo(QSize(widest, 0))
 
     def setText(self, text: str) -> None:
-        """Show a text, and grow if needed."""
+        """Show a text, and grow if it needs more room."""
         if text != self.text():
             super().setText(text)
             self._grow()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Fit the size to a new font."""
+        """Adapt the size to a new font."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange):
             self.setMinimumSize(0, 0)  # or the size hint could not get smaller
@@ -67,7 +69,7 @@ class SteadyLabel(QLabel):
 
 
 def as_rich(text: str) -> str:
-    """Return rich text that looks like the plain text, with all markup escaped."""
+    """Return rich text that looks like the given plain text, with all markup escaped."""
     return escape(legible(text, lines=True, most=_MOST), quote=False)
 
 
@@ -77,39 +79,39 @@ def bold(text: str) -> str:
 
 
 def as_tip(text: str) -> str:
-    """Return plain text for a tool tip, in which Qt sees no HTML.
+    """Return plain text for a tool tip in such a way that Qt does not take it for HTML.
 
-    Qt guesses whether a tool tip is HTML. An invisible word joiner after every '<' and '&' prevents
-    that.
+    Qt guesses whether the text of a tool tip is HTML. An invisible word joiner after every '<' and
+    '&' prevents that.
     """
     return _TAG.sub("\\g<0>\u2060", legible(text, lines=True, most=_MOST))
 
 
 def as_entry(text: str) -> str:
-    """Return plain text for menus and buttons, in which '&' marks no key."""
+    """Return plain text for menus and buttons, with '&' escaped so that it marks no mnemonic."""
     return legible(text, most=_MOST).replace("&", "&&")
 
 
 def capitalised(text: str) -> str:
-    """Return a text with its first letter in upper case."""
+    """Return a text with its first letter capitalised."""
     return text[:1].upper() + text[1:]
 
 
 def inked(text: str, colour: str) -> str:
-    """Return rich text in a colour, '#rrggbb'."""
+    """Return rich text in a colour. colour: '#rrggbb'."""
     return f"<span style='color:{colour}'>{text}</span>"
 
 
 def plain_text(rich: str) -> str:
-    """Return the plain text of rich text."""
+    """Return rich text as plain text."""
     return QTextDocumentFragment.fromHtml(rich).toPlainText()
 
 
 class Caption(QWidget):
-    """Rich text in lines as wide as the widget, which grows with the text and never shrinks.
+    """Rich text in lines as wide as the widget, which grows with the text but never shrinks.
 
-    The label inside is placed by hand, so that a new text needs no new layout. A short caption is
-    one line of plain text, and its tip shows the rest.
+    The label inside is positioned by this class, so that a new text needs no new layout. A caption
+    that is set to be short shows one line of plain text, and the whole text in its tool tip.
     """
 
     def __init__(self, *, soft: bool = False) -> None:
@@ -140,18 +142,18 @@ class Caption(QWidget):
         return self._text == as_rich(text)
 
     def set_short(self, short: bool) -> None:
-        """Show one line of plain text, or the whole text."""
+        """Set whether to show only one line of plain text, or the whole text."""
         if short != self._short:
             self._short = short
             self._fit(self._line)
 
     @property
     def _line(self) -> int:
-        """Height of a line, in pixels."""
+        """Height of a line in pixels."""
         return self.fontMetrics().height() + 2
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Break the lines for the new width."""
+        """Break the lines again for the new width."""
         super().resizeEvent(event)
         self._fit(self._line)
 
@@ -176,7 +178,7 @@ class Caption(QWidget):
 
 
 class ElidedLabel(QLabel):
-    """A line of text that never widens its parent, and is cut off with … if too long."""
+    """A line of text that never widens its parent; a text that is too long is cut off with …."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -192,9 +194,9 @@ class ElidedLabel(QLabel):
 
 
 class Headline(QLabel):
-    """A line '<b>what</b> more' that never widens its parent; a long text ends with ….
+    """A line such as '<b>what</b> more' that never widens its parent; a long text ends with ….
 
-    The text is rich text; plain text without bold works as well if its HTML signs are escaped.
+    The text is rich text. Plain text can also be shown if its special characters are escaped.
     """
 
     def __init__(self) -> None:
@@ -202,11 +204,11 @@ class Headline(QLabel):
         self.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
 
     def minimumSizeHint(self) -> QSize:
-        """Return no width, so that the line can be narrow."""
+        """Return a width of 0, so that the line can be made as narrow as needed."""
         return QSize(0, super().minimumSizeHint().height())
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint as much as fits."""
+        """Paint as much of the text as fits."""
         if self.sizeHint().width() <= self.width():
             super().paintEvent(event)
             return
@@ -227,7 +229,7 @@ class Headline(QLabel):
 
 
 class ElidedLine(QWidget):
-    """A line that may change many times a second without a new layout."""
+    """A line of text that can change many times a second without a new layout."""
 
     def __init__(self) -> None:
         super().__init__()

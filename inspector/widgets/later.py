@@ -1,4 +1,4 @@
-"""Work delayed until pending events are handled, and series of quick steps."""
+"""Work that is delayed until pending events are handled, and series of quick steps."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _BURST_MS = 800
 
 
 class Latest(QObject):
-    """Carries out only the last of many requests, after the pending events."""
+    """Carries out only the last of many requests, after the pending events are handled."""
 
     def __init__(self, parent: QObject | None = None) -> None:
         super().__init__(parent)
@@ -39,8 +39,8 @@ class Latest(QObject):
 class Stale(QObject):
     """Collects requests to redraw a view, and emits `due` once for all of them.
 
-    The signal is queued: it arrives after the change and before Qt's next repaint, so that tables,
-    plots and picture are painted together. The view calls `take` when it draws.
+    The signal is queued: it arrives after the change and before the next repaint of Qt, so that
+    tables, plots and the 3D view are painted together. The view calls `take` when it draws.
     """
 
     due = Signal()
@@ -63,28 +63,30 @@ class Stale(QObject):
         self.mark()
 
     def take(self) -> tuple[bool, bool]:
-        """Return whether anything and whether everything must be redrawn, and reset both."""
+        """Return whether anything, and whether everything, must be redrawn; then reset both."""
         taken = self.pending, self._all
         self.pending = self._all = False
         return taken
 
 
 class Burst(QObject):
-    """Joins quick steps, for example of a spin box, into one step of the history."""
+    """Joins quick steps, such as those of a spin box, into one step of the history."""
 
     def __init__(self, begin_drag: Callable[[], int], parent: QObject) -> None:
-        """`begin_drag`: returns the number that joins the steps."""
+        """Prepare a burst. begin_drag: function that returns a new
+        number, which joins the steps.
+        """
         super().__init__(parent)
         self._begin_drag, self._drag = begin_drag, 0
         self._timer = QTimer(self, singleShot=True, interval=_BURST_MS)
 
     @property
     def active(self) -> bool:
-        """True if the last step was a moment ago."""
+        """True if the last step was only a moment ago."""
         return self._timer.isActive()
 
     def drag(self) -> int:
-        """Return the number for one more step."""
+        """Return the number that joins the next step with the steps before it."""
         if not self.active:
             self._drag = self._begin_drag()
         self._timer.start()

@@ -18,9 +18,10 @@ Answers = Sequence[tuple[str, Callable[[], object]]]
 
 
 class MessageBar(QFrame):
-    """Shows the last message; an error stays until it is closed.
+    """Shows the latest message; an error stays until the user closes it.
 
-    A question that an error covers returns when the error is closed. Alt+1, Alt+2 … answer it.
+    A question that is covered by an error returns when the error is closed. The keys Alt+1, Alt+2 …
+    choose an answer.
     """
 
     def __init__(self) -> None:
@@ -40,7 +41,7 @@ class MessageBar(QFrame):
         self.hide()
 
     def show_message(self, text: str, wrong: bool) -> None:
-        """Show a message, in the chosen language; `wrong` marks an error."""
+        """Show a message, given in the chosen language. wrong: True if the message is an error."""
         text = of_core(text)
         if self.asks and not wrong:
             return  # a question waits for its answer
@@ -51,18 +52,18 @@ class MessageBar(QFrame):
             self._timer.start(_SHOWN_MS)
 
     def add_error(self, text: str) -> None:
-        """Show an error, after an error that is shown already."""
+        """Show an error; if another error is already shown, append the new one to it."""
         text = of_core(text)
         if not (self.isVisible() and text in self.label.text()):
             self.show_message(self._after_error(text), True)
 
     @property
     def asks(self) -> bool:
-        """True if the bar shows a question that waits for an answer."""
+        """True if the bar shows a question that has not been answered yet."""
         return self._question is not None and bool(self._answers.count()) and self.isVisible()
 
     def offer(self, text: str, answers: Answers) -> None:
-        """Show a message with buttons for a while, unless a question waits."""
+        """Show a message with buttons for a while, unless a question has not been answered yet."""
         if not self.asks:
             self._question = None
             self._show(self._after_error(text), False)
@@ -70,24 +71,26 @@ class MessageBar(QFrame):
             self._timer.start(2 * _SHOWN_MS)
 
     def offer_behind(self, text: str, answers: Answers) -> None:
-        """Add a message with buttons after the message that is shown."""
+        """Append a message with buttons to the message that is already shown."""
         shown = self.label.text() if self.isVisible() and not self.property("wrong") else ""
         self.offer(f"{shown} {text}".strip(), answers)
 
     def withdraw(self, text: str) -> None:
-        """Hide this message, if the bar shows it."""
+        """Hide this message if the bar is showing it."""
         if of_core(text) == self.label.text() and not self._answers.count():
             self._close()
 
     def ask(self, text: str, answers: Answers) -> None:
-        """Show a question with buttons until it is answered or closed."""
+        """Show a question with buttons until the user answers or closes it."""
         self._question = (text, answers)
         self._show(self._after_error(text), False)
         self._timer.stop()
         self._add(answers)
 
     def _after_error(self, text: str) -> str:
-        """Return the text after the error that is shown, so that the error stays readable."""
+        """Return the text appended to the error that is shown, so that
+        the error can still be read.
+        """
         error = self.isVisible() and self.property("wrong") and not self._answers.count()
         return f"{self.label.text()} {text}" if error else text
 
@@ -102,13 +105,13 @@ class MessageBar(QFrame):
         self._keys.setText(", ".join(f"Alt+{k}" for k in range(1, len(answers) + 1)))
 
     def clear(self) -> None:
-        """Hide the bar, and drop its question."""
+        """Hide the bar and discard its question."""
         self._question = None
         self._clear()
         self.hide()
 
     def buttons(self) -> list[QPushButton]:
-        """Return the buttons of the answers."""
+        """Return the buttons with the answers."""
         items = (self._answers.itemAt(k) for k in range(self._answers.count()))
         every = (item.widget() for item in items if item is not None)
         return [b for b in every if isinstance(b, QPushButton)]

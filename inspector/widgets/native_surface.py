@@ -1,8 +1,8 @@
 """Give the 3D view its own native surface, so that the other widgets are drawn without OpenGL.
 
-Qt composes a whole window with OpenGL if it contains an OpenGL view. With software OpenGL this
-takes 8 ms, a third of the time from a moved τ to its plots. With a separate surface Qt copies the
-other widgets to the screen directly.
+If a window contains an OpenGL view, Qt composes the whole window with OpenGL. With software OpenGL
+this takes 8 ms, which is a third of the time between a new τ and its repainted plots. With a
+separate surface, Qt copies the other widgets directly to the screen.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QWidget
 
 
 def own_surface(view: QWidget) -> None:
-    """Give a widget its own native surface, on X11 only, where this is known to work."""
+    """Give a widget its own native surface; only on X11, where this is known to work."""
     if QGuiApplication.platformName() == "xcb":
         # Not its siblings and parents, or closed menus would stay visible between them.
         QGuiApplication.setAttribute(Qt.ApplicationAttribute.AA_DontCreateNativeWidgetSiblings)
@@ -23,10 +23,11 @@ def own_surface(view: QWidget) -> None:
 
 
 class _Uncovered(QObject):
-    """Copies the window to the screen again where something covered it.
+    """Copies the window to the screen again wherever something had covered it.
 
-    Without a compositor the screen loses what is covered. Qt does not restore a window with an
-    OpenGL view, because it expects OpenGL to compose it, so a closed menu would stay visible.
+    Without a compositor, the screen does not keep the parts of a window that are covered. Qt does
+    not restore a window with an OpenGL view, because it expects OpenGL to compose it, so that a
+    closed menu would stay visible.
     """
 
     def __init__(self, window: QWidget) -> None:
@@ -36,7 +37,7 @@ class _Uncovered(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Copy the window when it must be painted; never stop an event."""
+        """Copy the window to the screen when it must be painted; let every event pass."""
         if watched is self._window:
             handle = self._window.windowHandle()
             if event.type() == QEvent.Type.Show and handle is not None:

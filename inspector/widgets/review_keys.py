@@ -1,9 +1,10 @@
 """Decides whether a key belongs to the review or to the text or number that is being typed.
 
-A text gets characters and the keys that edit or copy them; a number gets digits. All other keys
-of the program still work, and next to a number Ctrl+Z, too. Enter keeps the input; Esc restores
-the old text or clears a search. Both give the focus back to the review. A widget that is hidden
-loses the focus, and the mouse wheel changes only a box that has the focus.
+A text field receives characters and the keys for editing and copying them; a number field receives
+digits. All other shortcuts of the program still work, and so does Ctrl+Z in a number field. Enter
+keeps the input; Esc restores the old text or clears a search. Both return the focus to the review.
+A widget that is hidden loses the focus, and the mouse wheel changes only a field that has the
+focus.
 """
 
 from __future__ import annotations
@@ -42,10 +43,12 @@ _UNDOING = QKeySequence.StandardKey.Undo, QKeySequence.StandardKey.Redo
 
 
 class ReviewKeys(QObject):
-    """Watches the boxes and lines of a window; call `watch` for widgets that are built later."""
+    """Watches the input fields of a window; call `watch` for widgets that are built later."""
 
     def __init__(self, window: QWidget, home: Callable[[], QWidget]) -> None:
-        """`home`: returns the widget that has the focus while nothing is typed."""
+        """Start watching. home: function that returns the widget with the
+        focus while nothing is typed.
+        """
         super().__init__(window)
         self._window, self._home = window, home
         self._before = ""  # the text of the focused widget when it got the focus
@@ -58,7 +61,7 @@ class ReviewKeys(QObject):
         app.focusChanged.connect(self._focus_changed)
 
     def watch(self, root: QWidget) -> None:
-        """Watch all boxes, lines and tables in a widget."""
+        """Watch all input fields and tables inside a widget."""
         for table in root.findChildren(QAbstractItemView):
             table.setTabKeyNavigation(False)  # Tab leaves the table, arrows move in it
         boxes: list[QWidget] = [*root.findChildren(QAbstractSpinBox)]
@@ -74,11 +77,11 @@ class ReviewKeys(QObject):
             widget.installEventFilter(self)
 
     def go_home(self) -> None:
-        """Give the focus back to the review."""
+        """Return the focus to the review."""
         self._home().setFocus(Qt.FocusReason.OtherFocusReason)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Handle keys and the wheel; pass on all other events."""
+        """Handle keys and the mouse wheel; let all other events pass."""
         kind = event.type()
         if isinstance(event, QChildEvent):
             child = event.child()
@@ -99,7 +102,9 @@ class ReviewKeys(QObject):
         return False
 
     def _is_here(self, watched: QObject) -> bool:
-        """True if a widget of the window or of a floating dock has the focus, not of a dialog."""
+        """True if a widget of the window or of a floating dock has the
+        focus, but not one of a dialog.
+        """
         if not isinstance(watched, QWidget) or not watched.hasFocus() or _line(watched) is None:
             return False
         return watched.window() is self._window or isinstance(watched.window(), QDockWidget)
@@ -126,7 +131,9 @@ class ReviewKeys(QObject):
         return True
 
     def _focus_changed(self, old: QWidget | None, new: QWidget | None) -> None:
-        """Go home if the focused widget was hidden and Qt gave the focus to another input."""
+        """Return the focus to the review if Qt moved it from a hidden
+        widget to another input field.
+        """
         if old is None or new is None or not isValid(old) or (old.isVisible() and old.isEnabled()):
             return
         if new.window() is self._window and _line(new) is not None:
@@ -139,14 +146,14 @@ class ReviewKeys(QObject):
 
 
 def is_text_written() -> bool:
-    """True if the person is typing a text, so that letters are no decisions."""
+    """True if the user is typing a text, so that letters must not act as decisions."""
     focus = QApplication.focusWidget()
     number = isinstance(focus, QAbstractSpinBox)
     return focus is not None and not number and _line(focus) is not None
 
 
 def _line(widget: QObject) -> QWidget | None:
-    """Return the widget in which a person types text, or None."""
+    """Return the input field of a widget in which the user can type, or None."""
     if isinstance(widget, QAbstractSpinBox):
         return None if widget.isReadOnly() else widget
     if isinstance(widget, QComboBox):

@@ -1,4 +1,4 @@
-"""Numbers for people: with a real minus sign, and without a sign before zero."""
+"""Format numbers with a real minus sign, and without a sign before zero."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _MINUS = "−"
 
 
 def signed(value: float, digits: int = 1) -> str:
-    """Return a number with its sign: '+12.0', '−0.3', but '0.0'."""
+    """Return a number with its sign, such as '+12.0', '−0.3', but '0.0'."""
     text = plain(value, digits)
     return f"+{text}" if text[0] != _MINUS and float(text) else text
 
@@ -24,7 +24,7 @@ def plain(value: float, digits: int = 1) -> str:
 
 
 def angle_of(kind: Kind, radians: float) -> str:
-    """Return an interval's angle for a list: '+12.0°', '±8.0°' of noise, '–' of frozen frames."""
+    """Return an interval's angle for a list: '+12.0°', '±8.0°' for noise, '–' for frozen frames."""
     if not (sign := kind.info.sign):
         return "–"
     degrees = math.degrees(radians)
@@ -32,10 +32,10 @@ def angle_of(kind: Kind, radians: float) -> str:
 
 
 class SignedBox(QDoubleSpinBox):
-    """A number box with a real minus sign, which accepts both minus signs."""
+    """A number field that shows a real minus sign and accepts a hyphen as well."""
 
     def textFromValue(self, value: float) -> str:
-        """Return the text of a value."""
+        """Return the text for a value."""
         return plain(value, self.decimals())
 
     def valueFromText(self, text: str) -> float:
@@ -43,7 +43,7 @@ class SignedBox(QDoubleSpinBox):
         return super().valueFromText(text.replace(_MINUS, "-"))
 
     def validate(self, text: str, place: int) -> tuple[QValidator.State, str, int]:
-        """Check whether a text is a number or may become one."""
+        """Check whether a text is a number or the beginning of one."""
         checked = super().validate(text.replace(_MINUS, "-"), place)
         assert isinstance(checked, tuple)
         return checked[0], text, checked[2]  # keep the text with its minus

@@ -1,4 +1,4 @@
-"""Tables for the panels: rows are described once, and only changed rows are drawn again."""
+"""Tables for the panels: each row is described once, and only changed rows are drawn again."""
 
 from __future__ import annotations
 
@@ -49,12 +49,13 @@ _FEW = 64  # at most so many rows are added or removed one by one; more reset th
 
 @dataclass(frozen=True)
 class TableRow:
-    """A row as the table shows it.
+    """A row as shown in the table.
 
-    texts: a text per column; sort: a sortable value per column, the texts if empty; colours:
-    '#rrggbb' by column; tips: one for all columns, or one per column; tick: the first column's
-    check box, if it has one; beside: a soft text after the first column's text, drawn by a
-    BesideDelegate; spoken: texts for screen readers by column, for signs, bars and empty cells.
+    texts: the text of each column; sort: a sortable value for each column, or () to sort by the
+    texts; colours: '#rrggbb' by column; tips: one tool tip for all columns, or one per column;
+    tick: state of the check box in the first column, or None for no box; beside: secondary text
+    after the text of the first column, drawn by a BesideDelegate; spoken: texts for screen readers
+    by column, for symbols, bars and empty cells.
     """
 
     texts: tuple[str, ...]
@@ -67,10 +68,10 @@ class TableRow:
 
 
 class RowModel(QAbstractTableModel, Generic[_Thing]):
-    """Rows for things with keys; a subclass implements `key` and `describe`.
+    """A table model with one row per thing; a subclass implements `key` and `describe`.
 
-    A thing that equals the one shown before under its key is not drawn again. Things must therefore
-    be frozen, and compare equal if they look equal.
+    A thing is not drawn again if it equals the one shown before with the same key. Things must
+    therefore be frozen, and compare equal if they look equal.
     """
 
     heads: tuple[str, ...] = ()
@@ -91,7 +92,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         raise NotImplementedError
 
     def describe(self, thing: _Thing) -> TableRow:
-        """Return the row of a thing; called only for visible rows."""
+        """Return the row for a thing; called only for visible rows."""
         raise NotImplementedError
 
     # -- change -------------------------------------------------------------------------------
@@ -111,7 +112,9 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
                 self.dataChanged.emit(self.index(first, 0), self._last(last))
 
     def begin_anew(self, things: Sequence[_Thing]) -> None:
-        """Show these things in a new table, for other headings or many changes."""
+        """Show these things after resetting the table, because headings
+        or many rows have changed.
+        """
         self.beginResetModel()
         self.things, self._keys = things, [self.key(t) for t in things]
         self._rows.clear()
@@ -119,11 +122,11 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 
     @property
     def theme(self) -> Theme:
-        """The present theme."""
+        """The current theme."""
         return self._colours.theme
 
     def redraw(self) -> None:
-        """Describe all rows again, for example for another theme or numbering."""
+        """Describe all rows again, for example because the theme or the numbering has changed."""
         self._rows.clear()
         if self.things:
             self.dataChanged.emit(self.index(0, 0), self._last(len(self.things) - 1))
@@ -178,19 +181,19 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return self._rows[key]
 
     def row_of(self, key: Hashable) -> int | None:
-        """Return the row of a key, or None."""
+        """Return the number of the row with a key, or None."""
         return self._keys.index(key) if key in self._keys else None
 
     def rowCount(self, parent: Index = _TOP) -> int:
-        """Return the number of things."""
+        """Return the number of rows."""
         return 0 if parent.isValid() else len(self.things)
 
     def columnCount(self, parent: Index = _TOP) -> int:
-        """Return the number of headings."""
+        """Return the number of columns."""
         return 0 if parent.isValid() else len(self.heads)
 
     def headerData(self, section: int, orientation: Qt.Orientation, role: int = 0) -> Any:
-        """Return a heading, its tip or its alignment."""
+        """Return the text, the tool tip or the alignment of a heading."""
         if orientation == Qt.Orientation.Horizontal:
             if role == Qt.ItemDataRole.DisplayRole:
                 return legible(self.heads[section], lines=True)
@@ -201,7 +204,7 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
         return None
 
     def data(self, index: Index, role: int = 0) -> Any:
-        """Return a cell's data from the row's description."""
+        """Return the data of a cell from the description of its row."""
         if not index.isValid():
             return None
         column = index.column()
@@ -237,12 +240,15 @@ class RowModel(QAbstractTableModel, Generic[_Thing]):
 
 
 class RowTable(QTableView):
-    """A table with headings and without a grid; room: pixels of a row in addition to a line."""
+    """A table with headings and without a grid.
+
+    room: height of a row in pixels, in addition to a line of text.
+    """
 
     resized = Signal()
 
     def __init__(self, model: QAbstractItemModel, *, several: bool = False, room: int = 8) -> None:
-        """`several`: allow to select several rows."""
+        """Build the table. several: True if several rows can be selected."""
         super().__init__(showGrid=False, wordWrap=False)
         mode = QAbstractItemView.SelectionMode
         self.setHorizontalHeader(_Heading(Qt.Orientation.Horizontal, self))
@@ -256,18 +262,19 @@ class RowTable(QTableView):
         self._widths: dict[int, int] = {}  # of columns, before any was hidden
 
     def set_room(self, room: int) -> None:
-        """Make rows this many pixels higher than a line."""
+        """Make rows this number of pixels higher than a line of text."""
         self.verticalHeader().setDefaultSectionSize(self.fontMetrics().height() + room)
 
     def keep_room(self, first: int, spared: Sequence[int]) -> None:
-        """Hide the columns `spared`, in order, while the first column is narrower than `first`.
+        """Hide the columns `spared`, one by one, while the first column is
+        narrower than `first` pixels.
 
-        first: pixels of the first column, which takes the rest of the width.
+        The first column takes up the rest of the table's width.
         """
         self._first, self._spared = first, tuple(spared)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Hide columns if the first one, which names the row, would get too narrow."""
+        """Hide columns if the first one, which names the row, would become too narrow."""
         if self._spared:
             header = self.horizontalHeader()
             room = self.viewport().width() - self._first
@@ -279,17 +286,17 @@ class RowTable(QTableView):
         self.resized.emit()
 
     def _width_of(self, column: int) -> int:
-        """Return a column's width, even if it is hidden."""
+        """Return the width of a column, even if it is hidden."""
         return self._widths.setdefault(column, self.columnWidth(column))
 
     @property
     def mark_room(self) -> int:
-        """Pixels that the sort indicator needs in a heading."""
+        """Width in pixels that the sort indicator needs in a heading."""
         return self.fontMetrics().horizontalAdvance(_MARK_ROOM)
 
 
 class _Heading(QHeaderView):
-    """Headings with room for the sort indicator, which Qt draws over right-aligned texts."""
+    """A header with room for the sort indicator, which Qt would draw over right-aligned texts."""
 
     def __init__(self, orientation: Qt.Orientation, parent: QTableView) -> None:
         super().__init__(orientation, parent)
@@ -304,9 +311,9 @@ class _Heading(QHeaderView):
 
 
 class RowDelegate(QStyledItemDelegate):
-    """Draws cells from the model's row descriptions, with one call per cell.
+    """Draws cells from the model's row descriptions, with one call to the model per cell.
 
-    Qt would call the model seven times. proxy: the proxy model of the table, if any.
+    Qt would call the model seven times. proxy: the proxy model of the table, or None.
     """
 
     def __init__(
@@ -316,12 +323,12 @@ class RowDelegate(QStyledItemDelegate):
         self._model, self._proxy = model, proxy
 
     def described(self, index: Index) -> TableRow:
-        """Return the description of the row."""
+        """Return the description of the row to which a cell belongs."""
         source = self._proxy.mapToSource(index) if self._proxy else index
         return self._model.row(source.row())
 
     def initStyleOption(self, option: QStyleOptionViewItem, index: Index) -> None:
-        """Fill in the style option from the description, as `data` would."""
+        """Fill in the style option from the description, as Qt would from `data`."""
         row, column = self.described(index), index.column()
         assert isinstance(index, QModelIndex)
         option.index = index
@@ -338,10 +345,10 @@ class RowDelegate(QStyledItemDelegate):
 
 
 class BesideDelegate(RowDelegate):
-    """Draws a soft text after the first column's text, as much as fits."""
+    """Draws a secondary text after the text of the first column, as far as it fits."""
 
     def paint(self, painter: QPainter, option: QStyleOptionViewItem, index: Index) -> None:
-        """Draw the cell, then the soft text."""
+        """Draw the cell, then the secondary text."""
         super().paint(painter, option, index)
         row = self.described(index)
         if not row.beside:

@@ -1,4 +1,4 @@
-"""Colours and fonts of the light and the dark theme; orange is before, blue is after."""
+"""Colours and fonts of the light and the dark theme; orange stands for before, blue for after."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from inspector.widgets.fonts import FIXED, shipped_families
 
 @dataclass(frozen=True)
 class Theme:
-    """Colours by role as '#rrggbb'; text has a contrast of at least 4.5:1 on `surface`."""
+    """Colours by role, as '#rrggbb'; texts have a contrast of at least 4.5:1 on `surface`."""
 
     dark: bool
     window: str  # behind panels
@@ -39,7 +39,7 @@ class Theme:
 
     @property
     def faint(self) -> str:
-        """Colour of disabled texts and icons."""
+        """The colour of disabled texts and icons."""
         return mixed(self.soft, self.window, 150).name()
 
 
@@ -74,7 +74,7 @@ _BOXES = (
 
 
 class Colours(QObject):
-    """The present theme; `changed` reports a new one to all connected views."""
+    """The current theme; `changed` sends a new theme to all connected views."""
 
     changed = Signal(object)  # the Theme
 
@@ -83,29 +83,30 @@ class Colours(QObject):
         self.theme = theme
 
     def follow(self, colour: Callable[[Theme], None]) -> None:
-        """Call `colour` now, and for every new theme.
+        """Call `colour` at once, and again for every new theme.
 
-        colour: a method of a QObject, which Qt disconnects when the object is deleted.
+        colour: method of a QObject; Qt disconnects it when the object is deleted.
         """
         self.changed.connect(colour)
         colour(self.theme)
 
     def use(self, theme: Theme) -> None:
-        """Send a theme to all connected views, even if they have it already."""
+        """Send a theme to all connected views, even if it is already in use."""
         self.theme = theme
         self.changed.emit(theme)
 
 
 def system_theme() -> Theme:
-    """Return the light or the dark theme, as set in the system."""
+    """Return the light or the dark theme, according to the setting of the system."""
     scheme = QGuiApplication.styleHints().colorScheme()
     return DARK if scheme == Qt.ColorScheme.Dark else LIGHT
 
 
 def apply_theme(app: QApplication, theme: Theme) -> None:
-    """Apply Qt's Fusion style with the theme's palette and style sheet.
+    """Apply Qt's Fusion style with the palette and style sheet of the theme.
 
-    A theme that is in use is not applied again, as this takes 0.15 s for a whole window.
+    A theme that is already in use is not applied again, because this takes 0.15 s for a whole
+    window.
     """
     lit = mixed(theme.accent, theme.window, 60).name()
     sheet = _STYLE.format(**vars(theme), lit=lit)
@@ -149,7 +150,10 @@ def apply_theme(app: QApplication, theme: Theme) -> None:
 
 
 def figures_font(size: float = 0.0) -> QFont:
-    """Return the fixed-pitch font for columns of numbers; size: points, 0 for the program's."""
+    """Return the fixed-pitch font for columns of numbers.
+
+    size: in points, or 0 for the size of the program's font.
+    """
     font = QFontDatabase.systemFont(QFontDatabase.SystemFont.FixedFont)
     if FIXED in shipped_families():
         font.setFamilies([FIXED])
@@ -212,7 +216,10 @@ QToolTip {{ background: {raised}; color: {text}; border: 1px solid {line}; paddi
 
 @cache
 def mixed(colour: str, paper: str, alpha: int) -> QColor:
-    """Return a colour blended over a background with alpha/255; opaque fills are 30× faster."""
+    """Return the opaque colour that results from blending a colour over a background at alpha/255.
+
+    Filling with opaque colours is 30 times faster.
+    """
     above, below, share = QColor(colour), QColor(paper), alpha / 255.0
     parts = (QColor.red, QColor.green, QColor.blue)
     return QColor(*(round(share * p(above) + (1.0 - share) * p(below)) for p in parts))

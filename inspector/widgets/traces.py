@@ -21,9 +21,9 @@ _AXIS_WIDTH, _AXIS_HEIGHT = 46, 18
 
 @dataclass(frozen=True, eq=False)
 class Trace:
-    """A curve; x, y: frames and values, NaN for gaps; role: the theme's colour.
+    """A curve. x, y: frames and values, NaN for gaps; role: name of its colour in the theme.
 
-    dots: True for isolated values, which a line would not show.
+    dots: True to draw isolated values as dots, because a line would not show them.
     """
 
     x: Array
@@ -33,12 +33,16 @@ class Trace:
 
 
 class TracePlot(Canvas):
-    """A plot of curves; `asked` reports the frame that was clicked."""
+    """A plot of curves; `asked` is emitted with the frame that the user clicks."""
 
     asked = Signal(int)
 
     def __init__(self, colours: Colours, unit: str = "", *, root: bool = False) -> None:
-        """`unit`: after the numbers of the left axis; root: True for degrees on a root scale."""
+        """Build the plot.
+
+        unit: the unit after the numbers on the left axis; root: True for degrees on a square-root
+        scale.
+        """
         left = RootAxis("left") if root else UnitAxis("left")
         if isinstance(left, UnitAxis):
             left.unit = unit
@@ -67,7 +71,7 @@ class TracePlot(Canvas):
         self.show_lines(self._lines)
 
     def show_lines(self, lines: Sequence[Trace]) -> None:
-        """Draw these curves instead of the present ones."""
+        """Draw these curves instead of the ones shown so far."""
         self._lines = tuple(lines)
         # Items are never removed, as Qt may still paint a removed item.
         while len(self.curves) < len(lines):
@@ -88,26 +92,26 @@ class TracePlot(Canvas):
         self.touch()
 
     def show_range(self, frames: int, low: float, high: float) -> None:
-        """Show all frames, and this range of values."""
+        """Show all frames and the values between `low` and `high`."""
         self.view.setXRange(-0.5, max(frames - 0.5, 0.5), padding=0.0)
         high = high if high > low else low + 1.0
         self.view.setYRange(low, high, padding=0.06)
         self.touch()
 
     def fit(self, frames: int) -> None:
-        """Show all frames, and values from 0 to the largest."""
+        """Show all frames and the values from 0 to the largest one."""
         tops = [float(np.nanmax(k.y)) for k in self._lines if np.isfinite(k.y).any()]
         self.show_range(frames, 0.0, max([*tops, 1e-3]))
 
     def show_level(self, value: float | None) -> None:
-        """Draw a horizontal line, or none."""
+        """Draw a horizontal line at a value, or no line."""
         self._level.setVisible(value is not None)
         if value is not None:
             self._level.setValue(value)
         self.touch()
 
     def show_frame(self, frame: int) -> None:
-        """Move the playhead."""
+        """Move the playhead to a frame."""
         self.playhead.setValue(frame)
         self.touch()
 

@@ -1,4 +1,4 @@
-"""Typeset TeX with matplotlib as outlines, which Qt fills at any scale and in any colour."""
+"""Typeset TeX with matplotlib as outlines, which Qt can fill at any scale and in any colour."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ _one_at_a_time = Lock()  # matplotlib's TeX parser is not thread-safe
 
 @dataclass(frozen=True, eq=False)
 class Formula:
-    """Outlines of a formula: baseline at y = 0, y downwards, EM units per em."""
+    """The outlines of a formula, with the baseline at y = 0, y downwards and EM units per em."""
 
     path: QPainterPath
     box: QRectF
 
 
 class Typesetter(QObject):
-    """Typesets formulas in a thread; formulas that are requested together arrive together.
+    """Typesets formulas in a thread; formulas that are requested together are delivered together.
 
-    This takes half a second, or several seconds if matplotlib must index the fonts first.
+    This takes half a second, or several seconds if matplotlib must first index the fonts.
     """
 
     ready = Signal()
@@ -43,7 +43,9 @@ class Typesetter(QObject):
         self.trouble = ""
 
     def start(self, texts: Iterable[str]) -> None:
-        """Typeset these formulas, unless requested before, and emit `ready` when they are done."""
+        """Typeset these formulas unless they were requested before, and emit
+        `ready` when all are done.
+        """
         fresh = tuple(tex for tex in texts if tex not in self._requested)
         self._requested |= dict.fromkeys(fresh)
         if fresh:
@@ -68,7 +70,7 @@ class Typesetter(QObject):
 
     @property
     def started(self) -> bool:
-        """True if any formula was requested."""
+        """True if any formula has been requested."""
         return bool(self._requested)
 
     @property
@@ -91,9 +93,9 @@ class Typesetter(QObject):
 
 
 def outlines(texts: Iterable[str]) -> dict[str, Any]:
-    """Return the vertices, y upwards, and the codes of every formula; thread-safe.
+    """Return the vertices (y upwards) and the path codes of each formula; thread-safe.
 
-    A text that is no valid TeX is left out.
+    Texts that are not valid TeX are left out.
     """
     out = {}
     with _one_at_a_time:
@@ -109,7 +111,7 @@ def outlines(texts: Iterable[str]) -> dict[str, Any]:
 
 
 def _formula(vertices: Any, codes: Any) -> Formula:
-    """Convert matplotlib's path to Qt's, with y downwards."""
+    """Convert a path of matplotlib to one of Qt, with y downwards."""
     path = QPainterPath()
     path.setFillRule(Qt.FillRule.WindingFill)
     points = [(float(x), -float(y)) for x, y in vertices]

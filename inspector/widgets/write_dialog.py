@@ -1,4 +1,4 @@
-"""The base of dialogs that write a file."""
+"""The base class of dialogs that write a file."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from twistcore.files.ordinary import is_there
 
 
 class WriteDialog(QDialog):
-    """A form with a file's name; the button has the dialog's title.
+    """A form with the name of a file; its button has the same text as the dialog's title.
 
-    A subclass adds its rows to `form`, including `where` and `replace`, then calls `end_form`.
+    A subclass adds its rows to `form`, including `where` and `replace`, and then calls `end_form`.
     """
 
     def __init__(self, title: str, path: Path, parent: QWidget | None = None) -> None:
@@ -41,7 +41,9 @@ class WriteDialog(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def end_form(self) -> None:
-        """Add the buttons below all rows; last, because Tab follows the order of creation."""
+        """Add the buttons below all rows; to be called last, because Tab
+        follows the order of creation.
+        """
         buttons = QDialogButtonBox(
             QDialogButtonBox.StandardButton.Save | QDialogButtonBox.StandardButton.Cancel
         )
@@ -52,7 +54,7 @@ class WriteDialog(QDialog):
         vbox(self.form, None, buttons, owner=self)
 
     def pattern(self) -> str:
-        """Return the pattern of files for the file dialog."""
+        """Return the file name pattern for the file dialog."""
         return tr("All files (*)")
 
     def _browse(self) -> None:

@@ -1,1 +1,1 @@
-"""The main window: its table of actions, what the actions do, and the dialogs."""
+"""The main window: its table of actions, the implementations of these actions, and the dialogs."""

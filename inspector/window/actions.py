@@ -1,4 +1,4 @@
-"""Build menus, keys and help from the rows of actions."""
+"""Build the menus, keyboard shortcuts and help from the rows that describe the actions."""
 
 from __future__ import annotations
 
@@ -35,25 +35,27 @@ def rows(menus: Menus) -> Iterator[ActionRow[Any]]:
 
 
 def menu_title(name: str) -> str:
-    """Return a menu's title, with & before the letter that opens it."""
+    """Return the title of a menu, with & before its mnemonic letter."""
     return _TITLES.get(name, f"&{name}")
 
 
 def menu_order(name: str) -> int:
-    """Return the place of a menu in the bar; an unknown menu comes before the help."""
+    """Return the position of a menu in the menu bar; an unknown menu comes before the Help menu."""
     known = list(_TITLES)
     return 2 * known.index(name) if name in known else 2 * known.index("Help") - 1
 
 
 def key_text(key: str) -> str:
-    """Return a key as the system writes it."""
+    """Return a key combination in the notation of the operating system."""
     return QKeySequence(key).toString(QKeySequence.SequenceFormat.NativeText)
 
 
 def build_actions(
     menus: Menus, window: QWidget, bar: QMenuBar
 ) -> tuple[Mapping[str, QAction], Mapping[str, QMenu]]:
-    """Return the QActions by id and the menus by name; no action has a key or does anything yet."""
+    """Return the QActions by id and the menus by name; the actions have
+    no keys and no effect yet.
+    """
     shown = {name: bar.addMenu(menu_title(name)) for name in menus}
     groups: dict[str, QActionGroup] = {}
     actions: dict[str, QAction] = {}
@@ -77,7 +79,9 @@ def build_actions(
 
 
 def apply_keys(menus: Menus, actions: Mapping[str, QAction], settings: Settings) -> None:
-    """Give the actions the keys that the person has chosen, or those of their rows."""
+    """Assign to the actions the keys that the user has chosen, or the
+    default keys of their rows.
+    """
     for row in rows(menus):
         keys = settings.keys.get(row.id, list(row.keys))
         actions[row.id].setShortcuts([QKeySequence(k) for k in keys])
@@ -94,7 +98,7 @@ def offer(menus: Menus, actions: Mapping[str, QAction], *, is_open: bool, has_fi
 
 
 def name_step(action: QAction, title: str, step: str) -> None:
-    """Name the step in the text of undo or redo; '' for none."""
+    """Show the name of a step in the text of undo or redo, or no name for ''."""
     if chosen_language() == "en":  # in German nouns keep their capital
         step = step[:1].lower() + step[1:]
     step = as_entry(step)

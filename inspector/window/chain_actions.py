@@ -1,4 +1,4 @@
-"""The actions on the set of chains."""
+"""The actions that change the set of chains."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from twistcore.skeleton.rig import AS_FOUND, Rig
 
 @dataclass(eq=False)
 class ChainActions:
-    """Adds and removes chains, names joints, and saves both for all clips of a skeleton.
+    """Adds and removes chains, renames joints, and saves both for all clips with the same skeleton.
 
-    dock: the dock of the list of chains; its title shows how many chains were changed.
+    dock: the dock with the list of chains; its title shows how many chains were changed.
     """
 
     document: Document
@@ -66,7 +66,9 @@ class ChainActions:
         self.document.change_chains(rig, tr("Add chain {name}", name=name))
 
     def joint_names(self) -> None:
-        """Open the dialog that shows what each joint was taken for and lets a person change it."""
+        """Open the dialog that shows the role assigned to each joint
+        and lets the user change it.
+        """
         if not self._open():
             return
         if self.names is None:
@@ -81,7 +83,7 @@ class ChainActions:
         self.names = None
 
     def _use_names(self, rig: Rig) -> None:
-        """Use the names of joints, and save them for this skeleton."""
+        """Use the roles that the user assigned to joints, and save them for this skeleton."""
         if rig == self._rig:
             return
         message = tr("From now on, clips of this skeleton without a session open with these names.")
@@ -92,7 +94,7 @@ class ChainActions:
             self.document.change_chains(rig, tr("Joint names"))
 
     def remove_chain(self) -> None:
-        """Remove the selected chain, and report which intervals are removed with it."""
+        """Remove the selected chain, and show which intervals are removed with it."""
         name, document = self.document.chain, self.document
         if not self._open() or not name:
             return
@@ -110,7 +112,7 @@ class ChainActions:
         document.change_chains(rig, what, message if own else "")
 
     def restore_chains(self) -> None:
-        """Go back to the chains that the program found."""
+        """Restore the chains that the program found."""
         if self._open():
             self._change(
                 AS_FOUND,
@@ -138,7 +140,7 @@ class ChainActions:
             self.document.change_chains(rig, what)
 
     def keep_rig(self) -> None:
-        """Save the chains for all clips of this skeleton that have no session yet."""
+        """Save the chains for all clips with this skeleton that have no session yet."""
         rig = self._rig
         if not self._open() or not self._keep(rig):
             return
@@ -152,7 +154,9 @@ class ChainActions:
         self.bar.show_message(message, False)
 
     def _keep(self, rig: Rig) -> bool:
-        """Write the rig profile of this skeleton; on failure show a message and return False."""
+        """Write the rig profile of this skeleton; if that fails, show a
+        message and return False.
+        """
         data = self.document.data
         assert data is not None
         try:
@@ -175,7 +179,7 @@ class ChainActions:
 
 
 def _changes_text(rig: Rig) -> str:
-    """Return how the chains differ from those found: '2 added, 1 removed'."""
+    """Return how the chains differ from the ones found automatically: '2 added, 1 removed'."""
     parts = (
         (tr("{n} added", n=len(rig.add)), rig.add),
         (tr("{n} removed", n=len(rig.remove)), rig.remove),

@@ -1,4 +1,4 @@
-"""The dialog in which a person chooses the joints of a chain."""
+"""The dialog in which the user chooses the joints of a new chain."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ _TIPS = (
 
 
 class ChainDialog(QDialog):
-    """Parent, child and perhaps a joint below it; the dialog reports at once what is wrong.
+    """A form for parent, child and optionally a joint below it, which reports errors at once.
 
-    The dialog is not modal, and it closes with the clip.
+    The dialog is not modal, and it closes together with the clip.
     """
 
     chosen = Signal(object, str)  # the rig with the chain in it, and the chain's name
@@ -72,7 +72,7 @@ class ChainDialog(QDialog):
         document.chains_changed.connect(self._check)
 
     def _start(self) -> None:
-        """Choose the first joint that has no chain yet and can have one."""
+        """Select the first joint that can have a chain but does not have one yet."""
         taken = self._document.review.state.tau
         parents = self.joints[0]
         names = [parents.itemText(k) for k in range(parents.count())]
@@ -89,11 +89,11 @@ class ChainDialog(QDialog):
         return self._document.data.motion.skeleton
 
     def _joint(self, seen: str) -> str:
-        """Return the file's name of the chosen or typed joint."""
+        """Return the name in the file of the joint that was chosen or typed."""
         return next((name for name in self._skeleton.names if legible(name) == seen), seen)
 
     def _changed(self, place: int) -> None:
-        """List the joints below the one that was changed."""
+        """Update the lists of joints below the one that was changed."""
         name = self._joint(self.joints[place].currentText())
         if place < 2 and name in self._skeleton.names:
             children = self._skeleton.children
@@ -109,7 +109,7 @@ class ChainDialog(QDialog):
         self._check()
 
     def _choose_first_good(self, place: int) -> None:
-        """Choose the first joint of a list whose bone has a length."""
+        """Select the first joint in a list whose bone has a length."""
         data, box = self._document.data, self.joints[place]
         assert data is not None
         above = [self._joint(upper.currentText()) for upper in self.joints[:place]]
@@ -151,7 +151,7 @@ class ChainDialog(QDialog):
         self._add.setEnabled(self._rig is not None)
 
     def accept(self) -> None:
-        """Emit the rig with the new chain, and close."""
+        """Emit the rig with the new chain, and close the dialog."""
         if self._rig is not None:
             self.chosen.emit(self._rig, self._own().name)
             super().accept()
@@ -166,7 +166,7 @@ def _is_chain(motion: Motion, joints: tuple[str, ...]) -> bool:
 
 
 def _joint_box(tip: str) -> QComboBox:
-    """Return a list of joints, in which one can also type a part of a name."""
+    """Return a list of joints in which the user can also type part of a name."""
     box = QComboBox(editable=True)
     box.setToolTip(tip)
     box.setInsertPolicy(QComboBox.InsertPolicy.NoInsert)

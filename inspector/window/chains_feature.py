@@ -20,14 +20,14 @@ from inspector.window.chain_actions import ChainActions
 
 
 class Chains(FeatureParts):
-    """The list of chains, and its actions."""
+    """The list of chains and its actions."""
 
     def __init__(self, window: HostWindow) -> None:
         names = window.actions_by_id["joint_names"]
         self.chains = ChainsPanel(window.document, window.colours, names)
 
     def connect(self, window: HostWindow) -> None:
-        """Give the list its context menu, and build the actions."""
+        """Build the actions, and give the list of chains its context menu."""
         listed = [row.id for row in _ROWS if row is not None and row.in_list]
         self.chains.table.addActions([window.actions_by_id[name] for name in listed])
         self.chains.table.setContextMenuPolicy(Qt.ContextMenuPolicy.ActionsContextMenu)

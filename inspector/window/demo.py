@@ -1,4 +1,4 @@
-"""Scripts that drive the window: a screenshot, or a whole review with its results."""
+"""Scripts that operate the window: one takes a screenshot, the other does a whole review."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ _GIVE_UP_MS = 120_000
 
 
 class Script(QObject):
-    """Opens a file and runs steps once a clip is there, with time to redraw between them.
+    """Opens a file and, once a clip is loaded, runs steps with time to redraw between them.
 
-    The script ends by closing the window; `code` is 0, or 2 after an error message. A question or
-    a dialog counts as an error, because nobody would answer it.
+    The script ends by closing the window; `code` is 0, or 2 after an error message. A question or a
+    dialog counts as an error, because nobody is there to answer it.
     """
 
     def __init__(
@@ -34,9 +34,10 @@ class Script(QObject):
         path: Path | None,
         steps: Callable[[Script], list[Callable[[], None]]],
     ) -> None:
-        """`path`: a clip, a session or a folder; None for the empty window.
+        """Prepare a script.
 
-        steps: returns what to do, in order; called once the clip is there.
+        path: a clip, a session or a folder, or None for the empty window; steps: function that
+        returns the steps in order, called once the clip is loaded.
         """
         super().__init__(window)
         self.window = window
@@ -62,7 +63,7 @@ class Script(QObject):
             self.fail(f"{path}: the picture could not be written.")
 
     def fail(self, text: str) -> None:
-        """Print an error message and end."""
+        """Print an error message and end the script."""
         if not self._over:
             print(legible(text))
             self.code = 2
@@ -148,7 +149,7 @@ def screenshot(window: MainWindow, picture: Path, path: Path | None) -> Script:
 
 
 def demo(window: MainWindow, folder: Path, path: Path) -> Script:
-    """Accept every interval as a person would, export the clip, and save a picture."""
+    """Accept every interval through the user interface, export the clip, and save a picture."""
     folder = folder.absolute()  # the exporter takes relative names from the clip's folder
     review, document = window.review_actions, window.document
     accept = partial(review.decide, Decision.ACCEPTED)

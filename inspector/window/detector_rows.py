@@ -1,4 +1,4 @@
-"""The rows of the action table that choose a detector."""
+"""The rows of the action table for choosing a detector."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from twistcore.detection import DEFAULT_METHOD, DETECTORS, DetectorInfo
 
 
 def detector_rows() -> tuple[ActionSpec[Parts], ...]:
-    """Return a row for every detector that can be used."""
+    """Return a row for every detector that is available."""
     return tuple(map(_row, DETECTORS.infos()))
 
 
@@ -30,7 +30,7 @@ def _row(info: DetectorInfo) -> ActionSpec[Parts]:
 
 
 def check_detector(actions: Mapping[str, QAction], method: str) -> None:
-    """Check the row of the detector in use; check none if the detector has no row."""
+    """Check the row of the detector in use; if it has no row, uncheck all rows."""
     if (action := actions.get(f"use_{method}")) is not None:
         action.setChecked(True)
         return

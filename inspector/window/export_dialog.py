@@ -1,4 +1,4 @@
-"""The export dialog: where to write, which intervals, and which other files."""
+"""The export dialog: where to write, which intervals to correct, and which other files to write."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _VERDICTS = {
 
 
 class ExportDialog(WriteDialog):
-    """A form for the export; `choice` returns what the person chose."""
+    """A form for the export; `choice` returns the user's choices."""
 
     def __init__(self, document: Document, parent: QWidget | None = None) -> None:
         proposed = document.proposed(f"{EXPORT_MARK}.{_format(document)}")
@@ -129,7 +129,7 @@ class ExportDialog(WriteDialog):
 
     @property
     def looking(self) -> bool:
-        """True while long files that would be replaced are being read."""
+        """True while long files that would be replaced are still being read."""
         return self._look.running
 
     def when_seen(self, then: Callable[[], object]) -> None:
@@ -154,7 +154,7 @@ class ExportDialog(WriteDialog):
         then()
 
     def _check_obstacles(self) -> None:
-        """Enable the button, or show what prevents the export."""
+        """Enable the button, or show the reason why the export is not possible."""
         why = ""
         document = self._document
         if (data := document.data) is not None:
@@ -169,7 +169,7 @@ class ExportDialog(WriteDialog):
         self.do_it.setEnabled(not why)
 
     def choice(self) -> ExportChoice:
-        """Return what the person chose."""
+        """Return the user's choices."""
         return ExportChoice(
             self._document.folder.absolute() / Path(self.path.text()).expanduser(),
             undecided=self.undecided.isChecked(),
@@ -179,13 +179,13 @@ class ExportDialog(WriteDialog):
         )
 
     def pattern(self) -> str:
-        """Return the pattern of clips in this clip's format."""
+        """Return the file name pattern for clips in the format of this clip."""
         ending = _format(self._document)
         return f"{ending.upper()} (*.{ending})"
 
 
 def _undecided_text(sure: int, repairable: int, total: int) -> str:
-    """Return the text of the box that corrects undecided intervals as well."""
+    """Return the text of the check box that also corrects undecided intervals."""
     if sure != repairable:
         return plural(
             "Also correct {sure} of {n} undecided interval: the confident ones",

@@ -1,4 +1,4 @@
-"""The list of all features of the window, and the menus with their rows."""
+"""The list of all features of the window, and the menus with the features' rows."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _place(rows: MenuRows[Any], menus: dict[str, list[ActionRow[Any] | None]]) -
 
 
 def panels() -> list[tuple[AnyFeature, DockPanel[Any]]]:
-    """Return the panels of all features in their order, each with its feature."""
+    """Return the panels of all features in order, each with its feature."""
     names: list[str] = []
     out: list[tuple[AnyFeature, DockPanel[Any]]] = []
     for feature in FEATURES:

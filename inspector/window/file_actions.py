@@ -39,9 +39,9 @@ _CHAINS = 160  # pixels for the list of chains, below the clips
 
 @dataclass(eq=False, kw_only=True)
 class FileActions(Saving):
-    """Opens, saves and exports files; lists folders and recent files.
+    """Opens, saves and exports files, and lists folders and recent files.
 
-    begin: goes to the first undecided interval.
+    begin: function that goes to the first undecided interval.
     """
 
     recent_menu: QMenu
@@ -106,8 +106,8 @@ class FileActions(Saving):
     def open_queue(self, folder: Path) -> None:
         """Analyse the clips of a folder in the background.
 
-        Opens the clip where the person stopped last time; if there is none, the worst clip known
-        after a few seconds, or once all are analysed.
+        The clip on which the user stopped last time is opened. If there is none, the worst clip
+        found so far is opened after a few seconds, or once all clips are analysed.
         """
         kept = known_of_folder(self.settings, folder)
         self._wait_for_first = False
@@ -191,7 +191,7 @@ class FileActions(Saving):
         return tr("No other clip of the folder has undecided intervals.")
 
     def previous_clip(self) -> None:
-        """Open the clip that was open before."""
+        """Open the clip that was open before this one."""
         if len(self._visited) < 2:
             self.bar.show_message(tr("No clip was open before."), False)
             return
@@ -254,14 +254,16 @@ class FileActions(Saving):
     # -- exporting ----------------------------------------------------------------------------
 
     def locate_clip(self, session: Path) -> None:
-        """Ask where the clip of a session is now, and open both."""
+        """Ask where a session's clip is now, and open the session with it."""
         title, reopen = tr("Locate the clip"), partial(self.document.opener.open_session, session)
         ask_files(self.window, title, CLIP_PATTERNS, lambda p: reopen(p[0]), folder=session.parent)
 
     def export_dialog(self, *, at_once: bool = False) -> None:
-        """Open the export dialog; at_once: export without it unless something prevents that.
+        """Open the export dialog. at_once: export without the dialog
+        unless something prevents that.
 
-        For a borrowed clip the dialog always opens: its export would be among the person's files.
+        For a borrowed clip the dialog always opens, because the user must choose where its export
+        goes.
         """
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
@@ -296,7 +298,7 @@ class FileActions(Saving):
         self.exporter.start(choice)
 
     def _exported(self, export: Export, text: str) -> None:
-        """Save the session with the export, and open the next clip of the folder."""
+        """Save the session with a record of the export, and open the folder's next clip."""
         path, data = export.clip.path, self.document.data
         own = data is not None and data.clip is export.clip
         if own and not self.document.review.saved and not self.document.keeper.read_only:
@@ -317,7 +319,9 @@ class FileActions(Saving):
         self.open_path(following)
 
     def _is_busy(self, since: ReviewState | None) -> bool:
-        """True if the person has continued since that state: then no other clip opens by itself."""
+        """True if the user has gone on working since that state, so that no
+        other clip may be opened.
+        """
         dialog = QApplication.activeModalWidget() or QApplication.activePopupWidget()
         busy = self.document.opener.busy or self.lessons.on
         elsewhere = busy or dialog is not None or is_text_written()
@@ -334,7 +338,7 @@ class FileActions(Saving):
             self.bar.offer(text, ((back, lambda: self.open_path(before)),))
 
     def offer_unsaved(self) -> None:
-        """Offer to restore a recent clip whose decisions were not saved."""
+        """Offer to restore a recently opened clip whose decisions were not saved."""
         clips = tuple(map(Path, self.settings.recent))
         OneTask(self.window).run(lambda _: unsaved_among(clips), self._offer)
 
@@ -360,7 +364,9 @@ class FileActions(Saving):
         self.bar.ask(text, (restore, (tr("Not now"), lambda: None)))
 
     def _restore(self, clip: Path) -> None:
-        """Open a clip, with its folder if that was open, and restore its latest review."""
+        """Open a clip, and its folder if that was open too, and restore
+        the clip's latest review.
+        """
 
         def go_on() -> None:
             if leftovers := self.document.keeper.leftovers:

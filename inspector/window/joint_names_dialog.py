@@ -1,4 +1,4 @@
-"""The dialog that shows what each joint was taken for and lets a person change it."""
+"""The dialog that shows the role assigned to each joint and lets the user change it."""
 
 from __future__ import annotations
 
@@ -75,24 +75,24 @@ _ENTER = Qt.Key.Key_Return, Qt.Key.Key_Enter
 
 
 class _Choice(QComboBox):
-    """The list from which a person chooses what a joint is."""
+    """The list from which the user chooses the role of a joint."""
 
     reached = Signal()  # the list got the keyboard focus: bring its row into view
 
     def focusInEvent(self, event: QFocusEvent) -> None:
-        """Report the focus, so that the row comes into view."""
+        """Report that the list has the focus, so that its row is scrolled into view."""
         super().focusInEvent(event)
         self.reached.emit()
 
     def wheelEvent(self, event: QWheelEvent) -> None:
-        """Leave the wheel to the table, which scrolls."""
+        """Ignore the wheel, so that the table scrolls instead."""
         event.ignore()
 
 
 class JointNamesDialog(QDialog):
-    """A table of joints, and below it the chains that result from the changes.
+    """A table of joints, and below it the chains that result from the user's changes.
 
-    The dialog is not modal, and it closes with the clip.
+    The dialog is not modal, and it closes together with the clip.
     """
 
     chosen = Signal(object)  # the rig with the names in it
@@ -174,12 +174,12 @@ class JointNamesDialog(QDialog):
 
     @property
     def names(self) -> dict[str, str]:
-        """The person's choices, by the joint's name."""
+        """The roles that the user has chosen, by the joint's name in the file."""
         chosen = {name: str(box.currentData()) for name, box in self.choices.items()}
         return {name: said for name, said in chosen.items() if said}
 
     def reset(self) -> None:
-        """Take every joint for what the program found."""
+        """Restore the roles that the program found for all joints."""
         self._choose({})
 
     def _choose(self, names: Mapping[str, str]) -> None:
@@ -189,7 +189,7 @@ class JointNamesDialog(QDialog):
         self._check()
 
     def _follow(self) -> None:
-        """Show the review's names after they changed, for example by an undo."""
+        """Show the names in the review after they have changed, for example by an undo."""
         said = self._document.review.state.rig.names
         if said != self._known:
             self._known = said
@@ -198,7 +198,7 @@ class JointNamesDialog(QDialog):
             self._check()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Go to the first joint found by Enter in the search; elsewhere Enter accepts."""
+        """On Enter in the search line, go to the first joint found; elsewhere Enter accepts."""
         if event.key() in _ENTER and self.focusWidget() is self.search:
             rows = range(self.table.rowCount())
             shown = [box for row, box in zip(rows, self.choices.values(), strict=True)
@@ -215,7 +215,7 @@ class JointNamesDialog(QDialog):
             self.table.setRowHidden(row, text.casefold() not in words)
 
     def _check(self) -> None:
-        """Show what the joints are taken for now, and which chains result."""
+        """Show the current role of each joint, and which chains result."""
         data = self._document.data
         if data is None:
             return
@@ -240,7 +240,11 @@ class JointNamesDialog(QDialog):
         self._use.setEnabled(self._rig is not None)
 
     def _show(self, body: Body, said: Mapping[str, str], helpers: Mapping[int, Helper]) -> None:
-        """Fill in what the joints are taken for, and why; helpers: twist bones by joint."""
+        """Fill in the role of each joint, and the reason for it.
+
+        said: the roles that the user has chosen, by joint name; helpers: twist bones, by joint
+        index.
+        """
         by_shape = {j for line in body.lines if line.by_shape for j in line.joints}
         for joint, taken in enumerate(body.taken_for):
             name, helper = body.names[joint], helpers.get(joint)
@@ -260,28 +264,28 @@ class JointNamesDialog(QDialog):
             self.table.setItem(joint, _BY, QTableWidgetItem(by if known else ""))
 
     def accept(self) -> None:
-        """Emit the rig with the new names, and close."""
+        """Emit the rig with the new names, and close the dialog."""
         if self._rig is not None:
             self.chosen.emit(replace(self._rig))
             super().accept()
 
 
 def _chain_counts(chains: Sequence[Chain]) -> str:
-    """Return the numbers of chains and twist bones: '10 chains, 12 twist bones'."""
+    """Return the numbers of chains and twist bones, as '10 chains, 12 twist bones'."""
     helpers = sum(isinstance(chain, Helper) for chain in chains)
     text = plural("{n} chain", "{n} chains", len(chains) - helpers)
     return f"{text}, {plural('{n} twist bone', '{n} twist bones', helpers)}" if helpers else text
 
 
 def _limb_joint_text(taken: str) -> str:
-    """Return the words for what a joint of a limb was taken for."""
+    """Return a description of the role of a joint that belongs to a limb."""
     whole = taken.removeprefix(_PIECE)
     words = _UNNAMED.get(whole) or of_core(whole)
     return words if whole == taken else tr("piece of {bone}", bone=words)
 
 
 def _other_joint_text(name: JointName) -> str:
-    """Return the words for a joint that is in no arm or leg."""
+    """Return a description of the role of a joint that belongs to no arm or leg."""
     if name.helper:
         return tr("twist bone")
     if name.other:

@@ -1,4 +1,4 @@
-"""The page of keys and mouse gestures, for its window and for docs/shortcuts.md."""
+"""The page of keyboard shortcuts and mouse gestures, for the help window and docs/shortcuts.md."""
 
 from __future__ import annotations
 
@@ -48,7 +48,8 @@ _MOUSE = (
 def shortcuts_markdown(menus: Menus, wanted: str = "") -> str:
     """Return the table of keys and mouse gestures, for the help window and docs/shortcuts.md.
 
-    wanted: words; list only rows that have all of them in their keys, menu or description.
+    wanted: search words; only rows that contain all of them in their keys, menu or description are
+    listed.
     """
     words = wanted.lower().split()
 
@@ -84,9 +85,9 @@ def _does(row: ActionRow[Any]) -> str:
 
 
 class KeyboardPage(QWidget):
-    """A window of keys and mouse gestures, with a search line.
+    """A window with keys and mouse gestures and a search line.
 
-    Esc closes the window; other keys with Ctrl still work in the program.
+    Esc closes the window; other shortcuts with Ctrl still work in the program.
     """
 
     def __init__(self, menus: Menus, window: QWidget) -> None:
@@ -113,7 +114,7 @@ class KeyboardPage(QWidget):
         self.page.soften_tables()
 
     def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Close the window with Esc."""
+        """Close the window on Esc."""
         if event.key() == Qt.Key.Key_Escape:
             self.close()
         else:

@@ -1,4 +1,4 @@
-"""The layout of a low window, as on a laptop at 200 %: small margins, and fewer titles."""
+"""The layout for a low window, as on a laptop at 200 % scaling: small margins and fewer titles."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ _REASONS = "title_away"  # a dock's property: the parts that hide its title
 
 
 class Compact(Protocol):
-    """A widget that has a low layout."""
+    """A widget that has a second layout for low windows."""
 
     def set_low(self, low: bool) -> None:
-        """Switch to the low layout or back."""
+        """Switch to the layout for low windows, or back to the normal one."""
 
 
 class LowWindow:
-    """Switches the window and its parts to the low layout and back."""
+    """Switches the window and its parts to the layout for low windows and back."""
 
     def __init__(
         self, window: QMainWindow, docks: Mapping[str, QDockWidget], parts: Sequence[Compact]
     ) -> None:
-        """`parts`: widgets that have a low layout."""
+        """Prepare the layouts. parts: the widgets that have a layout for low windows."""
         self._window, self._docks, self._parts = window, docks, parts
         self.low = False
         # After the change: during it a dock still has its old neighbours.
@@ -43,7 +43,7 @@ class LowWindow:
                 changed.connect(lambda _: self._soon.start())
 
     def follow(self) -> None:
-        """Use the layout for the window's present height."""
+        """Use the layout for the current height of the window."""
         low = self._window.height() < _LOW
         if low == self.low:
             return
@@ -54,24 +54,27 @@ class LowWindow:
         self._name_docks()
 
     def _name_docks(self) -> None:
-        """Hide the titles of docks in tabs, as the tabs show the names already."""
+        """Hide the titles of docks that are in tabs, because the tabs already show these names."""
         for dock in self._docks.values():
             tabbed = not dock.isFloating() and bool(self._window.tabifiedDockWidgets(dock))
             show_title(dock, "low", shown=not (self.low and tabbed))
 
 
 def is_seen(dock: QDockWidget) -> bool:
-    """True if a dock can be seen.
+    """True if a dock is visible on the screen.
 
-    Qt calls a dock behind another tab visible, too, but places it outside the window. The visible
-    region does not help: the dock's content may cover all of it.
+    Qt also reports a dock behind another tab as visible, but places it outside the window. The
+    visible region cannot be used either, because the dock's content may cover all of it.
     """
     within = dock.window().rect().intersects(dock.geometry())
     return dock.isVisible() and (dock.isFloating() or within)
 
 
 def show_title(dock: QDockWidget, by: str, *, shown: bool) -> None:
-    """Show or hide a dock's title for the part `by`; it stays hidden while any part hides it."""
+    """Show or hide the title of a dock on behalf of the part `by`.
+
+    The title stays hidden as long as any part hides it.
+    """
     before = frozenset(dock.property(_REASONS) or ())
     reasons = before - {by} if shown else before | {by}
     if reasons == before:

@@ -1,4 +1,4 @@
-"""The main window: docks, menus and layout. The document and the views do the work."""
+"""The main window: docks, menus and layout. The rest of the work is done by document and views."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ from twistcore.files.encoding import legible
 
 
 class MainWindow(Parts):
-    """The program's window."""
+    """The main window of the program."""
 
     def __init__(self, settings: Settings, settings_file: Path | None) -> None:
-        """`settings_file`: where to save the settings; None: nowhere."""
+        """Build the window. settings_file: where the settings are saved, or None to save none."""
         super().__init__()
         self.settings = settings
         self._unasked = False  # True: close without a question; the journal has the decisions
@@ -90,7 +90,7 @@ class MainWindow(Parts):
             self._publish(self.built[feature.name])
 
     def _publish(self, part: FeatureParts) -> None:
-        """Make the public parts of a feature attributes of the window."""
+        """Make the public parts of a feature available as attributes of the window."""
         for name, built in vars(part).items():
             if not name.startswith("_"):
                 setattr(self, name, built)
@@ -125,7 +125,7 @@ class MainWindow(Parts):
         self.signs = ReviewSigns(self)
 
     def _build_features(self) -> None:
-        """Connect the features, and build what the actions do."""
+        """Connect the features, and build the objects that carry out the actions."""
         self.presentation = Presentation(self, self.docks, self.viewport, self.timeline)
         for part in self.built.values():
             part.connect(self)
@@ -174,7 +174,7 @@ class MainWindow(Parts):
         return self if table.visibleRegion().isEmpty() else table
 
     def _geometry_and_layout(self) -> tuple[str, str] | None:
-        """Return the window's geometry and layout; None during a presentation."""
+        """Return the geometry and layout of the window, or None during a presentation."""
         if self.actions_by_id["presentation"].isChecked():
             return None
         return self.usual_layout.kept(self.settings.geometry)
@@ -186,21 +186,21 @@ class MainWindow(Parts):
         self.files.open_path(path)
 
     def save_quietly(self) -> bool:
-        """Save the review without a message; True if it is on disk."""
+        """Save the review without a message; return True if it is on disk."""
         return self.files.save_quietly()
 
     def _scheme_changed(self) -> None:  # a method: Qt disconnects it when the window goes
         self.program.colour()
 
     def close_unasked(self) -> None:
-        """Close without a question; unsaved decisions stay in the journal."""
+        """Close without asking; decisions that are not saved stay in the journal."""
         self._unasked = True
         self.close()
 
     # -- what follows the document ------------------------------------------------------------
 
     def _enable_actions(self) -> None:
-        """Enable the actions that can work now; without a clip show the start page."""
+        """Enable the actions that are possible now; if no clip is open, show the start page."""
         is_open, has_figure = self.document.data is not None, self.viewport.view is not None
         offer(MENUS, self.actions_by_id, is_open=is_open, has_figure=has_figure)
         self.start_page.setVisible(not is_open)
@@ -209,17 +209,19 @@ class MainWindow(Parts):
     # -- Qt events ----------------------------------------------------------------------------
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Resize the panels with the window, unless a person has sized them."""
+        """Resize the panels with the window, unless the user has set their sizes."""
         super().resizeEvent(event)
         self.usual_layout.follow()
 
     def showEvent(self, event: QShowEvent) -> None:
-        """Show floating panels after the window, or they would be behind it."""
+        """Show floating panels after the window, because they would be hidden
+        behind it if shown first.
+        """
         super().showEvent(event)
         self.usual_layout.window_shown()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Check the clip and its lock for changes when the window comes to the front."""
+        """When the window comes to the front, check whether the clip and its lock have changed."""
         super().changeEvent(event)
         if event.type() == QEvent.Type.ActivationChange and self.isActiveWindow():
             self.document.recovery.look_around()
@@ -230,7 +232,7 @@ class MainWindow(Parts):
             event.acceptProposedAction()
 
     def dropEvent(self, event: QDropEvent) -> None:
-        """Open the first dropped file; a video is shown next to the open clip."""
+        """Open the first dropped file; show a video next to the open clip."""
         files = [u.toLocalFile() for u in event.mimeData().urls() if u.isLocalFile()]
         if files:
             event.acceptProposedAction()
@@ -239,7 +241,9 @@ class MainWindow(Parts):
                 self.open_path(path)
 
     def closeEvent(self, event: QCloseEvent) -> None:
-        """Finish an export, ask about unsaved decisions, save the layout, and close the views."""
+        """Finish a running export, ask about unsaved decisions, save the
+        layout, and close the views.
+        """
         self.files.closing = True
         if not self.exporter.finish() or not self.files.may_close(ask=not self._unasked):
             self.files.closing = False

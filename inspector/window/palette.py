@@ -1,4 +1,4 @@
-"""The command palette, which finds every action by a part of its name."""
+"""The command palette, which finds any action by part of its name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ROWS = 12
 
 
 class CommandPalette(QDialog):
-    """A search line and the matching actions; Enter triggers the first or the selected one."""
+    """A search line with a list of matching actions; Enter runs the selected or the first one."""
 
     def __init__(self, actions: Mapping[str, QAction], parent: QWidget) -> None:
         super().__init__(parent, Qt.WindowType.Popup)
@@ -56,7 +56,7 @@ class CommandPalette(QDialog):
             self._actions[item.data(Qt.ItemDataRole.UserRole)].trigger()
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Move in the list with Up and Down while the line has the focus."""
+        """Move the selection with Up and Down while the search line has the focus."""
         if isinstance(event, QKeyEvent) and event.type() == QEvent.Type.KeyPress:
             step = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}.get(Qt.Key(event.key()), 0)
             if step:

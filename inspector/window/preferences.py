@@ -1,4 +1,4 @@
-"""The preferences: the reviewer, how frames are counted, and the keys."""
+"""The preferences: the reviewer's name, how frames are counted, and the keyboard shortcuts."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ _FRAME = 60  # pixels for the title bar and a margin at the screen's edges
 
 
 class Preferences(QDialog):
-    """A form for the settings, which are changed when the person accepts it."""
+    """A form for the settings, which are changed only when the user accepts it."""
 
     def __init__(
         self, settings: Settings, menus: Menus, ticks: Sequence[Tick], parent: QWidget
     ) -> None:
-        """`ticks`: the features' settings that are on or off."""
+        """Build the form. ticks: check boxes for features' settings that are either on or off."""
         super().__init__(parent)
         self._settings, self._rows = settings, tuple(rows(menus))
         self.setWindowTitle(tr("Preferences"))
@@ -98,7 +98,7 @@ class Preferences(QDialog):
         self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
 
     def accept(self) -> None:
-        """Write the form into the settings."""
+        """Write the values in the form to the settings."""
         settings = self._settings
         settings.reviewer = self.reviewer.text().strip()
         settings.first_frame = self.first.currentIndex()

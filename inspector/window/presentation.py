@@ -1,4 +1,4 @@
-"""The presentation: figure and curves in large type, for a lecture hall or a meeting."""
+"""The presentation: figure and curves with large type, for a lecture hall or a meeting."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _CURVES_SHARE = 0.42  # of the window's height
 
 
 class Presentation:
-    """Hides everything but figure, transport and curves, and restores the window."""
+    """Hides everything except figure, transport and curves, and restores the window afterwards."""
 
     def __init__(
         self,
@@ -28,7 +28,7 @@ class Presentation:
         viewport: Viewport,
         timeline: Timeline,
     ) -> None:
-        """`docks`: by object name."""
+        """Prepare the presentation. docks: the docks by object name."""
         self._window, self._docks = window, docks
         self._viewport, self._timeline = viewport, timeline
         self._layout: QByteArray | None = None
@@ -40,7 +40,7 @@ class Presentation:
         self.escaped = self._escape.activated
 
     def enter(self) -> None:
-        """Start the presentation: large type, full screen."""
+        """Start the presentation with large type on the full screen."""
         if self._layout is not None:
             return
         window = self._window
@@ -74,12 +74,12 @@ class Presentation:
         window.restoreState(layout)
 
     def set_full_screen(self, on: bool) -> None:
-        """Fill the screen or not; a window that was maximised stays so afterwards."""
+        """Turn full screen on or off; a window that was maximised is maximised again afterwards."""
         full, now = Qt.WindowState.WindowFullScreen, self._window.windowState()
         self._window.setWindowState(now | full if on else now & ~full)
 
     def _show_titles(self, *, shown: bool) -> None:
-        """Show or hide the titles of the docks that stay."""
+        """Show or hide the titles of the docks that remain visible."""
         for name in _KEPT:
             show_title(self._docks[name], "presentation", shown=shown)
 

@@ -1,4 +1,4 @@
-"""The actions of the program itself: theme, preferences, palette and help."""
+"""The actions of the program as a whole: theme, preferences, command palette and help."""
 
 from __future__ import annotations
 
@@ -27,7 +27,10 @@ _ICON = 64  # pixels
 
 @dataclass(eq=False)
 class ProgramActions:
-    """Theme, preferences, palette and help; ticks: the features' settings in the preferences."""
+    """Theme, preferences, command palette and help.
+
+    ticks: check boxes for the features' settings in the preferences.
+    """
 
     document: Document
     settings: Settings
@@ -47,7 +50,7 @@ class ProgramActions:
             self.colour()
 
     def colour(self) -> None:
-        """Apply the theme of the settings, or the system's."""
+        """Apply the theme set in the preferences, or the theme of the system."""
         self.apply_theme(self.wanted_theme())
 
     def apply_theme(self, theme: themes.Theme) -> None:
@@ -58,12 +61,14 @@ class ProgramActions:
         self.colours.use(theme)
 
     def wanted_theme(self) -> themes.Theme:
-        """Return the theme of the settings, or the system's."""
+        """Return the theme set in the preferences, or the theme of the system."""
         fixed = {"light": themes.LIGHT, "dark": themes.DARK}
         return fixed.get(self.settings.theme) or themes.system_theme()
 
     def take_settings(self) -> None:
-        """Apply the reviewer, the first frame's number and the keys from the settings."""
+        """Apply the reviewer's name, the number of the first frame and
+        the keys from the settings.
+        """
         self.document.sign(self.settings.reviewer)
         self.document.set_first_frame(self.settings.first_frame)
         apply_keys(self.menus, self.actions, self.settings)
@@ -97,7 +102,7 @@ class ProgramActions:
         self._guide = None
 
     def show_about(self) -> None:
-        """Show version, method, data and licence."""
+        """Show the version, method, data and licence."""
         box = QMessageBox(self.window)
         box.setWindowTitle("Twist Inspector")
         box.setIconPixmap(program_icon().pixmap(_ICON))

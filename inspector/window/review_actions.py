@@ -1,4 +1,4 @@
-"""The actions of the review."""
+"""The actions that belong to the review."""
 
 from __future__ import annotations
 
@@ -32,12 +32,13 @@ from twistcore.review.model import flattened, following, resized
 
 @dataclass(eq=False)
 class ReviewActions:
-    """Decides, moves, inserts and removes intervals, and goes from one to the next.
+    """Decides, moves, inserts and removes intervals, and goes from one interval to the next.
 
-    card: shows reasons, too; show_card: brings the card to the front; look: turns the camera to
-    where the selected limb's roll is seen best; sees: True if the limb is in the picture;
-    show_status: shows a sentence in the status bar; key: returns an action's key as text;
-    more_clips: True if a folder is open.
+    card: the card of the selected interval, which also shows reasons; show_card: function that
+    brings the card to the front; look: function that turns the camera so that the roll of the
+    selected limb is seen best; sees: function that returns True if this limb is in the picture;
+    show_status: function that shows a sentence in the status bar; key: function that returns the
+    shortcut of an action as text; more_clips: function that returns True if a folder is open.
     """
 
     document: Document
@@ -74,7 +75,7 @@ class ReviewActions:
     # -- decisions, and the way from one interval to the next -----------------------------------
 
     def judge(self, decision: Decision) -> None:
-        """Decide about the selected intervals without moving the camera."""
+        """Set the decision of the selected intervals without moving the camera."""
         if self.document.data is not None:
             order = self.intervals.shown_ids()
             self.document.decide(decision, self.intervals.selected_ids(), order)
@@ -82,9 +83,10 @@ class ReviewActions:
                 self._report_end()
 
     def decide(self, decision: Decision) -> None:
-        """Decide about the selected intervals, and go to the next undecided one.
+        """Set the decision of the selected intervals, and go to the next undecided interval.
 
-        An interval outside the visible range is shown first, and not decided unseen.
+        If an interval is outside the visible range, it is only shown: the user decides after seeing
+        it.
         """
         if self._out_of_view():
             return
@@ -157,14 +159,14 @@ class ReviewActions:
         self._arrive(zoom=True)
 
     def _report_unexamined(self) -> bool:
-        """Show a message if nothing was found because nothing could be examined."""
+        """Show a message if nothing was found because no limb could be examined."""
         blind = "" if self.document.intervals else reason_unexamined(self.document.data)
         if blind:
             self.bar.show_message(blind, False)
         return bool(blind)
 
     def begin(self) -> None:
-        """Go to the first undecided interval of a clip that was just opened."""
+        """Go to the first undecided interval of a clip that has just been opened."""
         fresh = self.document.interval is None and self.document.frame == 0
         order = self.intervals.shown_ids()
         if fresh and self.document.step_interval(+1, undecided=True, order=order):
@@ -189,7 +191,7 @@ class ReviewActions:
             self.visible.zoom_to_interval()
 
     def _report_end(self) -> None:
-        """Show what to do next once every listed interval is decided."""
+        """Show the next thing to do once every listed interval is decided."""
         intervals, listed = self.document.intervals, set(self.intervals.shown_ids())
         left = [j.id for j in intervals if j.decision == Decision.UNDECIDED]
         if not intervals or listed.intersection(left):
@@ -218,17 +220,17 @@ class ReviewActions:
         self.bar.show_message(f"{text} {rest}".strip(), False)
 
     def set_order(self, order: str) -> None:
-        """Go through the intervals by 'time' or by 'chain', and remember it."""
+        """Go through the intervals in the order of 'time' or 'chain', and remember this order."""
         self.settings.order = self.document.order = order
         self.intervals.order_by(order)
 
     def accept_confident(self) -> None:
-        """Open the dialog that accepts all undecided intervals of a high confidence."""
+        """Open the dialog that accepts all undecided intervals with a high confidence."""
         if self.document.data is not None:
             SureOnes(self.document, self.accept_at_least, self.window).show()
 
     def accept_at_least(self, confidence: float) -> None:
-        """Accept all undecided intervals with at least this confidence, in one step."""
+        """Accept all undecided intervals with at least this confidence in one step."""
         document = self.document
         if document.data is not None and document.unasked(confidence):
             document.accept_undecided(confidence)
@@ -240,7 +242,9 @@ class ReviewActions:
             self.bar.show_message(text, False)
 
     def reject_for(self) -> None:
-        """Open the list of reasons, and reject the selected interval with the chosen one."""
+        """Open the list of reasons, and reject the selected interval for
+        the reason that is chosen.
+        """
         if (judged := self.document.interval) is None:
             self._ask_to_select()
         elif not self._out_of_view():
@@ -261,7 +265,9 @@ class ReviewActions:
             self.decide(Decision.REJECTED)
 
     def write(self, what: str) -> None:
-        """Let the person type the selected interval's 'note', 'delta', 'start' or 'stop'."""
+        """Move the focus to the selected interval's 'note', 'delta',
+        'start' or 'stop' for typing.
+        """
         if self.document.interval is None:
             self._ask_to_select()
             return
@@ -272,7 +278,7 @@ class ReviewActions:
             )
 
     def play_edge(self, *, other: bool = False) -> None:
-        """Play over the edge next to the playhead, or over the other one."""
+        """Play across the interval's edge nearest to the playhead, or across the other edge."""
         if not self.player.play_edge(other=other):
             self._ask_to_select()
 
@@ -286,7 +292,7 @@ class ReviewActions:
     # -- edges, and intervals made by hand ------------------------------------------------------
 
     def move_edge(self, *, start: bool) -> None:
-        """Let the selected interval start at the playhead, or end with the playhead's frame."""
+        """Move the start of the selected interval to the playhead, or its end to just after it."""
         if (judged := self.document.interval) is None:
             return
         frame, interval = self.document.frame, judged.interval
@@ -302,18 +308,20 @@ class ReviewActions:
             self.document.edit(judged.id, resized(interval, first, stop))
 
     def make_level(self) -> None:
-        """Give the selected interval one offset in all its frames."""
+        """Give the selected interval the same offset in all its frames."""
         if judged := self.document.interval:
             self.document.edit(judged.id, flattened(judged.interval))
 
     def make_following(self) -> None:
-        """Give each frame of the selected interval the offset that makes its twist a line."""
+        """Give the selected interval offsets that make the corrected twist
+        a straight line over time.
+        """
         if (judged := self.document.interval) and self.document.data:
             angle = self.document.data.angle(judged.interval.chain)
             self.document.edit(judged.id, following(judged.interval, angle))
 
     def turn_end(self) -> None:
-        """Switch the end of the selected flip between kept and turned along."""
+        """Switch the hand or foot of the selected flip between kept and turned along."""
         judged = self.document.interval
         if judged is None or judged.interval.kind != Kind.LIMB_FLIP:
             text = tr("Select a flip of a limb: only flips have a foot or hand to keep or turn.")
@@ -323,13 +331,15 @@ class ReviewActions:
             self.document.edit(judged.id, edited)
 
     def insert_interval(self) -> None:
-        """Make an interval of the suspicious moment at the playhead, or around the playhead."""
+        """Insert an interval from the suspicious moment at the playhead
+        or, without one, around it.
+        """
         chain, frame, faint = self.document.chain, self.document.frame, self._faint
         there = faint and faint.chain == chain and faint.start <= frame < faint.stop
         self.document.insert_interval(frame, faint if there else None)
 
     def remove_interval(self) -> None:
-        """Remove the selected interval if it was made by hand."""
+        """Remove the selected interval if it was inserted by hand."""
         if judged := self.document.interval:
             self.document.do(Remove(judged.id))
 
@@ -338,7 +348,8 @@ class ReviewActions:
     def next_faint(self) -> None:
         """Go to the next suspicious moment, where an error may have been missed.
 
-        Between half of τ and τ this is a candidate; above τ a peak that no other cause explains.
+        This is a candidate whose strength is between half of τ and τ, or a peak above τ that is not
+        explained by another cause.
         """
         document = self.document
         if (data := document.data) is None:
@@ -385,7 +396,7 @@ class ReviewActions:
         )
 
     def why_not(self) -> None:
-        """Show why nothing is found at the playhead, or at the peak above τ next to it."""
+        """Show why nothing is found at the playhead or at the peak above τ next to it."""
         document, frame = self.document, self.document.frame
         if document.data is not None and document.data.blind:
             document.answered.emit(BLIND)
@@ -395,7 +406,7 @@ class ReviewActions:
             document.answered.emit(told(document, reason))
 
     def answer(self, text: str) -> None:
-        """Show why nothing is found until the playhead moves, unless the card shows it."""
+        """Show why nothing is found until the playhead moves, unless the card already shows it."""
         self._withdraw()
         if not self.card.says(text):
             self._answer = text
@@ -407,7 +418,7 @@ class ReviewActions:
             self._answer = ""
 
     def go_to_frame(self) -> None:
-        """Ask for a frame, and go there."""
+        """Ask for the number of a frame, and go there."""
         if not self.document.frames:
             return
         first = self.document.first_frame
@@ -424,7 +435,7 @@ def _first_frame(moment: Interval | Reason) -> int:
 
 
 def _count_explained(past: Sequence[Reason]) -> str:
-    """Return how many peaks above τ have a harmless reason; '' for none."""
+    """Return a sentence with the number of peaks above τ that are harmless, or '' for none."""
     if not past:
         return ""
     alone = sum(r.why == Why.ONE_JOINT for r in past)
@@ -445,7 +456,10 @@ def _count_explained(past: Sequence[Reason]) -> str:
 
 
 def faint_intervals(clip: ClipAnalysis, state: ReviewState) -> list[Interval]:
-    """Return what the detector finds between half of τ and τ, outside the review's intervals."""
+    """Return the intervals that the detector finds between half of τ and τ.
+
+    Intervals that overlap an interval of the review are left out.
+    """
     if clip.usable(state.method) != state.method:
         return []
     detector, out = clip.detector(state.method), []

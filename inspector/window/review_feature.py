@@ -20,7 +20,7 @@ _STATUS_MS = 6000  # that a sentence stays in the status bar
 
 
 class Reviewing(FeatureParts):
-    """The list of intervals, the card of the selected one, the history, and their actions."""
+    """The list of intervals, the card of the selected interval, the history, and their actions."""
 
     def __init__(self, window: HostWindow) -> None:
         document = window.document
@@ -29,13 +29,13 @@ class Reviewing(FeatureParts):
         self.history = HistoryPanel(document)
 
     def content(self) -> QWidget:
-        """Return the dock's content: the list, and the card below it."""
+        """Return the content of the dock: the list, with the card below it."""
         column = QWidget()
         vbox((self.intervals, 1), self.detail, owner=column, margins=(0, 0, 0, 0), spacing=0)
         return scrolled(column)
 
     def connect(self, window: HostWindow) -> None:
-        """Build the review's actions, and connect list and card with them."""
+        """Build the actions of the review, and connect them with the list and the card."""
         actions, visible, queue = window.actions_by_id, window.timeline.visible, window.part(folder)
         native = QKeySequence.SequenceFormat.NativeText
         self.review_actions = ReviewActions(

@@ -1,4 +1,4 @@
-"""The review in the window's title, in the names of undo and redo, and in the status bar."""
+"""The state of the review in the window's title, the texts of undo and redo, and the status bar."""
 
 from __future__ import annotations
 
@@ -13,7 +13,9 @@ from twistcore.review import Decision
 
 
 class ReviewSigns:
-    """Shows the document's review in the window's title, in two actions and in the status bar."""
+    """Shows the state of the review in the window's title, in undo and
+    redo, and in the status bar.
+    """
 
     def __init__(self, window: HostWindow) -> None:
         self._window = window
@@ -23,7 +25,7 @@ class ReviewSigns:
             window.statusBar().addPermanentWidget(widget)
 
     def show(self) -> None:
-        """Show the review as it is now."""
+        """Show the current state of the review."""
         document, actions = self._window.document, self._window.actions_by_id
         review = document.review if document.data else None
         texts = (review.undo_text, review.redo_text) if review else ("", "")

@@ -1,4 +1,4 @@
-"""Saves the session: on request, automatically, and before another clip opens."""
+"""Saves the session: on request, automatically, and before another clip is opened."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ _AUTOSAVE_MS = 60_000  # after the last step
 
 @dataclass(eq=False, kw_only=True)
 class Saving:
-    """Saves decisions, or leaves them in the journal, without a modal dialog during a review.
+    """Saves decisions or leaves them in the journal, without a modal dialog during a review.
 
-    tell_saved: called when the session is on disk.
+    tell_saved: function that is called when the session is on disk.
     """
 
     window: HostWindow
@@ -42,7 +42,7 @@ class Saving:
         self.document.intervals_changed.connect(self._wait_to_save)
 
     def save_session_as(self) -> None:
-        """Ask for a file, and write the session there."""
+        """Ask for a file name, and write the session there."""
         if self.document.data is None:
             self.bar.show_message(tr("Open a clip first."), False)
             return
@@ -57,7 +57,7 @@ class Saving:
         )
 
     def save_session(self, path: Path | None = None) -> bool:
-        """Write the session to `path` or next to the clip; True if it is on disk."""
+        """Write the session to `path` or next to the clip; return True if it is on disk."""
         self.detail.commit()
         if self._is_borrowed():
             return False
@@ -78,7 +78,9 @@ class Saving:
         return saved
 
     def _is_borrowed(self) -> bool:
-        """True, with a message, if the clip is borrowed and its session must not be saved."""
+        """True, with a message, if the clip is borrowed and its session
+        must therefore not be saved.
+        """
         if (borrowed := self.document.borrowed) is not None:
             self.bar.show_message(borrowed.why, False)
         return borrowed is not None
@@ -86,7 +88,7 @@ class Saving:
     # -- leaving a clip -----------------------------------------------------------------------
 
     def leave(self, then: Callable[[], object]) -> None:
-        """Call `then` once unsaved decisions are saved or in the journal; nothing is modal."""
+        """Call `then` once unsaved decisions are saved or in the journal; no dialog is modal."""
         self.lessons.hidden_errors.before_leaving(partial(self._leave, then))
 
     def _leave(self, then: Callable[[], object]) -> None:
@@ -125,21 +127,24 @@ class Saving:
         self.bar.ask(text, ((tr_as("do", "Save"), save), elsewhere, without))
 
     def _is_kept(self) -> bool:
-        """True if the review is saved, or if it is of a borrowed clip."""
+        """True if the review is saved, or if it does not need to be
+        because its clip is borrowed.
+        """
         return self.document.review.saved or self.document.borrowed is not None
 
     def save_quietly(self) -> bool:
-        """Save without a message unless something went wrong; True if it is on disk.
+        """Save without a message unless something goes wrong; return True
+        if the session is on disk.
 
-        Nothing is saved for a borrowed clip or for a clip that comes with the program, which must
-        open as new for the next person; the journal keeps the decisions.
+        Nothing is saved for a borrowed clip, nor for a clip shipped with the program, which must
+        look new to the next user; their decisions stay in the journal.
         """
         saved, trouble = self._save()
         self._report(trouble)
         return saved
 
     def _save(self) -> tuple[bool, str]:
-        """Save if possible; return whether it is on disk, and what went wrong."""
+        """Save if possible; return whether the session is on disk, and an error message."""
         data = self.document.data
         bundled = data is not None and ASSETS in data.clip.path.parents
         if bundled or self.document.borrowed is not None:
@@ -155,7 +160,9 @@ class Saving:
             self.bar.show_message(trouble, True)
 
     def _report_later(self, trouble: str) -> None:
-        """Show what went wrong once the next clip is open, as opening clears the bar."""
+        """Show the error message once the next clip is open, because
+        opening a clip clears the bar.
+        """
         opener = self.document.opener
         if not (trouble and opener.busy):
             self._report(trouble)
@@ -177,7 +184,7 @@ class Saving:
             self.save_quietly()
 
     def may_close(self, *, ask: bool = True) -> bool:
-        """True if unsaved decisions are saved, given up by the person, or in the journal."""
+        """True if unsaved decisions are saved, discarded by the user, or in the journal."""
         waits = self.lessons.hidden_errors.not_handed_in if ask else ""
         if waits and not self._closes_without_handing_in(waits):
             return False
@@ -207,7 +214,7 @@ class Saving:
         return answer == button.Discard
 
     def _closes_without_handing_in(self, text: str) -> bool:
-        """Ask whether to hand in the decisions for a class; the window closes after handing in."""
+        """Ask whether to hand in the decisions to a class; the window closes after handing in."""
         button = QMessageBox.StandardButton
         buttons = button.Save | button.Discard | button.Cancel
         box = QMessageBox(QMessageBox.Icon.Question, "Twist Inspector", text, buttons, self.window)
@@ -222,7 +229,9 @@ class Saving:
         return answer == button.Discard
 
     def _closes_unsaved(self, trouble: str) -> bool:
-        """Show that the session cannot be written; True if the window should close anyway."""
+        """Show that the session cannot be written; return True if the
+        window should close anyway.
+        """
         button = QMessageBox.StandardButton
         later = tr("You can restore the decisions when you start the program again.")
         text = f"{trouble} {later}"
@@ -236,5 +245,5 @@ def _unsaved_text(clip: str) -> str:
 
 
 def _named_session(path: Path) -> Path:
-    """Return the path with the suffix of session files."""
+    """Return the path with the file suffix of sessions."""
     return path if is_session(path) else path.with_name(path.name + SESSION_SUFFIX)

@@ -1,4 +1,4 @@
-"""Writes changed settings within a second, so that a crash does not lose them."""
+"""Writes changed settings to disk within a second, so that they survive a crash."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _LOOK_MS = 450  # a change that stays the same for two looks is written, within 
 
 
 class SettingsKeeper(QObject):
-    """Checks the settings regularly, and writes what has changed."""
+    """Checks the settings regularly, and writes the ones that have changed."""
 
     def __init__(
         self,
@@ -24,10 +24,11 @@ class SettingsKeeper(QObject):
         tell: Callable[[str], object],
         parent: QObject,
     ) -> None:
-        """path: where to write; None: nowhere.
+        """Start checking the settings.
 
-        look: returns the window's geometry and layout, or None while they must not be saved; tell:
-        shows a message, once, if writing fails.
+        path: the file to write, or None to write nothing; look: function that returns the geometry
+        and layout of the window, or None while they must not be saved; tell: function that shows a
+        message, called once if writing fails.
         """
         super().__init__(parent)
         self._settings, self._path, self._look, self._tell = settings, path, look, tell
@@ -59,7 +60,7 @@ class SettingsKeeper(QObject):
         self._began = True
 
     def write(self) -> str:
-        """Write what has changed; return an error message, or ''."""
+        """Write the settings that have changed; return an error message, or '' on success."""
         if self._path is None or self._settings == self._written:
             return ""
         trouble = save_changes(self._path, self._settings, self._written)
@@ -71,7 +72,7 @@ class SettingsKeeper(QObject):
         return trouble
 
     def end(self) -> str:
-        """Write for the last time, as the window closes; return an error message, or ''."""
+        """Write for the last time, because the window closes; return an error message, or ''."""
         self._timer.stop()
         self._note_layout()
         self._tell = lambda _: None

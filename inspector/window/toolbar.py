@@ -1,4 +1,4 @@
-"""The tool bar: the most frequent actions, each with an icon and, if there is room, a word."""
+"""The toolbar: the most frequent actions, each with an icon and, if there is room, a word."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _Word = Qt.ToolButtonStyle
 
 
 class ToolBar(QToolBar):
-    """Actions as buttons, which lose their words in a narrow window."""
+    """Actions as buttons whose words are hidden in a narrow window."""
 
     def __init__(self, menus: Menus, actions: Mapping[str, QAction], colours: Colours) -> None:
         super().__init__(tr("Tools"))
@@ -47,14 +47,14 @@ class ToolBar(QToolBar):
                 action.setIconVisibleInMenu(not action.isCheckable())
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Show as many words as fit."""
+        """Show as many words as there is room for."""
         super().resizeEvent(event)
         if event.size().width() != self._fitted:
             self._fitted = event.size().width()
             self._fit()
 
     def changeEvent(self, event: QEvent) -> None:
-        """Fit the words again for another font."""
+        """Adapt the number of words to a new font."""
         super().changeEvent(event)
         if event.type() in (QEvent.Type.FontChange, QEvent.Type.StyleChange) and self._fitted:
             self._fit()

@@ -1,4 +1,4 @@
-"""The window's layout: the first one, the one a person left, and the reset."""
+"""The window's layout: the initial one, the one from the last run, and resetting it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _LEEWAY = 3  # pixels by which a layout may be rounded
 
 
 class UsualLayout(QObject):
-    """Places the docks, and leaves at least a third of the window's width to the 3D view."""
+    """Places the docks, and keeps at least a third of the window's width for the 3D view."""
 
     def __init__(
         self,
@@ -30,7 +30,10 @@ class UsualLayout(QObject):
         docks: Mapping[str, QDockWidget],
         compact: Sequence[Compact] = (),
     ) -> None:
-        """`docks`: by their object names, in their first places; `compact`: see LowWindow."""
+        """Prepare the layout.
+
+        docks: the docks by object name, in their initial places; compact: see :class:`LowWindow`.
+        """
         super().__init__(window)
         self._window, self._docks = window, docks
         self._low = LowWindow(window, docks, compact)
@@ -42,7 +45,7 @@ class UsualLayout(QObject):
         window.installEventFilter(self)
 
     def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Notice when a person drags the border between two panels."""
+        """Detect that the user drags the border between two panels."""
         if event.type() == QEvent.Type.MouseButtonPress:
             self._pressed = self._sizes() if self._complete else ()
         elif event.type() == QEvent.Type.MouseButtonRelease and self._pressed:
@@ -50,7 +53,7 @@ class UsualLayout(QObject):
         return super().eventFilter(watched, event)
 
     def restore(self, geometry: str, layout: str) -> None:
-        """Restore a saved layout, Qt's bytes as hex; '' for the first layout."""
+        """Restore a saved layout, given as Qt's bytes in hex, or the initial layout for ''."""
         window = self._window
         room = window.screen().availableSize()  # including the window's frame
         pairs = zip(_SIZE, room.toTuple(), _FRAME, strict=True)
@@ -67,7 +70,9 @@ class UsualLayout(QObject):
             dock.hide()
 
     def window_shown(self) -> None:
-        """Show floating panels once the window is shown, or they would be behind it."""
+        """Show floating panels after the window, because they would be hidden
+        behind it if shown first.
+        """
         if self._restored:
             pairs = zip(self._sizes(), self._fitting(), strict=True)
             self._by_hand = any(abs(now - fitting) > _LEEWAY for now, fitting in pairs)
@@ -76,9 +81,9 @@ class UsualLayout(QObject):
             QTimer.singleShot(0, self._floating.pop().show)
 
     def kept(self, geometry: str) -> tuple[str, str] | None:
-        """Return geometry and layout for `restore`; None while the window cannot be seen.
+        """Return geometry and layout for `restore`, or None while the window is not visible.
 
-        geometry: the geometry before the window filled the screen.
+        geometry: the geometry that the window had before it filled the screen.
         """
         window = self._window
         if not window.isVisible() or window.isMinimized():
@@ -88,7 +93,7 @@ class UsualLayout(QObject):
         return of_window, bytes(layout.toHex().data()).decode()
 
     def fit(self) -> None:
-        """Give the panels the sizes for the window's present size."""
+        """Give the panels the sizes that suit the current size of the window."""
         window, docks = self._window, self._docks
         self._low.follow()
         left, right, curves = self._fitting()
@@ -97,13 +102,13 @@ class UsualLayout(QObject):
         window.resizeDocks([docks["curves"]], [curves], upright)
 
     def follow(self) -> None:
-        """Fit the panels to a new size of the window, unless a person has sized them."""
+        """Adapt the panels to a new size of the window, unless the user has set their sizes."""
         self._low.follow()
         if self._complete and not self._by_hand and not self._restored:
             self.fit()
 
     def reset(self) -> None:
-        """Put every panel back in its first place, shown or hidden."""
+        """Put every panel back in its initial place, shown or hidden as it was there."""
         self._window.restoreState(self._usual)
         self._by_hand = False
         self._docks["intervals"].raise_()
@@ -120,7 +125,7 @@ class UsualLayout(QObject):
 
     @property
     def _complete(self) -> bool:
-        """True if no panel is hidden, as in a presentation."""
+        """True if no panel is hidden, as it is during a presentation."""
         return not any(self._docks[name].isHidden() for name in ("chains", "intervals", "curves"))
 
     def _sizes(self) -> tuple[int, ...]:
