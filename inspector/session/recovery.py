@@ -102,7 +102,10 @@ class Recovery(QObject):
         return self._changed
 
     def _ask_next(self) -> None:
-        """Ask about the latest journal of an earlier run, then about an earlier version's review."""
+        """Ask about the latest journal of an earlier run.
+
+        Without one, ask about the review of an earlier version of the clip.
+        """
         data = self._open()
         if self._keeper.leftovers:
             self._offer(self._keeper.leftovers[0])

@@ -1,4 +1,4 @@
-"""The visible range of frames: zoom, pan, and scrolling to a frame or an interval."""
+"""The visible range of frames: zooming, panning, and scrolling to a frame or an interval."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ SMALLEST = 8.0  # frames
 
 
 class VisibleRange(QObject):
-    """The visible range; ends: first and last visible place in frames, within the clip."""
+    """The visible range; ends: the first and last visible position in frames, within the clip."""
 
     changed = Signal()
 
@@ -22,7 +22,7 @@ class VisibleRange(QObject):
         self.ends = (-0.5, 0.5)
 
     def show(self, first: float, last: float) -> None:
-        """Show a range of frames, limited to the clip."""
+        """Show a range of frames, limited to the frames of the clip."""
         low, high = -0.5, max(1, self._document.frames) - 0.5
         margin = 0.01 * (high - low)
         low, high = low - margin, high + margin
@@ -37,11 +37,11 @@ class VisibleRange(QObject):
         self.show(-1e9, 1e9)
 
     def pan(self, frames: float) -> None:
-        """Move by a number of frames."""
+        """Move the range by a number of frames."""
         self.show(self.ends[0] + frames, self.ends[1] + frames)
 
     def zoom_to_interval(self, judged: Judged | None = None) -> None:
-        """Show an interval (by default the selected one) with half a second on either side."""
+        """Show an interval, by default the selected one, with half a second on either side."""
         judged = judged or self._document.interval
         if judged is None or self._document.data is None:
             return
@@ -49,7 +49,7 @@ class VisibleRange(QObject):
         self.show(judged.interval.start - pad, judged.interval.stop + pad)
 
     def deselect_hidden(self) -> None:
-        """Deselect an interval that is not visible, so that no key decides it unseen."""
+        """Deselect an interval that is not visible, so that no key press decides on it."""
         if (judged := self._document.interval) and not self._sees(judged.interval):
             self._document.select_interval(None)
 
@@ -57,14 +57,14 @@ class VisibleRange(QObject):
         return interval.stop >= self.ends[0] and interval.start <= self.ends[1]
 
     def reach_frame(self, frame: int) -> None:
-        """Scroll to a frame that is not visible."""
+        """Scroll to a frame if it is not visible."""
         first, last = self.ends
         if not first <= frame <= last:
             span = last - first
             self.show(frame - 0.1 * span, frame + 0.9 * span)
 
     def reach_interval(self, interval: Interval) -> None:
-        """Centre an interval that is not visible."""
+        """Centre an interval if it is not visible."""
         first, last = self.ends
         if not self._sees(interval):
             self.pan(0.5 * (interval.start + interval.stop - first - last))
