@@ -21,7 +21,7 @@ from inspector.widgets.building import bring_to_front, scrolled
 
 
 class Teaching(FeatureParts):
-    """The taught frame and the tab that shows it."""
+    """The state of the teaching tab, and the tab that shows it."""
 
     def __init__(self, window: HostWindow) -> None:
         actions = window.actions_by_id
@@ -31,12 +31,12 @@ class Teaching(FeatureParts):
         self.teaching.moved_far.connect(actions["focus_chain"].trigger)
 
     def connect(self, window: HostWindow) -> None:
-        """Activate teaching while the tab is visible."""
+        """Connect the tab to the window; teaching is active while the tab is visible."""
         self._dock = window.docks["teaching"]
         self._dock.visibilityChanged.connect(self.teaching.set_shown)
 
     def content(self) -> QWidget:
-        """Return the content of the dock, at least as wide as the symbols."""
+        """Return the content of the dock, which is at least as wide as the symbols."""
         area = scrolled(self.teaching)
         self.teaching.least_width.connect(area.setMinimumWidth)
         return area
