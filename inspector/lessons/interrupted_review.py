@@ -40,7 +40,7 @@ class Aside:
 
     @property
     def own(self) -> Analysed | None:
-        """The person's own clip, whether open or put aside, or None."""
+        """The person's own clip, open or put aside, or None if there is none."""
         if self._kept is not None:
             return self._kept[0]
         return None if self._document.borrowed is not None else self._document.data

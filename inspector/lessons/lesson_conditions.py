@@ -83,7 +83,7 @@ def read_conditions(text: str) -> tuple[Condition, ...]:
 def hold_at_once(conditions: Sequence[Condition], place: LessonPlace) -> bool:
     """Return True if the page's own settings already meet all conditions.
 
-    The task would then leave nothing to do.
+    In that case the task leaves nothing to do.
     """
     altered = place.what_if
     swing = None if altered.nudge or altered.toward else altered.swing

@@ -82,7 +82,10 @@ def read_lesson(path: Path) -> LessonFile:
 
 
 def _front_matter(path: Path, lines: list[str]) -> tuple[dict[str, tuple[int, str]], int]:
-    """Return key → (line number, value), and the number of the line after the front matter."""
+    """Return the settings of the front matter, and the line number of the line after it.
+
+    The settings are returned as key → (line number, value).
+    """
     if not lines or lines[0].strip() != "---":
         expected = tr("a lesson that begins with '---', 'title: …' and 'clip: …'")
         raise _error(path, 1, expected, lines[0] if lines else "")
@@ -164,9 +167,9 @@ def body_and_task(lines: list[str]) -> tuple[str, str]:
 def _pairs(
     path: Path, lines: list[str], start: int, stop: int, known: tuple[str, ...]
 ) -> dict[str, tuple[int, str]]:
-    """Return lines of the form 'key: value' as key → (line number from 1, value).
+    """Return lines of the form 'key: value' as key → (line number, value).
 
-    known: the allowed keys.
+    Line numbers count from 1; known: the allowed keys.
     """
     out: dict[str, tuple[int, str]] = {}
     for k in range(start, stop):

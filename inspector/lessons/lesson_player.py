@@ -1,4 +1,4 @@
-"""Plays a lesson: each page controls the program itself, and has a task that is checked."""
+"""Plays a lesson: each page sets up the program and has a task that is checked."""
 
 from __future__ import annotations
 

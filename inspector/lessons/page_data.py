@@ -155,7 +155,7 @@ class PageData:
         }
 
     def _span(self, clip: Path, window: Window) -> dict[str, Any]:
-        """Return the local rotations of joints in a window, and the recorded positions."""
+        """Return the local rotations of the joints and the recorded positions, in a window."""
         motion = self._clips[clip].motion.sliced(window.first, window.last + 1)
         return {
             "figure": self._figure_of[clip],
@@ -225,7 +225,7 @@ class PageData:
         }
 
     def _after(self, data: Analysed, span: int) -> dict[str, Any] | None:
-        """Return the joints that the correction changes, with their rotations, or None.
+        """Return the joints that the correction changes, with their corrected rotations, or None.
 
         The correction applies all intervals that are not rejected.
         """

@@ -68,7 +68,7 @@ def markdown_html(text: str, formulas: Formulas) -> Markup:
 
 
 def _goes_to_the_web(address: str) -> bool:
-    """Return True for a web or mail address, False for scripts and local files."""
+    """Return True for a web or mail address; scripts and local files are not allowed."""
     return address.startswith(("https://", "http://", "mailto:"))
 
 

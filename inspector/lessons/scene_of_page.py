@@ -80,7 +80,10 @@ def present_place(program: GuidedProgram) -> LessonPlace | None:
 
 
 def _interval_at(program: GuidedProgram, place: LessonPlace) -> int | None:
-    """Return the id of the interval at the page's frame, or None; the teaching tab selects none."""
+    """Return the id of the interval at the page's frame, or None.
+
+    A page that shows the teaching tab selects no interval.
+    """
     if place.tab == TABS[0]:
         return None
     for judged in program.document.intervals:

@@ -246,8 +246,8 @@ class Document(OpenClip):
     ) -> tuple[int, ...]:
         """Return the ids of undecided intervals with a displayed confidence of at least `at_least`.
 
-        Without that number, return the intervals that the detector's own limit corrects
-        automatically.
+        Without that number, return the undecided intervals that the detector itself rates confident
+        enough for an automatic correction.
         """
         if at_least is None:
             return self.review.state.unasked(include_open=include_open)
@@ -365,12 +365,15 @@ class Document(OpenClip):
             self.opener.ask(clip, method, detect)
 
     def use_method(self, method: str) -> None:
-        """Switch to another detector with its own τ; the person's decisions are kept."""
+        """Switch to another detector with its own τ, and keep the person's decisions."""
         if self.data is not None and method != self.review.state.method:
             self.use_profile(Profile({}, method))
 
     def _may_detect(self) -> bool:
-        """Return False in an exercise, where detection would find the hidden errors."""
+        """Return True unless the clip is an exercise, in which case show why.
+
+        In an exercise, detection would find the hidden errors.
+        """
         if self.data is not None and self.data.blind:
             self.message.emit(BLIND, False)
             return False
@@ -393,7 +396,7 @@ class Document(OpenClip):
         self.intervals_changed.emit()
 
     def _take_chains(self) -> Sequence[SignalInstance]:
-        """Update the chains from the review; return the signals to emit."""
+        """Use the chains of the review; return the signals to emit."""
         state, data = self.review.state, self.data
         if data is None or data.analysis.rig == state.rig:
             return ()

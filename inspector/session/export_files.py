@@ -102,10 +102,10 @@ def files_of(choice: ExportChoice) -> tuple[Path, ...]:
 
 
 def replaced(choice: ExportChoice, ours: Mapping[Path, str]) -> dict[Path, bool]:
-    """Return the existing files that an export would replace, each with True if we wrote it.
+    """Return the existing files that an export would replace.
 
-    ours: the SHA-256 of files that this program wrote; files of earlier runs are recognised by the
-    report.
+    The value of each is True if this program wrote it. ours: the SHA-256 of files that this program
+    wrote in this run; files of earlier runs are recognised by the report.
     """
     known = _written_marks(choice, ours)
     listing = report_files(choice.path.parent, own_name(choice.path))[-1]
@@ -122,7 +122,7 @@ def to_look_at(choice: ExportChoice, ours: Mapping[Path, str]) -> tuple[Path, ..
 def _written_marks(
     choice: ExportChoice, ours: Mapping[Path, str]
 ) -> dict[Path, tuple[object, ...]]:
-    """Return the SHA-256 of each file written by this run, or by earlier runs.
+    """Return the SHA-256 of the files written by this run and by earlier runs, by path.
 
     Files of earlier runs are listed in the report.
     """
@@ -179,9 +179,9 @@ def check_targets(
 
 
 def _as_written(path: Path, known: Mapping[Path, tuple[object, ...]]) -> bool:
-    """Return True if no regular file is there, or the file is as this program wrote it.
+    """Return True if there is no regular file, or if it is unchanged since this program wrote it.
 
-    known: the SHA-256 of the file when this program wrote it.
+    known: by path, the SHA-256 of each version that this program wrote.
     """
     if not is_file(path):
         return True

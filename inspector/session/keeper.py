@@ -1,6 +1,6 @@
 """Keeps the review of the open clip safe with a session file, a journal and a lock.
 
-Also handles what earlier runs left.
+Also finds the journals that earlier runs left behind, and restores or deletes them.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class Keeper(QObject):
         return self._kept.session_file if self._kept is not None else None
 
     def put_aside(self) -> PutAside | None:
-        """Return the data that are needed to continue this review later."""
+        """Return the data needed to continue this review later."""
         if self._kept is None:
             return None
         self.journal.flush()
@@ -147,7 +147,8 @@ class Keeper(QObject):
     def continue_with(self, leftover: Leftover) -> None:
         """Continue a recovered review in its own journal.
 
-        If that journal contains no limbs, a new one is written to disk and then replaces it.
+        If limbs were added to the review, a new journal is started instead; the old one is deleted
+        once the new one is on disk.
         """
         self.journal.continue_with(leftover.recovered, fresh=leftover.completed)
         if not leftover.completed:
@@ -193,7 +194,10 @@ class Keeper(QObject):
     # -- the session file ---------------------------------------------------------------------
 
     def save(self, path: Path | None = None) -> tuple[bool, str]:
-        """Write the session file, at `path` if given; return the success and a sentence to show."""
+        """Write the session file, at `path` if given.
+
+        Returns True on success, and a sentence to show.
+        """
         kept = self._kept
         if kept is None:
             return False, tr("Nothing was saved: the clip is no longer open for review.")

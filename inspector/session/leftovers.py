@@ -68,9 +68,10 @@ def waiting_among(folder: Path, clips: Sequence[Path]) -> set[Path]:
 
 
 def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
-    """Return the clips with unsaved decisions: clip, its latest journal, number of decisions.
+    """Return the clips with unsaved decisions.
 
-    This replays whole journals, which may take seconds, so call it in a thread.
+    Each is returned with its latest journal and the number of unsaved decisions. This replays whole
+    journals, which may take seconds, so call it in a thread.
     """
     found = []
     for clip in clips:
@@ -81,7 +82,7 @@ def unsaved_among(clips: Iterable[Path]) -> list[tuple[Path, Path, int]]:
 
 
 def decisions_in(journal: Path) -> int:
-    """Return the number of intervals that a journal decides or edits unlike its session.
+    """Return the number of intervals that a journal decides or edits differently from its session.
 
     Returns 0 if the journal cannot be read or has no steps.
     """
@@ -169,9 +170,10 @@ def missing(leftover: Leftover, state: ReviewState) -> tuple[int, int]:
 
 
 def _left_out_otherwise(began: ReviewState, left: ReviewState, state: ReviewState) -> bool:
-    """Return True if the journal leaves out other frames from tuning than this review.
+    """Return True if the journal's changes to the frames left out of tuning are missing here.
 
-    Counts only frames that the journal itself left out or included again.
+    began, left: the states of the review when the journal began and when it ended; state: the
+    review in which they may be missing.
     """
     was, wanted, here = (s.left_out for s in (began, left, state))
     again = missing_from(was, wanted)  # included in tuning again

@@ -92,7 +92,7 @@ class OpenClip(QObject):
         return self.review.state.intervals if self.data else ()
 
     def told(self, judged: Judged) -> Judged:
-        """Return an interval as displayed: with the learned confidence if that is switched on."""
+        """Return an interval as displayed, with the learned confidence if that is switched on."""
         sure = self.sureness(judged.interval)
         if sure == judged.interval.confidence:
             return judged
@@ -105,7 +105,7 @@ class OpenClip(QObject):
         return self.learned(own) if self.learned is not None and counter_twist else own
 
     def use_learned(self, learned: LearnedConfidence | None) -> None:
-        """Show the confidence given by `learned`, or the detector's own confidence if None."""
+        """Show learned confidences, or the detector's own confidences if `learned` is None."""
         if learned != self.learned:
             self.learned = learned
             self.confidence_changed.emit()

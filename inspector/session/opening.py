@@ -38,7 +38,7 @@ from twistcore.work.progress import Tell, nobody, part
 
 @dataclass(frozen=True)
 class Stamp:
-    """Quick signs that a file has changed: its modification time, size and file number."""
+    """Attributes that quickly show whether a file has changed: time, size and file number."""
 
     modified: int  # nanoseconds
     size: int
@@ -290,7 +290,7 @@ def of_later_kinds(state: ReviewState) -> str:
 
 
 def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return a review to which intervals of all kinds that it lacks are added, undecided.
+    """Return the review with undecided intervals added for every kind that it lacks.
 
     Adds limbs with their τ, flips and lone jumps if the review has no limbs, and noise bursts and
     frozen frames if it has none of that kind. Returns the same object if there is nothing to add.
@@ -299,7 +299,7 @@ def with_every_kind(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
 
 
 def _with_faults(state: ReviewState, analysis: ClipAnalysis) -> ReviewState:
-    """Return a review to which capture faults of every kind that it lacks are added."""
+    """Return the review with capture faults added for every kind of fault that it lacks."""
     known = {judged.interval.kind for judged in state.intervals}
     there, method = set(state.tau), analysis.usable(state.method)
     new = [

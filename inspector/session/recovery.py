@@ -61,7 +61,7 @@ class Recovery(QObject):
             self._ask_next()
 
     def end(self, data: Analysed) -> None:
-        """Withdraw all questions about the last clip; data: the next clip."""
+        """Withdraw all questions about the previous clip; data: the next clip."""
         self._data = data
         self._look.cancel()
         self._asks_about_disk = False

@@ -90,7 +90,7 @@ class ReviewJournal(QObject):
     # -- one review after the other -----------------------------------------------------------
 
     def watch(self, kept: KeptReview) -> None:
-        """Start recording another review; call `end` for the last review before."""
+        """Start recording another review, after `end` was called for the previous one."""
         self._kept = kept
 
     def go_on(self, path: Path | None, steps: int) -> None:
@@ -187,7 +187,7 @@ class ReviewJournal(QObject):
             self._append(command_to_json(pending))
 
     def retry(self) -> bool:
-        """Try again to write missing steps; return True if all steps are on disk."""
+        """Try again to write missing steps; return True once all steps are on disk."""
         if self._behind and self._kept is not None:
             journal = self._journal
             if journal is not None and journal.is_there():
@@ -198,7 +198,7 @@ class ReviewJournal(QObject):
         return not self._behind
 
     def where(self) -> str:
-        """Return where the unsaved steps are, as words that end a sentence."""
+        """Return words that end a sentence and say where the unsaved steps are."""
         journal = self._journal
         if journal is not None and journal.is_there() and self.retry():
             return tr("in the journal {name}", name=journal.path.name)

@@ -25,7 +25,7 @@ class Rigs:
         self.present: ClipAnalysis | None = None
 
     def begin(self, data: Analysed) -> None:
-        """Start with another clip, and drop all analyses of the last one."""
+        """Start with another clip, and drop all analyses of the previous one."""
         self.present = data.analysis
         self._known = {data.analysis.rig: data.analysis}
 

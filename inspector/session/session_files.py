@@ -43,7 +43,7 @@ def session_path(clip: Path) -> Path:
 
 
 def replay_path(export: Path) -> Path:
-    """Return the path of the session that repeats an export."""
+    """Return the path of the session with which an export can be repeated."""
     return export.with_name(own_name(export) + REPLAY_SUFFIX)
 
 

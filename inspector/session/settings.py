@@ -153,7 +153,7 @@ CHECKS: dict[str, Check] = {
 
 
 def checks_by_name() -> Mapping[str, Check]:
-    """Return the check of every field of a settings file by name, with the settings of features."""
+    """Return the check of every field of a settings file by name, including features' settings."""
     return {**CHECKS, **{name: setting.check for name, setting in _of_features.items()}}
 
 

@@ -23,7 +23,7 @@ def _of(
     good: Callable[[Any], bool] = lambda _: True,
     keep: Callable[[Any], Any] = lambda value: value,
 ) -> Check:
-    """Return a check that accepts values of these types if `good` returns True for them.
+    """Return a check that accepts a value if its type is listed and `good` returns True for it.
 
     keep: a function that converts an accepted value.
     """
@@ -70,7 +70,7 @@ def _encodable(value: str, errors: str = "strict") -> str:
 
 
 def file_path(value: Any) -> str:
-    """Check that a value is a file path, and return it; other bytes than UTF-8 are escaped."""
+    """Check that a value is a file path, and return it; bytes that are not UTF-8 are escaped."""
     if not isinstance(value, str) or not 0 < len(value) <= _LONGEST_PATH or "\0" in value:
         raise ValueError
     return _encodable(value, "surrogateescape")

@@ -45,7 +45,10 @@ def peak_near(document: Document, frame: int, reach: float = NEAR) -> int | None
 
 
 def reason_here(document: Document, frame: int) -> Reason | None:
-    """Return why nothing was found at a frame of the selected chain, or None before a detection."""
+    """Return why nothing was found at a frame of the selected chain.
+
+    Returns None if there is no detection to explain, for example without a clip.
+    """
     if (found := reviewed(document)) is None or document.chain not in found.tau:
         return None
     return why_not(found, document.chain, frame, first=document.first_frame)

@@ -65,7 +65,7 @@ class Section:
 
 
 def _of_one_swing(value_of: Callable[[Decomposition], str]) -> Callable[[FrameNumbers], str]:
-    """Return a function whose text is `value_of`, or 'undefined' at a swing of 180°."""
+    """Return a function that calls `value_of`, but returns 'undefined' at a swing of 180°."""
     return lambda of: value_of(of.frame) if of.frame.swing_is_one else _UNDEFINED
 
 

@@ -1,4 +1,4 @@
-"""Draws the gizmo, the symbols of the teaching tab in space, on top of the figure."""
+"""Draws the gizmo, which shows the tab's symbols in space, on top of the figure."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ _TOGETHER = {
 
 
 def lit_parts(symbol: str) -> frozenset[str]:
-    """Return the parts of the gizmo to highlight for a symbol; empty: none stands out."""
+    """Return the parts of the gizmo to highlight for a symbol; none if the symbol is ''."""
     return frozenset((symbol, *_TOGETHER.get(symbol, ()))) if symbol else frozenset()
 
 

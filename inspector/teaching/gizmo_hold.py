@@ -67,7 +67,7 @@ class Hold(QObject):
     # -- called by the gizmo ------------------------------------------------------------------
 
     def show_places(self, places: Handles) -> None:
-        """Update the places of the handles."""
+        """Update the positions of the handles."""
         self.places = places
         if self._watched is None:
             self._watched = self._view.view
@@ -167,7 +167,7 @@ class Hold(QObject):
         self._draw()
 
     def _move(self, keys: Qt.KeyboardModifier) -> None:
-        """Change the frame as the position of the mouse demands."""
+        """Change the frame according to the position of the mouse."""
         camera, places = self._view.camera, self.places
         if camera is None or places is None:
             self._let_go()
@@ -213,7 +213,7 @@ class Hold(QObject):
         self._draw()
 
     def _pixel(self, at: QPointF) -> tuple[tuple[int, int], Array]:
-        """Return the size of the gizmo's picture, and a point of the view as a pixel of it."""
+        """Return the size of the gizmo's picture, and a point of the view in its pixels."""
         size = self._view.picture_size()
         return size, np.array([at.x() - (self._view.width() - size[0]), at.y()])
 

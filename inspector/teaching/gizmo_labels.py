@@ -113,7 +113,7 @@ class Labels(QWidget):
         return box
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Draw every label at its place."""
+        """Draw every label at its position."""
         painter = QPainter(self)
         engine = painter.paintEngine()
         printed = engine is not None and engine.type() == QPaintEngine.Type.User

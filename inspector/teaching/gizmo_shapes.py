@@ -172,9 +172,9 @@ def _swing(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent:
 
 
 def _twist(out: Sketch, d: Decomposition, q_parent: Array, along: Array, parent: Array) -> None:
-    """Add the dial, whose hand shows the mark's direction.
+    """Add the dial, whose hand shows the direction of a mark on the bone.
 
-    The zero of the dial is the mark's direction after the swing alone.
+    The zero of the dial is the direction of the mark after the swing alone.
     """
     centre, radius = parent + DIAL_AT * out.unit * along, DIAL_SIZE * out.unit
     hand = rotate(q_parent, perpendicular(d.a))

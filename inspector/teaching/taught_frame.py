@@ -36,7 +36,7 @@ _ALONG = 1e-6  # tolerance for parallel vectors, in the file's unit
 
 
 class FrameNumbers(NamedTuple):
-    """The numbers that the tab shows for a frame: for the displayed pose and for its correction."""
+    """The numbers that the tab shows for a frame: the displayed pose and its correction."""
 
     frame: Decomposition
     correction: FrameCorrection
@@ -99,7 +99,7 @@ class TaughtFrame(QObject):
 
     @property
     def numbers(self) -> FrameNumbers | None:
-        """All quantities of section 3 at the frame, or None without a chain."""
+        """All quantities of section 3 of the paper at the frame, or None without a chain."""
         data, chain, frame = self.document.data, self.chain, self.document.frame
         if data is None or chain is None:
             return None
@@ -203,7 +203,7 @@ class TaughtFrame(QObject):
             self.rows_changed.emit()
 
     def light(self, symbol: str) -> None:
-        """Highlight a symbol everywhere, or end its highlighting if it is highlighted already."""
+        """Highlight a symbol everywhere; if it is highlighted already, end the highlighting."""
         self.lit = "" if symbol == self.lit else symbol
         self.lit_changed.emit()
 

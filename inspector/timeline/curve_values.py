@@ -30,7 +30,7 @@ def degrees_about(angle: Array, centre: float) -> tuple[Array, NDArray[np.int64]
 def rarest(angle: Array) -> float:
     """Return the direction that an angle is rarely close to, radians in (−2π, 0]; (n,) -> number.
 
-    A line that is broken there does not hide jumps of half a turn.
+    Lines can be broken at this direction without hiding jumps of half a turn.
     """
     count, _ = np.histogram(wrap(angle), _BINS, (-np.pi, np.pi))
     near = np.minimum(np.arange(_BINS), _BINS - np.arange(_BINS)) * 2.0 * np.pi / _BINS

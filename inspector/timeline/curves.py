@@ -48,7 +48,7 @@ class Curves(ABC):
         """Update the values after correction from the review's intervals."""
 
     def completed(self, frame: int, values: Mapping[str, float]) -> Mapping[str, float]:
-        """Return the angles of an edited frame in radians, with derived angles added."""
+        """Return the angles of an edited frame in radians, with angles that follow from them."""
         return values
 
     def fit_tau(self, pane: Pane, degrees: float) -> None:

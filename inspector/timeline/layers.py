@@ -66,7 +66,7 @@ class Scenery:
 
     @property
     def theme(self) -> Theme:
-        """The theme, which has all colours."""
+        """The theme that defines all colours."""
         return self.colours.theme
 
     @property

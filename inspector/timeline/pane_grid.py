@@ -18,8 +18,8 @@ _ROW, _COLUMN = 88, 440  # pixels that a pane needs to be readable
 class PaneGrid(QStackedWidget):
     """The panes from top to bottom; shown: the keys of the visible panes.
 
-    Visible are the panes that the person has chosen and that apply to the selection, as many as
-    fit, or a single enlarged pane.
+    The visible panes are chosen by the person and apply to the selection. There are as many as fit,
+    or a single enlarged pane.
     """
 
     arranged = Signal()  # the set or the place of visible panes has changed

@@ -75,7 +75,10 @@ class Regions:
                         painter.drawText(box, Qt.AlignmentFlag.AlignCenter, sign)
 
     def _shapes_of(self, height: int) -> list[tuple[_Group, list[QRect], QPainterPath]]:
-        """Return the fills and borders, at least this high; lower plots show only part of them."""
+        """Return the fills and borders for plots up to this height.
+
+        Lower plots show only part of them.
+        """
         if height > self._height:
             self._height = height
             self._shapes = [

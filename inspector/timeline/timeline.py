@@ -195,7 +195,10 @@ class Timeline(QWidget):
         self.setAutoFillBackground(True)
 
     def light(self, curves: tuple[tuple[str, str], ...]) -> None:
-        """Highlight curves, given as a plot's key with the first letters of the curves' names."""
+        """Highlight some curves.
+
+        curves: pairs of a plot's key and the first letters of the names of its curves.
+        """
         wanted = dict(curves)
         for key, pane in self.panes.items():
             pane.light(wanted.get(key))

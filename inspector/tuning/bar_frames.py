@@ -47,9 +47,9 @@ class BarFrames:
             self._document.go_to(int(own[0]))
 
     def next_bar(self) -> None:
-        """Go to the first frame of the next bar that has frames; after the strongest, start again.
+        """Go to the first frame of the next bar that has frames.
 
-        Bars are visited from the weakest to the strongest.
+        Bars are visited from the weakest to the strongest, and then from the weakest again.
         """
         filled = np.unique(self._bars[self._bars >= 0])
         if len(filled):

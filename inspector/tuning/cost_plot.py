@@ -31,7 +31,7 @@ class PercentAxis(Axis):
 class CostPlot(TauPlot):
     """The share of repaired errors (FSR, left) and false alarms (right), plotted against τ.
 
-    FSR has a confidence band. A triangle ▼ marks the suggested τ.
+    FSR has a confidence band, and a triangle ▼ marks the suggested τ.
     """
 
     def __init__(self, colours: Colours) -> None:

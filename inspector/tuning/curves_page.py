@@ -33,8 +33,8 @@ _NO_COSTS = tr(
 class CurvesPage(QWidget):
     """Two plots over τ with captions.
 
-    The `asked` signal is emitted with the new τ in degrees, and True during a drag, when the user
-    changes τ.
+    When the user changes τ, the `asked` signal is emitted with the new τ in degrees, and with True
+    during a drag.
     """
 
     asked = Signal(float, bool)
@@ -230,7 +230,7 @@ class CurvesPage(QWidget):
 
 
 def _inked(text: str, colour: str) -> str:
-    """Return rich text in a colour, without line breaks inside and with a gap after it."""
+    """Return text as rich text in a colour, without line breaks and followed by a gap."""
     return inked(text.replace(" ", "&nbsp;"), colour) + " &nbsp;"
 
 

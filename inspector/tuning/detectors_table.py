@@ -1,4 +1,4 @@
-"""The table of all detectors, with τ and its cost for each: suggested and automatic."""
+"""The table of all detectors, with the suggested and the automatic τ of each, and their costs."""
 
 from __future__ import annotations
 

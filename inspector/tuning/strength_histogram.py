@@ -169,7 +169,7 @@ class Histogram(TauPlot):
 
 
 def bar_of(degrees: Array) -> NDArray[np.int_]:
-    """Return the bar of every strength, or −1 if the strength is too weak for any; (frames,)."""
+    """Return the bar of every strength, (frames,), or −1 for a strength too weak for any bar."""
     place = np.log10(np.clip(degrees, LOWEST, HIGHEST))
     bars = np.minimum(np.searchsorted(_BINS, place, side="right") - 1, len(_BINS) - 2)
     return np.where(degrees < LOWEST, -1, bars)

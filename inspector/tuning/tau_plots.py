@@ -1,4 +1,4 @@
-"""The base class of plots over τ, which are the histogram and the plot of costs."""
+"""The base class of plots with τ on the horizontal axis, such as the histogram."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class _WholeAxis(Axis):
     """An axis with ticks at whole numbers only."""
 
     def tickSpacing(self, low: float, high: float, size: float) -> list[tuple[float, float]]:
-        """Return whole numbers for the distances between ticks."""
+        """Return the distances between ticks, which are whole numbers."""
         step = max(1.0, np.ceil(LABEL_ROOM * (high - low) / max(size, 1.0)))
         return [(float(step), 0.0)]
 
@@ -89,6 +89,6 @@ class TauPlot(Canvas):
             self.tau_line.setValue(place)
 
     def show_floor(self, degrees: float) -> None:
-        """Move the line that marks the noise floor."""
+        """Move the dashed line to a τ, for example to the detector's automatic τ."""
         self.floor_line.setValue(float(np.log10(max(degrees, LOWEST))))
         self.touch()

@@ -127,7 +127,7 @@ class TuningActions:
             bring_to_front(self.dock)
 
     def take_profile(self) -> None:
-        """Use the τ of the profile on the right."""
+        """Use the τ of the compared profile, or of the right-hand one if there are two."""
         if self.tuning.profiles.model.others:
             column = self.tuning.profiles.model.others[-1]
             self._take(column.profile, column.name)
@@ -156,7 +156,7 @@ class TuningActions:
             self.leave_out(judged.interval.start, judged.interval.stop)
 
     def leave_out_visible(self, ends: tuple[float, float]) -> None:
-        """Leave the visible frames out of tuning, unless the whole clip is visible."""
+        """Leave the visible frames out of tuning, unless that is the whole clip."""
         start, stop = max(math.ceil(ends[0]), 0), min(math.floor(ends[1]) + 1, self.document.frames)
         if stop - start >= self.document.frames:
             self.bar.show_message(
@@ -167,7 +167,10 @@ class TuningActions:
             self.leave_out(start, stop)
 
     def leave_out(self, start: int, stop: int) -> None:
-        """Leave more frames out of tuning, as one step that can be undone and is saved."""
+        """Leave more frames out of tuning, as one step that can be undone.
+
+        The frames that are left out are saved in the session.
+        """
         before = self.document.review.state.left_out
         wanted = joined_spans([*before, (start, stop)])
         first, last = (frame + self.document.first_frame for frame in (start, stop))

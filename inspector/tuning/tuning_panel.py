@@ -208,7 +208,10 @@ class TuningPanel(QWidget):
     # -- input --------------------------------------------------------------------------------
 
     def set_scope(self, scope: Scope) -> None:
-        """Choose the chains for which τ is set: this chain, its segment on both sides, or all."""
+        """Choose the chains for which τ is set.
+
+        They are the selected chain, the same segment on both sides of the body, or all chains.
+        """
         self.scope = scope
         self._stale.mark()
 

@@ -107,7 +107,7 @@ class VerdictEvidence(QObject):
             self._state = ()
 
     def count_again(self) -> None:
-        """Count again, because the performer of the clip has changed."""
+        """Count the verdicts again, because the performer of the clip has changed."""
         self._state = ()
         self._check()
 
@@ -157,7 +157,7 @@ def _counted(
     known: _Known,
     tell: Tell,
 ) -> tuple[Evidence, _Known]:
-    """Count the verdicts in a thread; return them, and the new cache of this folder."""
+    """Count the verdicts, in a thread; return the result and the cache for this folder."""
     own = judged_clip(data.analysis, state, performers.of(data.clip.path))
     others, skipped, still = [], [], _Known()
     folder = clips_in(data.clip.path.parent)
