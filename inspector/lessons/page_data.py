@@ -111,7 +111,7 @@ class PageData:
     # -- what is in them ----------------------------------------------------------------------
 
     def _figure(self, clip: Path) -> dict[str, Any]:
-        """Return the bodies of a clip's figures, and the ground."""
+        """Return the mesh of the figure in a clip, and the lines of the ground."""
         data = self._clips[clip]
         skeleton = data.motion.skeleton
         up = guess_up(data.positions, find_chains(data.motion), skeleton)

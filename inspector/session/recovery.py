@@ -159,8 +159,8 @@ class Recovery(QObject):
     def restore(self, leftover: Leftover) -> None:
         """Continue the review in a journal of an earlier run.
 
-        If that review is of another version of the clip, or older than decisions in the open
-        review, its decisions are added to the open review.
+        If that review is of another version of the clip, or if the open review has been changed
+        already, its decisions are added to the open review.
         """
         if leftover not in self._keeper.leftovers:
             return
